@@ -139,7 +139,8 @@ impl ExactPoint {
 
     /// `scale²·(v·v − r²)`, where `v` is `scale` times as long already.
     fn off_sphere<'a>(&'a self, v: &Surd3<'a>, radius: f64) -> Option<Surd<'a>> {
-        Some(&dot(v, v) - &self.square_of(radius)?)
+        let r = real(radius)? * &self.scale;
+        Some(&dot(v, v) - &Surd::new(&r * &r, Real::zero(), &self.radicand))
     }
 
     /// Whether the point is at most `distance` away from another one. `None` where a number is not
@@ -147,12 +148,6 @@ impl ExactPoint {
     #[cfg(test)]
     pub fn is_within(&self, distance: f64, point: DVec3) -> Option<bool> {
         Some(self.off_sphere(&self.offset_from(&real3(point)?), distance)?.signum() <= 0)
-    }
-
-    /// `(scale·r)²`
-    fn square_of(&self, r: f64) -> Option<Surd<'_>> {
-        let r = real(r)? * &self.scale;
-        Some(Surd::new(&r * &r, Real::zero(), &self.radicand))
     }
 
     /// `scale·(p − point)`

@@ -24,7 +24,7 @@ pub use enclosure::Enclosure;
 pub use fraction::Fraction;
 pub use light::{ExactBeam, ExactCosine, ExactPoint};
 pub use number::{Real, real, signum};
-pub(crate) use number::{double, exact, integer, primitive, product3, real3, slope_of};
+pub(crate) use number::{double, exact, integer, primitive, product3, real3};
 pub use ray::{ExactPixels, ExactRay};
 pub use root::Root;
 pub(crate) use root::layout;

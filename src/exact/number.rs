@@ -239,14 +239,6 @@ pub(crate) fn product3(u: &[Real; 3], v: &[Real; 3]) -> Real {
     &u[0] * &v[0] + &u[1] * &v[1] + &u[2] * &v[2]
 }
 
-/// The sign of a dot product; 0 also where a number is not finite.
-pub(crate) fn slope_of(u: DVec3, v: DVec3) -> i32 {
-    match (real3(u), real3(v)) {
-        (Some(u), Some(v)) => signum(&product3(&u, &v)),
-        _ => 0,
-    }
-}
-
 /// The smallest number that rounds (to nearest, ties to even) beyond the largest f32: half an ulp
 /// above it, `2^128 − 2^103`; the tie goes up because the last bit of the largest f32 is 1.
 pub(super) fn f32_overflow() -> Real {

@@ -195,6 +195,21 @@ impl<R: Real> Verdict<R> {
         Verdict { blocked: R::lit(-1.0), clear: R::lit(1.0) }
     }
 
+    /// Something is surely in the way.
+    #[inline(always)]
+    pub fn dark() -> Verdict<R> {
+        Verdict { blocked: R::lit(1.0), clear: R::lit(-1.0) }
+    }
+
+    /// `yes` where the mask holds, `no` elsewhere.
+    #[inline(always)]
+    pub fn select(mask: R::Mask, yes: Verdict<R>, no: Verdict<R>) -> Verdict<R> {
+        Verdict {
+            blocked: R::select(mask, yes.blocked, no.blocked),
+            clear: R::select(mask, yes.clear, no.clear),
+        }
+    }
+
     /// With one more object. What is not a number says nothing.
     #[inline(always)]
     pub fn with(self, next: Verdict<R>) -> Verdict<R> {

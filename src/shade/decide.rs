@@ -5,32 +5,21 @@ use std::collections::HashMap;
 
 use super::exactly::{add_light, beam};
 use super::lamp::{Lamp, Origin};
-use super::lit::Job;
+use super::lit::Certified;
 use super::mean::ExactMean;
-use super::occluders::Occluders;
 use super::pass::{Open, Visibility};
-use super::written::Written;
-use crate::certify::{Pack, Surfaces};
+use super::written::{Written, exact_pixel};
+use crate::certify::Pack;
 use crate::exact::{ExactBeam, ExactPoint, Shape};
 use crate::num::Lanes;
-use crate::rays::Pixels;
 use crate::seen::Surface;
 use crate::trace::StageCounts;
 
-/// Most colours that one thread keeps of pixels that were decided exactly.
-const MOST_KNOWN: usize = 1 << 12;
-
-/// Decides pixels.
-#[derive(Clone, Copy)]
-pub struct Decider<'a> {
-    pub job: Job<'a>,
-    pub occluders: &'a Occluders<'a>,
-    pub samples: &'a Pixels,
-    pub surfaces: &'a Surfaces<'a, f64>,
-}
+/// Most bytes of what one thread knows pixels by that were decided exactly.
+const MOST_KNOWN: usize = 1 << 20;
 
 /// The colours of pixels that were decided before, by what their samples see, where that says all.
-pub type Known<T> = HashMap<Vec<u32>, T>;
+pub type Known<C> = HashMap<Vec<u8>, [C; 3]>;
 
 /// The point that a sample sees, as well as it is known so far.
 struct SamplePoint<'a> {
@@ -45,26 +34,19 @@ struct SamplePoint<'a> {
     exact: OnceCell<Option<(ExactPoint, Shape)>>,
 }
 
-impl SamplePoint<'_> {
-    /// The point exactly, found when it is first asked for, and the shape of its object.
-    fn exactly(&self, occluders: &Occluders) -> Option<&(ExactPoint, Shape)> {
-        self.exact.get_or_init(|| occluders.stage.exact_point(self.at, self.id)).as_ref()
-    }
-}
-
-impl Decider<'_> {
+impl Certified<'_> {
     /// A pixel's colour.
-    pub fn decide<T: Written>(
+    pub fn decide<C: Written>(
         &self,
         open: &Open,
-        known: &mut Known<T>,
+        known: &mut Known<C>,
         counts: &mut StageCounts,
-    ) -> T {
+    ) -> [C; 3] {
         let n_lamps = self.job.lit.lighting.lamps.len();
-        let visibility = |sample: usize| &open.visibility[sample * n_lamps..][..n_lamps];
-        let samples = self.job.samples(open.pixel).enumerate();
+        let sample =
+            |(sample, at)| self.sample(at, &open.visibility[sample * n_lamps..][..n_lamps]);
         let samples: Vec<SamplePoint> =
-            samples.map(|(sample, at)| self.sample(at, visibility(sample))).collect();
+            self.job.samples(open.pixel).enumerate().map(sample).collect();
         let Some(seen) = self.seen_evenly(&samples, counts) else {
             return self.exact_mean(open, &samples, counts);
         };
@@ -73,28 +55,34 @@ impl Decider<'_> {
         }
         // Its shadow rays are counted already.
         let color = self.exact_mean(open, &samples, &mut StageCounts::default());
-        if known.len() < MOST_KNOWN {
+        if known.len() * seen.len() < MOST_KNOWN {
             known.insert(seen, color);
         }
         color
     }
 
     fn sample<'a>(&self, at: usize, visibility: &'a [Visibility]) -> SamplePoint<'a> {
-        let id = self.job.ids[at];
+        let (id, surfaces) = (self.job.ids[at], &self.in_f64.surfaces);
         let mut surface = None;
-        if self.surfaces.are_known() {
+        if surfaces.are_known() {
             let (x, y) = self.samples.xy(at);
             let (i, j) = self.samples.offset2(x, y);
             let mut packs = [Pack::<f64, 1>::default()];
             packs[0].offset = [Lanes([i as f64]), Lanes([j as f64])];
             packs[0].see(&[id], self.occluders.scene.spheres.len() as u32);
-            self.surfaces.solve(&mut packs);
+            surfaces.solve(&mut packs);
             surface = Some(packs[0].surface.lane(0)).filter(Surface::is_known);
         }
         SamplePoint { at, visibility, id, surface, exact: OnceCell::new() }
     }
 
-    /// Whether the light of the lamp with index `index` reaches a point that faces it: as bounds have it, and exactly where they
+    /// A sample's point exactly, found when it is first asked for, and the shape of its object.
+    fn exactly<'a>(&self, sample: &'a SamplePoint) -> Option<&'a (ExactPoint, Shape)> {
+        let find = || self.occluders.stage.exact_point(sample.at, sample.id);
+        sample.exact.get_or_init(find).as_ref()
+    }
+
+    /// Whether nothing is in the way of the light of the lamp with index `index`: as bounds have it, and exactly where they
     /// don't tell.
     fn is_seen(
         &self,
@@ -116,69 +104,47 @@ impl Decider<'_> {
             return true;
         }
         counts.exact += 1;
-        let Some((point, _)) = sample.exactly(self.occluders) else { return true };
+        let Some((point, _)) = self.exactly(sample) else { return true };
         let Some(ray) = beam(point, self.occluders.prepared.reference, lamp) else { return true };
         let mut objects = ids.into_iter().filter_map(|id| self.occluders.scene.object(id));
         !objects.any(|object| ray.is_blocked_by(&object.into()))
     }
 
-    /// What says all of the colour of samples that see planes in the light of suns, or nothing: how many of them see which plane
-    /// in which suns' light. On one side of a plane each sun's is the same everywhere. `None` for others.
-    fn seen_evenly(&self, samples: &[SamplePoint], counts: &mut StageCounts) -> Option<Vec<u32>> {
-        let (lamps, occluders) = (&self.job.lit.lighting.lamps, self.occluders);
-        if !lamps.iter().all(|lamp| matches!(lamp.origin, Origin::Sun(_))) {
-            return None;
-        }
-        let side = |sample: &SamplePoint| match sample.id {
-            0 => Some(false),
-            id => occluders.faces_front(id, sample.surface.as_ref()?),
-        };
-        let sides: Vec<bool> = samples.iter().map(side).collect::<Option<_>>()?;
-        // For each kind of sample its object, its side with its suns, and how often it is there.
-        let n_words = 3 + lamps.len() / 32;
-        let (mut seen, mut one): (Vec<u32>, Vec<u32>) = Default::default();
-        for (sample, faces_front) in samples.iter().zip(sides) {
-            one.clear();
-            one.resize(n_words, 0);
-            one[0] = sample.id;
+    /// What says all of the colour of samples that see planes in the light of suns, or nothing: of each its plane, and which
+    /// suns nothing is in the way of. All rays of a picture see the same side of a plane, and there each sun's light is the same
+    /// everywhere. `None` for others.
+    fn seen_evenly(&self, samples: &[SamplePoint], counts: &mut StageCounts) -> Option<Vec<u8>> {
+        let lamps = &self.job.lit.lighting.lamps;
+        let n_spheres = self.occluders.scene.spheres.len() as u32;
+        let is_even = lamps.iter().all(|lamp| matches!(lamp.origin, Origin::Sun(_)))
+            && samples.iter().all(|sample| sample.id == 0 || sample.id > n_spheres);
+        let mut seen = Vec::new();
+        for sample in samples.iter().filter(|_| is_even) {
+            seen.extend(sample.id.to_le_bytes());
             if sample.id != 0 {
-                one[1] = u32::from(faces_front);
-                for (index, lamp) in lamps.iter().enumerate() {
-                    let gives = (sample.visibility[index] == Visibility::Seen
-                        || occluders.lights_plane(index, sample.id, faces_front))
-                        && self.is_seen((index, lamp), sample, counts);
-                    let bit = index + 1;
-                    one[1 + bit / 32] |= u32::from(gives) << (bit % 32);
-                }
-            }
-            let is_alike = |kind: &&mut [u32]| kind[..n_words - 1] == one[..n_words - 1];
-            match seen.chunks_mut(n_words).find(is_alike) {
-                Some(kind) => kind[n_words - 1] += 1,
-                None => {
-                    one[n_words - 1] = 1;
-                    seen.extend_from_slice(&one);
-                }
+                let lamps = lamps.iter().enumerate();
+                seen.extend(lamps.map(|lamp| u8::from(self.is_seen(lamp, sample, counts))));
             }
         }
-        Some(seen)
+        is_even.then_some(seen)
     }
 
-    fn exact_mean<T: Written>(
+    fn exact_mean<C: Written>(
         &self,
         open: &Open,
         samples: &[SamplePoint],
         counts: &mut StageCounts,
-    ) -> T {
+    ) -> [C; 3] {
         let lighting = &self.job.lit.lighting;
         let n_counted = self.job.n_counted(open.pixel);
         let mut mean = ExactMean::new(n_counted * u64::from(lighting.n_shares));
         let eye = self.occluders.prepared.reference;
         for sample in samples {
-            let point = sample.exactly(self.occluders);
+            let point = self.exactly(sample);
             let at = point.map(|(point, shape)| (point, shape, eye));
             let is_seen = |lamp: (usize, &Lamp), _: &ExactBeam| self.is_seen(lamp, sample, counts);
             add_light(&mut mean, self.job.color(sample.id), Some(lighting), at, is_seen);
         }
-        T::of_exact(&mean, &open.bounds)
+        exact_pixel(&mean, open.bounds.map(|bounds| bounds.low))
     }
 }

@@ -5,12 +5,12 @@ use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
-use super::decide::{Decider, Known};
+use super::decide::Known;
 use super::lamp::{Lighting, MOST_IN_F32};
 use super::occluders::Occluders;
 use super::pass::{Open, Part, Pass, Scratch};
 use super::unlit::color;
-use super::written::{Interval, Written};
+use super::written::Written;
 use super::{Background, ColorCounts, Encoding, PIXELS_AT_ONCE, Style, plain};
 use crate::control::Control;
 use crate::error::Result;
@@ -57,18 +57,18 @@ impl Lit {
     ///
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled; those of [`Tracer::trace`].
-    pub fn shade<T: Written>(
+    pub fn shade<C: Written>(
         &self,
         (pixels, ids): (&Pixels, &[u32]),
         tracer: &mut Tracer,
         control: &Control,
-        colors: &mut Vec<T>,
+        colors: &mut Vec<[C; 3]>,
     ) -> Result<(ColorCounts, StageCounts)> {
         let samples = &pixels.samples(self.style.n_samples.across());
         let n_pixels = pixels.len();
         let job = Job { lit: self, ids, row: samples.width as usize };
         colors.clear();
-        colors.resize(n_pixels, T::default());
+        colors.resize(n_pixels, Default::default());
         let prepared = &*Arc::clone(tracer.prepared());
         if prepared.kernel != Kernel::Certified {
             let is_lit_there = plain::shade(&job, (prepared, samples), tracer, control, colors)?;
@@ -80,7 +80,7 @@ impl Lit {
         }
         let rays = Rays::Pixels(*samples);
         let occluders = Occluders::new(prepared, &rays, &self.lighting);
-        let is_f32_enough = T::IS_BYTES && occluders.are_large;
+        let is_f32_enough = C::IS_BYTE && occluders.are_large;
         let mut certified = Certified::new(job, &occluders, samples, is_f32_enough);
         certified.propose(tracer, pixels, control)?;
         let counts = certified.run(control, colors)?;
@@ -145,15 +145,7 @@ impl Job<'_> {
 
     /// The number that the sum of a pixel's samples is divided by.
     pub fn n_counted(&self, pixel: usize) -> u64 {
-        match self.lit.style.background {
-            Background::Shown | Background::Black => {
-                self.lit.style.n_samples.across().pow(2).into()
-            }
-            Background::LeftOut => {
-                let n_hits = self.samples(pixel).filter(|&at| self.ids[at] != 0).count();
-                n_hits.max(1) as u64
-            }
-        }
+        self.lit.style.background.n_counted(self.samples(pixel).map(|at| self.ids[at]))
     }
 
     /// Counts the light of pixels that are about to get it.
@@ -204,21 +196,21 @@ pub(super) struct Certified<'a> {
     in_f32: Option<Pass<'a, f32>>,
     /// A device's bytes of the pixels, in place of those of f32 here: [`crate::tracer::Backend::light`].
     codes: Vec<u32>,
-    in_f64: Pass<'a, f64>,
-    occluders: &'a Occluders<'a>,
-    samples: &'a Pixels,
+    pub in_f64: Pass<'a, f64>,
+    pub occluders: &'a Occluders<'a>,
+    pub samples: &'a Pixels,
 }
 
 /// What a thread needs.
 #[derive(Default)]
-pub(super) struct Work<T> {
+pub(super) struct Work<C> {
     in_f32: Scratch<f32, LANES_F32>,
     in_f64: Scratch<f64, LANES_F64>,
-    block: Vec<usize>,
-    pixels: Vec<usize>,
+    /// What is to be found.
+    pub pixels: Vec<usize>,
     /// What f32 leaves open, and f64.
     open: [Vec<Open>; 2],
-    pub colors: Known<T>,
+    pub colors: Known<C>,
     pub counts: StageCounts,
 }
 
@@ -249,10 +241,10 @@ impl<'a> Certified<'a> {
     }
 
     /// Takes a device's bytes for some pixels, and leaves those that are open. The device has looked at all lamps.
-    fn take<T: Written>(
+    fn take<C: Written>(
         &self,
         pixels: &mut Vec<usize>,
-        (first, out): (usize, &mut [T]),
+        (first, out): (usize, &mut [[C; 3]]),
         counts: &mut StageCounts,
     ) {
         let n_lamps =
@@ -262,52 +254,43 @@ impl<'a> Certified<'a> {
             if code != OPEN {
                 let n_hits = self.job.samples(pixel).filter(|&at| self.job.ids[at] != 0).count();
                 counts.f32 += (n_hits * n_lamps) as u64;
-                out[pixel - first] = T::of_code(code);
+                let [red, green, blue, _] = code.to_le_bytes();
+                out[pixel - first] = [red, green, blue].map(C::of_byte);
             }
             code == OPEN
         });
     }
 
-    /// Finds the colours of some pixels in f32, f64, and exactly, and puts them into `out`, which begins at the pixel `first`.
-    pub fn find<T: Written>(
-        &self,
-        pixels: impl Iterator<Item = usize>,
-        (first, out): (usize, &mut [T]),
-        work: &mut Work<T>,
-    ) {
-        let Work { in_f32, in_f64, pixels: some, open: [after_f32, open], .. } = work;
-        some.clear();
-        some.extend(pixels);
+    /// Finds the colours of the pixels in `work` in f32, f64, and exactly, and puts them into `out`, which begins at the pixel
+    /// `first`.
+    pub fn find<C: Written>(&self, (first, out): (usize, &mut [[C; 3]]), work: &mut Work<C>) {
+        let Work { in_f32, in_f64, pixels: some, open: [after_f32, open], colors, counts } = work;
         after_f32.clear();
         open.clear();
         if let Some(pass) = &self.in_f32 {
-            let (pixels, n_rays) = (&some[..], &mut work.counts.f32);
+            let (pixels, n_rays) = (&some[..], &mut counts.f32);
             pass.find(Part { pixels, known: &[], first, out, open: after_f32, n_rays }, in_f32);
             some.clear();
             some.extend(after_f32.iter().map(|open| open.pixel));
         }
-        let (pixels, n_rays) = (&some[..], &mut work.counts.f64);
-        let known = &after_f32[..];
+        let (pixels, known, n_rays) = (&some[..], &after_f32[..], &mut counts.f64);
         self.in_f64.find(Part { pixels, known, first, out, open, n_rays }, in_f64);
-        let &Certified { job, occluders, samples, .. } = self;
-        let decider = Decider { job, occluders, samples, surfaces: &self.in_f64.surfaces };
         for open in open {
-            out[open.pixel - first] = decider.decide(open, &mut work.colors, &mut work.counts);
+            out[open.pixel - first] = self.decide(open, colors, counts);
         }
+        some.clear();
     }
 
     /// Fills `out` with the colours of all pixels.
-    fn run<T: Written>(&self, control: &Control, out: &mut [T]) -> Result<StageCounts> {
+    fn run<C: Written>(&self, control: &Control, out: &mut [[C; 3]]) -> Result<StageCounts> {
         let job = &self.job;
         let ([cells, rows], width) = (job.block(), job.n_columns().max(1));
-        let background = T::of_bounds(&job.color(0).map(Interval::of)).unwrap_or_default();
-        let paint = |work: &mut Work<T>, first: usize, out: &mut [T]| -> Result<()> {
-            let mut pixels = std::mem::take(&mut work.block);
+        let background = job.color(0).map(C::of);
+        let paint = |work: &mut Work<C>, first: usize, out: &mut [[C; 3]]| -> Result<()> {
             for top in (0..out.len()).step_by(rows * width) {
                 for left in (0..width).step_by(cells * CELL) {
                     control.check()?;
                     host::check()?;
-                    pixels.clear();
                     // Cells that lie below each other follow each other.
                     for column in (left..width.min(left + cells * CELL)).step_by(CELL) {
                         for start in (top..out.len().min(top + rows * width)).step_by(width) {
@@ -315,17 +298,16 @@ impl<'a> Certified<'a> {
                             job.advance(control, cell.len());
                             match job.is_background(first + cell.start, cell.len()) {
                                 true => out[cell].fill(background),
-                                false => pixels.extend(first + cell.start..first + cell.end),
+                                false => work.pixels.extend(first + cell.start..first + cell.end),
                             }
                         }
                     }
                     if !self.codes.is_empty() {
-                        self.take(&mut pixels, (first, out), &mut work.counts);
+                        self.take(&mut work.pixels, (first, out), &mut work.counts);
                     }
-                    self.find(pixels.iter().copied(), (first, out), work);
+                    self.find((first, out), work);
                 }
             }
-            work.block = pixels;
             Ok(())
         };
         out.par_chunks_mut(width * STRIP_ROWS)
@@ -334,7 +316,7 @@ impl<'a> Certified<'a> {
                 paint(&mut work, strip * STRIP_ROWS * width, out)?;
                 Ok(work)
             })
-            .map(|work: Result<Work<T>>| work.map(|work| work.counts))
+            .map(|work: Result<Work<C>>| work.map(|work| work.counts))
             .try_reduce(StageCounts::default, |mut sum, other| {
                 sum.add(other);
                 Ok(sum)

@@ -63,8 +63,8 @@ impl<'a> ExactMean<'a> {
         if self.terms.is_empty() {
             return self.known[channel].cmp_real(&x);
         }
-        let mut n_bits = FEWEST_BITS;
-        for step in 0.. {
+        let bits = std::iter::successors(Some(FEWEST_BITS), |n_bits| Some(2 * n_bits));
+        for (step, n_bits) in bits.take_while(|&n_bits| n_bits <= MOST_BITS).enumerate() {
             let mut enclosed = self.enclosed.borrow_mut();
             if enclosed.len() == step {
                 enclosed.push(self.enclose(n_bits));
@@ -75,10 +75,6 @@ impl<'a> ExactMean<'a> {
             }
             if *high < x {
                 return Ordering::Less;
-            }
-            n_bits *= 2;
-            if n_bits > MOST_BITS {
-                break;
             }
         }
         Ordering::Equal
@@ -110,23 +106,8 @@ impl<'a> ExactMean<'a> {
     /// The code whose range holds a channel, searched from a guess; `edge` gives the lower end of a
     /// code's range. What is on an edge goes up.
     pub fn code(&self, channel: usize, guess: u16, most: u16, edge: impl Fn(u16) -> f64) -> u16 {
-        let reaches = |code: u16| self.compare(channel, edge(code)) != Ordering::Less;
-        let holds =
-            |code: u16| (code == most || !reaches(code + 1)) && (code == 0 || reaches(code));
-        if holds(guess) {
-            return guess;
-        }
-        // The guess may be as far off as f64 knew nothing.
-        let (mut low, mut high) = (0, most);
-        while low < high {
-            let middle = high - (high - low) / 2;
-            if reaches(middle) {
-                low = middle;
-            } else {
-                high = middle - 1;
-            }
-        }
-        low
+        let reaches = |code: u32| self.compare(channel, edge(code as u16)) != Ordering::Less;
+        last(guess.into(), most.into(), reaches) as u16
     }
 
     /// The f32 nearest to a channel, ties to even, searched from a guess; infinite from
@@ -142,21 +123,27 @@ impl<'a> ExactMean<'a> {
             Ordering::Equal => low.to_bits() & 1 == 1,
             Ordering::Greater => true,
         };
-        let guess = guess.max(0.0); // also where it is no number
-        let is_enough = guess.is_infinite() || !is_above(guess);
-        if is_enough && (guess == 0.0 || is_above(guess.next_down())) {
-            return guess;
-        }
-        // The guess may be as far off as f64 knew nothing: bits of floats are in the floats' order.
-        let (mut low, mut high) = (0, f32::INFINITY.to_bits());
-        while low < high {
-            let middle = low.midpoint(high);
-            if is_above(f32::from_bits(middle)) {
-                low = middle + 1;
-            } else {
-                high = middle;
-            }
-        }
-        f32::from_bits(low)
+        // Bits of floats are in the floats' order; the guess may be no number.
+        let guess = if guess > 0.0 { guess.to_bits() } else { 0 };
+        let reaches = |bits: u32| is_above(f32::from_bits(bits - 1));
+        f32::from_bits(last(guess, f32::INFINITY.to_bits(), reaches))
     }
+}
+
+/// The last number from 0 to `most` that is reached; 0 always is, and so are all below one that is. The guess may be as far off
+/// as f64 knew nothing.
+fn last(guess: u32, most: u32, reaches: impl Fn(u32) -> bool) -> u32 {
+    if (guess == most || !reaches(guess + 1)) && (guess == 0 || reaches(guess)) {
+        return guess;
+    }
+    let (mut low, mut high) = (0, most);
+    while low < high {
+        let middle = high - (high - low) / 2;
+        if reaches(middle) {
+            low = middle;
+        } else {
+            high = middle - 1;
+        }
+    }
+    low
 }

@@ -12,6 +12,8 @@ mod plain;
 mod unlit;
 mod written;
 
+use rayon::prelude::*;
+
 use crate::error::{Error, Result};
 pub(crate) use exactly::{LitPoint, add_sample, mean_divisor};
 pub use lamp::{Lamp, Lighting, Origin};
@@ -20,6 +22,7 @@ pub(crate) use mean::ExactMean;
 pub use painter::{Background, ColorCounts, Painted, Painter, Style};
 pub(crate) use plain::{PlainPoint, PlainWay, plainly};
 pub use unlit::Shader;
+pub(crate) use written::exact_pixel;
 
 /// The numbers that a picture's colours are written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -44,7 +47,7 @@ pub enum Colors {
 }
 
 /// A pixel's colour in the numbers of one [`Encoding`]: `[u8; 3]`, `[u16; 3]` or `[f32; 3]`.
-pub trait Pixel: written::Written {
+pub trait Pixel: Sized {
     /// How it is written.
     const ENCODING: Encoding;
 
@@ -55,7 +58,19 @@ pub trait Pixel: written::Written {
     fn all(colors: Colors) -> Result<Vec<Self>>;
 }
 
-macro_rules! pixels {
+/// Evaluates an expression with the pixels of some colours, however they are written.
+macro_rules! of_any {
+    ($colors:expr, $pixels:ident => $value:expr) => {
+        match $colors {
+            $crate::shade::Colors::Srgb8($pixels) => $value,
+            $crate::shade::Colors::Srgb16($pixels) => $value,
+            $crate::shade::Colors::Linear($pixels) => $value,
+        }
+    };
+}
+use of_any;
+
+macro_rules! encodings {
     ($($number:ty => $encoding:ident),+) => {
         $(impl Pixel for [$number; 3] {
             const ENCODING: Encoding = Encoding::$encoding;
@@ -71,63 +86,68 @@ macro_rules! pixels {
                 }
             }
         })+
+
+        impl Encoding {
+            /// Bytes of a pixel.
+            pub fn pixel_bytes(self) -> usize {
+                match self {
+                    $(Encoding::$encoding => size_of::<[$number; 3]>()),+
+                }
+            }
+        }
+
+        impl Colors {
+            /// No colours yet.
+            pub fn new(encoding: Encoding) -> Colors {
+                match encoding {
+                    $(Encoding::$encoding => Colors::$encoding(Vec::new())),+
+                }
+            }
+
+            /// How they are written.
+            pub fn encoding(&self) -> Encoding {
+                match self {
+                    $(Colors::$encoding(_) => Encoding::$encoding),+
+                }
+            }
+
+            /// Adds the colours of further pixels, in the same encoding.
+            pub(crate) fn append(&mut self, more: &Colors) {
+                match (self, more) {
+                    $((Colors::$encoding(all), Colors::$encoding(more)) => all.extend_from_slice(more),)+
+                    (other, more) => *other = more.clone(),
+                }
+            }
+
+            /// Replaces these by the colours that a palette has of ids; other ids have the first one.
+            pub(crate) fn look_up(&mut self, palette: &Colors, ids: &[u32]) {
+                match (self, palette) {
+                    $((Colors::$encoding(out), Colors::$encoding(palette)) => {
+                        let color = |&id: &u32| *palette.get(id as usize).unwrap_or(&palette[0]);
+                        let ids = ids.par_iter().with_min_len(PIXELS_AT_ONCE);
+                        ids.map(color).collect_into_vec(out);
+                    })+
+                    (other, palette) => {
+                        *other = Colors::new(palette.encoding());
+                        other.look_up(palette, ids);
+                    }
+                }
+            }
+        }
     };
 }
 
-pixels!(u8 => Srgb8, u16 => Srgb16, f32 => Linear);
+encodings!(u8 => Srgb8, u16 => Srgb16, f32 => Linear);
 
 impl Colors {
-    /// No colours yet.
-    pub fn new(encoding: Encoding) -> Colors {
-        match encoding {
-            Encoding::Srgb8 => Colors::Srgb8(Vec::new()),
-            Encoding::Srgb16 => Colors::Srgb16(Vec::new()),
-            Encoding::Linear => Colors::Linear(Vec::new()),
-        }
-    }
-
-    /// How they are written.
-    pub fn encoding(&self) -> Encoding {
-        match self {
-            Colors::Srgb8(_) => Encoding::Srgb8,
-            Colors::Srgb16(_) => Encoding::Srgb16,
-            Colors::Linear(_) => Encoding::Linear,
-        }
-    }
-
-    /// Adds the colours of further pixels, in the same encoding.
-    pub(crate) fn append(&mut self, more: &Colors) {
-        match (self, more) {
-            (Colors::Srgb8(all), Colors::Srgb8(more)) => all.extend_from_slice(more),
-            (Colors::Srgb16(all), Colors::Srgb16(more)) => all.extend_from_slice(more),
-            (Colors::Linear(all), Colors::Linear(more)) => all.extend_from_slice(more),
-            (other, more) => *other = more.clone(),
-        }
-    }
-
     /// Number of pixels.
     pub fn len(&self) -> usize {
-        match self {
-            Colors::Srgb8(pixels) => pixels.len(),
-            Colors::Srgb16(pixels) => pixels.len(),
-            Colors::Linear(pixels) => pixels.len(),
-        }
+        of_any!(self, pixels => pixels.len())
     }
 
     /// True where there is no pixel.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
-    }
-}
-
-impl Encoding {
-    /// Bytes of a pixel.
-    pub fn pixel_bytes(self) -> usize {
-        match self {
-            Encoding::Srgb8 => size_of::<[u8; 3]>(),
-            Encoding::Srgb16 => size_of::<[u16; 3]>(),
-            Encoding::Linear => size_of::<[f32; 3]>(),
-        }
     }
 }
 

@@ -5,9 +5,9 @@ use glam::DVec3;
 use super::lamp::{Lamp, Lighting, Origin};
 use crate::bvh::{Beam, Bvh, Corners, Enter, Node, Visitor, Walk};
 use crate::certify::Stage;
-use crate::exact::{is_outside, slope_of};
+use crate::exact::is_outside;
 use crate::guard::host::Bounded;
-use crate::num::{Lanes, V3};
+use crate::num::Lanes;
 use crate::prepare::{Prepared, Scaled, exponent_of, power_of_two};
 use crate::rays::Rays;
 use crate::scene::{Object, Scene, Sphere};
@@ -27,20 +27,17 @@ pub struct Occluders<'a> {
     pub scene: &'a Scene,
     /// The objects that are not in the tree, without those that equal an earlier one, and their ids.
     listed: Vec<(u32, Object<'a>)>,
-    /// The same as shadow rays meet them.
+    /// The same as shadow rays meet them,
     met: Vec<Met<f64>>,
-    /// The spheres of these side by side, with their places among them.
-    spheres: Vec<(SphereMet<Lanes<f64, LANES>>, Vec<usize>)>,
-    /// The places of the planes.
-    planes: Vec<usize>,
+    /// and the spheres, which come first, side by side.
+    spheres: Vec<SphereMet<Lanes<f64, LANES>>>,
+    n_spheres: usize,
     /// From the reference point to that of the tree.
     to_tree: DVec3,
     /// Whether its spheres appear so large that f32 mostly tells their bytes.
     pub are_large: bool,
     /// Where each lamp's light comes from, relative to the reference point.
     pub origins: Vec<shadow::Origin>,
-    /// The suns among them as the scene has them.
-    suns: Vec<Option<DVec3>>,
 }
 
 impl<'a> Occluders<'a> {
@@ -53,8 +50,6 @@ impl<'a> Occluders<'a> {
         };
         let listed = prepared.listed();
         let met = met_from(&listed, prepared.reference);
-        let is_plane = |place: &usize| matches!(met[*place], Met::Plane(_));
-        let planes = (0..listed.len()).filter(is_plane).collect();
         let some = prepared.hierarchy.as_ref().map_or(Vec::new(), |hierarchy| {
             let spheres = &hierarchy.bvh.spheres;
             spheres.iter().step_by(spheres.len() / 64 + 1).copied().collect()
@@ -67,13 +62,16 @@ impl<'a> Occluders<'a> {
             Origin::Point(position) => shadow::Origin::Point(relative(position)),
             Origin::Sun(way) => shadow::Origin::Sun(Scaled::new(way).rounded()),
         };
-        let sun = |lamp: &Lamp| match lamp.origin {
-            Origin::Sun(direction) => Some(direction),
-            Origin::Eye | Origin::Point(_) => None,
-        };
+        let spheres: Vec<SphereMet<f64>> = met
+            .iter()
+            .map_while(|met| match met {
+                Met::Sphere(met) => Some(*met),
+                Met::Plane(_) => None,
+            })
+            .collect();
         Occluders {
-            spheres: side_by_side(&met),
-            planes,
+            spheres: spheres.chunks(LANES).map(side_by_side).collect(),
+            n_spheres: spheres.len(),
             stage,
             prepared,
             scene,
@@ -82,7 +80,6 @@ impl<'a> Occluders<'a> {
             to_tree,
             are_large,
             origins: lighting.lamps.iter().map(origin).collect(),
-            suns: lighting.lamps.iter().map(sun).collect(),
         }
     }
 
@@ -98,13 +95,14 @@ impl<'a> Occluders<'a> {
                 places.push(place);
             }
         };
-        for (spheres, places) in &self.spheres {
+        for (first, spheres) in (0..).step_by(LANES).zip(&self.spheres) {
             let Verdict { blocked, clear } = SphereMet::occlude(spheres, &ball.repeated());
-            for (lane, &place) in places.iter().enumerate() {
-                take(place, Verdict { blocked: blocked.0[lane], clear: clear.0[lane] });
+            for lane in 0..LANES.min(self.n_spheres - first) {
+                let (blocked, clear) = (blocked.0[lane], clear.0[lane]);
+                take(first + lane, Verdict { blocked, clear });
             }
         }
-        for &place in &self.planes {
+        for place in self.n_spheres..self.met.len() {
             take(place, self.met[place].occlude(ball));
         }
         is_dark
@@ -183,11 +181,9 @@ impl<'a> Occluders<'a> {
         };
         let aim = shadow::Aim::new(self.origins[index]);
         let ray = ShadowRay::new(&aim, surface.point, surface.point_error);
-        let listed = self.listed.iter().zip(&self.met);
-        let may_be = |((id, _), met): (&(u32, Object), &Met<f64>)| {
-            (*id != own && !met.occlude(&ray).is_clear()).then_some(*id)
-        };
-        let mut ids: Vec<u32> = listed.filter_map(may_be).collect();
+        let mut places = Vec::new();
+        self.look_around(&ray, own, &mut places);
+        let mut ids: Vec<u32> = places.into_iter().map(|place| self.listed[place].0).collect();
         if !surface.front {
             ids.push(own);
         }
@@ -198,24 +194,6 @@ impl<'a> Occluders<'a> {
             Walk::default().all(bvh, bvh.root(), beam, &mut look);
         }
         ids
-    }
-
-    /// Whether a plane's normal points to the ray that sees this surface of it; `None` where an object has no normal that is the
-    /// same everywhere.
-    pub fn faces_front(&self, id: u32, surface: &Surface<f64>) -> Option<bool> {
-        let Object::Plane(plane) = self.scene.object(id)? else { return None };
-        let normal = Scaled::new(plane.normal).rounded();
-        Some(surface.normal.dot(V3(normal.to_array())) > 0.0)
-    }
-
-    /// Whether the sun with index `index` shines on that side of a plane, or on the other one: the same for all of it.
-    pub fn lights_plane(&self, index: usize, id: u32, faces_front: bool) -> bool {
-        let (Some(direction), Some(Object::Plane(plane))) =
-            (self.suns[index], self.scene.object(id))
-        else {
-            return false;
-        };
-        slope_of(plane.normal, direction) == if faces_front { -1 } else { 1 }
     }
 }
 
@@ -261,23 +239,14 @@ fn median(numbers: impl Iterator<Item = f64>) -> Option<f64> {
     numbers.get(numbers.len() / 2).copied()
 }
 
-/// The spheres among some objects, some at a time, with their places.
-fn side_by_side(met: &[Met<f64>]) -> Vec<(SphereMet<Lanes<f64, LANES>>, Vec<usize>)> {
-    let spheres = met.iter().enumerate().filter_map(|(place, met)| match *met {
-        Met::Sphere(met) => Some((place, met)),
-        Met::Plane(_) => None,
-    });
-    let spheres: Vec<(usize, SphereMet<f64>)> = spheres.collect();
-    let group = |some: &[(usize, SphereMet<f64>)]| {
-        // What follows the last one is not looked at.
-        let mut group: SphereMet<Lanes<f64, LANES>> = SphereMet::splat(&some[0].1);
-        for (lane, (_, met)) in some.iter().enumerate() {
-            for axis in 0..3 {
-                group.center.0[axis].0[lane] = met.center.0[axis];
-            }
-            (group.r.0[lane], group.place.0[lane]) = (met.r, met.place);
+/// Some spheres side by side, the first one in the lanes that are left.
+fn side_by_side(some: &[SphereMet<f64>]) -> SphereMet<Lanes<f64, LANES>> {
+    let mut all: SphereMet<Lanes<f64, LANES>> = SphereMet::splat(&some[0]);
+    for (lane, met) in some.iter().enumerate() {
+        for axis in 0..3 {
+            all.center.0[axis].0[lane] = met.center.0[axis];
         }
-        (group, some.iter().map(|&(place, _)| place).collect())
-    };
-    spheres.chunks(LANES).map(group).collect()
+        (all.r.0[lane], all.place.0[lane]) = (met.r, met.place);
+    }
+    all
 }

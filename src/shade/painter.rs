@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::lit::Lit;
 use super::unlit::Shader;
-use super::{Colors, Encoding, Lighting};
+use super::{Colors, Encoding, Lighting, of_any};
 use crate::control::Control;
 use crate::error::Result;
 use crate::rays::Pixels;
@@ -42,6 +42,16 @@ pub enum Background {
     LeftOut,
     /// They are black: a colour is premultiplied with the share of the other samples.
     Black,
+}
+
+impl Background {
+    /// The number that the sum of samples is divided by that see these objects.
+    pub(super) fn n_counted(self, ids: impl Iterator<Item = u32>) -> u64 {
+        match self {
+            Background::Shown | Background::Black => ids.count() as u64,
+            Background::LeftOut => ids.filter(|&id| id != 0).count().max(1) as u64,
+        }
+    }
 }
 
 /// How many pixels of a lit picture have their colour from where.
@@ -189,11 +199,8 @@ impl<'a> Painter<'a> {
                 };
                 start = Instant::now();
                 let at = (band, &ids[..]);
-                (painted.colors, painted.shadow_rays) = match colors {
-                    Colors::Srgb8(out) => lit.shade(at, tracer, control, out)?,
-                    Colors::Srgb16(out) => lit.shade(at, tracer, control, out)?,
-                    Colors::Linear(out) => lit.shade(at, tracer, control, out)?,
-                };
+                (painted.colors, painted.shadow_rays) =
+                    of_any!(colors, colors => lit.shade(at, tracer, control, colors)?);
                 if let Some(coverage) = coverage {
                     let width = band.width as usize * n_samples as usize;
                     *coverage = Coverage::of_ids(ids, width, n_samples as usize);

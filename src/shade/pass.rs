@@ -21,7 +21,7 @@ use pulp::{Simd, WithSimd};
 use super::Background;
 use super::lit::Job;
 use super::occluders::Occluders;
-use super::written::{Interval, Written};
+use super::written::Written;
 use crate::bvh::Walk;
 use crate::certify::{Pack, Surfaces, is_id};
 use crate::guard::host::Bounded;
@@ -52,7 +52,7 @@ pub struct Open {
     /// Its index.
     pub pixel: usize,
     /// Bounds of its colour.
-    pub bounds: [Interval; 3],
+    pub bounds: [Bounds<f64>; 3],
     /// Of its samples in turn, for each lamp in turn.
     pub visibility: Vec<Visibility>,
 }
@@ -125,8 +125,6 @@ impl<F: Float, const N: usize> Given<F, N> {
 /// Bounds of the colours of some samples.
 #[derive(Clone, Copy)]
 struct Shade<F: Float, const N: usize> {
-    /// The objects' own.
-    color: V3<Lanes<F, N>>,
     light: Light<Lanes<F, N>>,
     /// Shadow rays that are looked along.
     n_rays: Lanes<F, N>,
@@ -137,10 +135,10 @@ struct Shade<F: Float, const N: usize> {
 impl<F: Float, const N: usize> Shade<F, N> {
     fn none() -> Self {
         let (zero, none) = (Lanes::lit(0.0), V3([Lanes::lit(0.0); 3]));
-        Shade { color: none, light: Light::of(none), n_rays: zero, n_hits: zero }
+        Shade { light: Light::of(none), n_rays: zero, n_hits: zero }
     }
 
-    /// Adds another one's numbers, but for the object's colour.
+    /// Adds another one's numbers.
     #[inline(always)]
     fn add(&mut self, other: &Self) {
         self.light = self.light.plus(other.light);
@@ -151,31 +149,30 @@ impl<F: Float, const N: usize> Shade<F, N> {
 /// What the pixels of a part go through, from part to part.
 #[derive(Default)]
 pub struct Scratch<F: Float, const N: usize> {
+    pixels: Vec<usize>,
+    /// Index of the light that is looked at.
+    light: usize,
     packs: Vec<Pack<F, N>>,
-    /// Of each light in turn for all packs.
-    given: Vec<Given<F, N>>,
+    /// Of each light, for all packs.
+    given: Vec<Vec<Given<F, N>>>,
     shades: Vec<Shade<F, N>>,
     boxes: Vec<Extent<F, N>>,
     balls: Vec<Ball>,
     /// Places of listed objects that may be in the way.
     places: Vec<usize>,
-    /// 1 where a point of a pack is still to be looked at through the tree, else 0.
-    left: Vec<Lanes<F, N>>,
     ways: Vec<Way<F, N>>,
     walk: Walk,
-    /// Whether the light shines on anything.
-    is_lit: bool,
 }
 
 /// The pixels of a call, and where what is found of them goes.
-pub struct Part<'a, T> {
+pub struct Part<'a, C> {
     /// Indices of pixels,
     pub pixels: &'a [usize],
     /// and what is known of them already; nothing, or of each.
     pub known: &'a [Open],
     /// Takes the colours of pixels from this index on.
     pub first: usize,
-    pub out: &'a mut [T],
+    pub out: &'a mut [[C; 3]],
     /// Gets those that are left open.
     pub open: &'a mut Vec<Open>,
     /// Counts shadow rays of pixels that are not.
@@ -273,47 +270,43 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
     }
 
     /// Finds the colours of some pixels, `N` of them together.
-    pub fn find<T: Written, const N: usize>(&self, mut part: Part<T>, scratch: &mut Scratch<F, N>) {
+    pub fn find<C: Written, const N: usize>(&self, mut part: Part<C>, scratch: &mut Scratch<F, N>) {
         if part.pixels.is_empty() {
             return;
         }
-        let pixels = part.pixels;
-        self.run::<N, { stage::LOAD }>(pixels, scratch, 0);
-        self.run::<N, { stage::SEE }>(pixels, scratch, 0);
-        self.run::<N, { stage::GATHER }>(pixels, scratch, 0);
+        scratch.pixels.clear();
+        scratch.pixels.extend(part.pixels);
+        let arch = pulp::Arch::new();
+        arch.dispatch(Load(self, scratch));
+        arch.dispatch(See(self, scratch));
+        arch.dispatch(Gather(self, scratch));
         for (index, light) in self.lights.iter().enumerate() {
-            self.run::<N, { stage::AIM }>(pixels, scratch, index);
-            self.remember(index, part.known, scratch);
-            if light.casts_shadows && scratch.is_lit {
-                self.run::<N, { stage::DARKEN }>(pixels, scratch, index);
+            scratch.light = index;
+            arch.dispatch(Face(self, scratch));
+            self.remember(part.known, scratch);
+            if light.casts_shadows && scratch.given[index].iter().any(|given| given.is_lit) {
+                arch.dispatch(Occlude(self, scratch));
                 if self.occluders.tree().is_some() {
-                    self.run::<N, { stage::DARKEN_BY_TREE }>(pixels, scratch, index);
+                    arch.dispatch(OccludeByTree(self, scratch));
                 }
             }
         }
-        self.run::<N, { stage::TINT }>(pixels, scratch, 0);
-        pulp::Arch::new().dispatch(Write { pass: self, part: &mut part, scratch });
-    }
-
-    fn run<const N: usize, const STAGE: usize>(
-        &self,
-        pixels: &[usize],
-        scratch: &mut Scratch<F, N>,
-        index: usize,
-    ) {
-        let run: Run<F, N, STAGE> = Run { pass: self, pixels, scratch, index };
-        pulp::Arch::new().dispatch(run);
+        arch.dispatch(Tint(self, scratch));
+        arch.dispatch(Write(self, scratch, &mut part));
     }
 
     /// Puts samples of pixels into packs, and makes room for their light.
     #[inline(always)]
-    fn load<const N: usize>(&self, pixels: &[usize], scratch: &mut Scratch<F, N>) {
-        let Scratch { packs, shades, given, .. } = scratch;
+    fn load<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
+        let Scratch { pixels, packs, shades, given, .. } = scratch;
         let (n, row, ids) = (self.job.n_samples(), self.job.row, self.job.ids);
         let n_packs = pixels.len().div_ceil(N) * n * n;
         shades.clear();
         shades.resize(n_packs, Shade::none());
-        given.resize(n_packs * self.lights.len(), Given::none());
+        given.resize_with(self.lights.len(), Vec::new);
+        for given in given {
+            given.resize(n_packs, Given::none());
+        }
         packs.resize_with(packs.len().max(n_packs), Pack::default);
         packs.truncate(n_packs);
         let n_spheres = self.occluders.scene.spheres.len() as u32;
@@ -375,15 +368,13 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
 
     /// What a light gives if nothing is in its way.
     #[inline(always)]
-    fn aim<const N: usize>(&self, index: usize, scratch: &mut Scratch<F, N>) {
-        let Scratch { packs, shades, given, .. } = scratch;
-        let light = &self.lights[index];
+    fn face<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
+        let Scratch { light: index, packs, shades, given, .. } = scratch;
+        let light = &self.lights[*index];
         let aim = Aim::new(light.origin);
         let (zero, one) = (Lanes::lit(0.0), Lanes::lit(1.0));
         let (clear, of_rays) = if light.casts_shadows { (zero, one) } else { (one, zero) };
-        let all = &mut given[index * packs.len()..][..packs.len()];
-        scratch.is_lit = false;
-        for ((pack, shade), given) in one_by_one(&*packs).zip(shades).zip(all) {
+        for ((pack, shade), given) in one_by_one(&*packs).zip(shades).zip(&mut given[*index]) {
             let (low, high) =
                 self.shadow_rays(&aim, pack).cosine(pack.surface.normal, pack.surface.normal_error);
             let low = Lanes::select(pack.surface.is_known(), low, zero);
@@ -391,25 +382,20 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
             shade.n_rays = shade.n_rays + Lanes::select(zero.lt(high), of_rays, zero);
             let is_lit = zero.lt(high).any();
             *given = Given { bounds: Bounds { low, high }, clear, is_lit };
-            scratch.is_lit |= is_lit;
         }
     }
 
     /// Takes over what is known of a light already.
-    fn remember<const N: usize>(&self, index: usize, known: &[Open], scratch: &mut Scratch<F, N>) {
-        if known.is_empty() {
-            return;
-        }
+    fn remember<const N: usize>(&self, known: &[Open], scratch: &mut Scratch<F, N>) {
         let (n_lights, n_samples) = (self.lights.len(), self.job.n_samples().pow(2));
-        let Scratch { given, packs, is_lit, .. } = scratch;
-        let given = &mut given[index * packs.len()..][..packs.len()];
-        for (given, known) in given.chunks_mut(n_samples).zip(known.chunks(N)) {
+        let Scratch { light: index, given, .. } = scratch;
+        for (given, known) in given[*index].chunks_mut(n_samples).zip(known.chunks(N)) {
             for (sample, given) in given.iter_mut().enumerate() {
                 given.is_lit = false;
                 for lane in 0..N {
                     let known = known.get(lane).map(|known| &known.visibility);
                     // The last pixel is in all lanes behind it.
-                    match known.map_or(Visibility::Hidden, |all| all[sample * n_lights + index]) {
+                    match known.map_or(Visibility::Hidden, |all| all[sample * n_lights + *index]) {
                         Visibility::Unknown => given.is_lit = true,
                         Visibility::Hidden => {
                             let Bounds { low, high } = &mut given.bounds;
@@ -420,52 +406,47 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                 }
             }
         }
-        *is_lit = given.iter().any(|given| given.is_lit);
     }
 
-    /// Adds what all lights give, and takes it times the objects' own colours.
+    /// Adds what all lights give, and takes it times the objects' own colours, which are looked up first.
     #[inline(always)]
     fn tint<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
         let Scratch { packs, given, shades, .. } = scratch;
         let (zero, one) = (Lanes::<F, N>::lit(0.0), V3([Lanes::lit(1.0); 3]));
-        let n_packs = packs.len();
         for (pack, shade) in one_by_one(&*packs).zip(&mut *shades) {
             let [mut red, mut green, mut blue] = self.job.color(pack.ids[0]);
-            shade.color = V3([Lanes::lit(red), Lanes::lit(green), Lanes::lit(blue)]);
-            if pack.is_uniform() {
-                continue;
-            }
-            for lane in 1..N {
+            let mut color = V3([Lanes::lit(red), Lanes::lit(green), Lanes::lit(blue)]);
+            for lane in (1..N).filter(|_| !pack.is_uniform()) {
                 if pack.ids[lane] != pack.ids[lane - 1] {
                     [red, green, blue] = self.job.color(pack.ids[lane]);
                 }
-                shade.color.0[0].0[lane] = F::near(red);
-                shade.color.0[1].0[lane] = F::near(green);
-                shade.color.0[2].0[lane] = F::near(blue);
+                color.0[0].0[lane] = F::near(red);
+                color.0[1].0[lane] = F::near(green);
+                color.0[2].0[lane] = F::near(blue);
             }
+            shade.light = Light::of(color);
         }
         for (number, (pack, shade)) in one_by_one(&*packs).zip(shades).enumerate() {
             let Light { low, high } = self.ambient;
             let mut sum = Light { low: V3::splat(low), high: V3::splat(high) };
-            let here = given.iter().skip(number).step_by(n_packs);
-            for (light, given) in self.lights.iter().zip(here) {
-                sum = sum.with(V3::splat(light.weight), given.bounds);
+            for (light, given) in self.lights.iter().zip(&*given) {
+                sum = sum.with(V3::splat(light.weight), given[number].bounds);
             }
             let nothing = is_id(&pack.ids, 0);
             shade.n_hits = Lanes::select(nothing, zero, Lanes::lit(1.0));
             let Light { low, high } = sum;
             let sum =
                 Light { low: V3::select(nothing, one, low), high: V3::select(nothing, one, high) };
-            shade.light = sum.on(shade.color);
+            shade.light = sum.on(shade.light.low);
         }
     }
 
     /// Writes means of samples.
     #[inline(always)]
-    fn write<T: Written, const N: usize>(&self, part: &mut Part<T>, scratch: &Scratch<F, N>) {
+    fn write<C: Written, const N: usize>(&self, part: &mut Part<C>, scratch: &Scratch<F, N>) {
         let Part { pixels, first, out, open, n_rays, .. } = part;
         let n = self.job.n_samples();
-        let background = T::of_bounds(&self.job.color(0).map(Interval::of)).unwrap_or_default();
+        let background = self.job.color(0).map(C::of);
         let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
         let [low, high] = [-self.width, self.width].map(|x| Lanes::lit(1.0 + x));
         let width = Bounds { low, high };
@@ -480,8 +461,14 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                 Background::Shown | Background::Black => Lanes::lit((n * n) as f64),
             };
             let Light { low, high } = sum.light.mean(n_counted, width);
-            let mut found = [T::default(); N];
-            let is_known = T::of_lanes(&low, &high, &mut found);
+            let (mut found, mut is_known) = ([[C::default(); 3]; N], [true; N]);
+            for channel in 0..3 {
+                let (numbers, are_known) = C::of_lanes(low.0[channel], high.0[channel]);
+                for lane in 0..N {
+                    found[lane][channel] = numbers[lane];
+                    is_known[lane] &= are_known[lane];
+                }
+            }
             let (mut are_all_known, mut all_rays) = (true, 0.0);
             for lane in 0..N {
                 are_all_known &= is_known[lane] & zero.0[lane].lt(sum.n_hits.0[lane]);
@@ -499,15 +486,15 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                     out[pixel - *first] = found[lane];
                     **n_rays += sum.n_rays.0[lane].to_f64() as u64;
                 } else {
-                    let bounds = std::array::from_fn(|channel| Interval {
+                    let bounds = std::array::from_fn(|channel| Bounds {
                         low: low.0[channel].0[lane].to_f64(),
                         high: high.0[channel].0[lane].to_f64(),
                     });
                     let samples = number * n * n..(number + 1) * n * n;
-                    let of_lights =
-                        |pack| scratch.given.iter().skip(pack).step_by(scratch.packs.len());
-                    let visibility =
-                        samples.flat_map(of_lights).map(|given| given.visibility(lane));
+                    let of_lights = |pack| scratch.given.iter().map(move |given| &given[pack]);
+                    let visibility = samples
+                        .flat_map(of_lights)
+                        .map(|given: &Given<F, N>| given.visibility(lane));
                     open.push(Open { pixel, bounds, visibility: visibility.collect() });
                 }
             }
@@ -518,63 +505,47 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
 /// Whether these are `N` pixels side by side.
 #[inline(always)]
 fn is_stretch<const N: usize>(pixels: &[usize]) -> bool {
-    pixels.len() == N && pixels[N - 1] - pixels[0] == N - 1
-}
-
-/// The stages of a pass before it writes.
-mod stage {
-    pub const LOAD: usize = 0;
-    pub const SEE: usize = 1;
-    pub const GATHER: usize = 2;
-    pub const AIM: usize = 3;
-    pub const DARKEN: usize = 4;
-    pub const DARKEN_BY_TREE: usize = 5;
-    pub const TINT: usize = 6;
-}
-
-/// A stage, compiled for each instruction set that the processor may have. In one function for all of them numbers no longer
-/// stay in registers, and closures become calls.
-struct Run<'a, 'b, F: Float, const N: usize, const STAGE: usize> {
-    pass: &'a Pass<'b, F>,
-    pixels: &'a [usize],
-    scratch: &'a mut Scratch<F, N>,
-    /// Index of the light.
-    index: usize,
-}
-
-impl<F: Bounded + Linear, const N: usize, const STAGE: usize> WithSimd
-    for Run<'_, '_, F, N, STAGE>
-{
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Run { pass, pixels, scratch, index } = self;
-        match STAGE {
-            stage::LOAD => pass.load(pixels, scratch),
-            stage::SEE => pass.see(scratch),
-            stage::GATHER => pass.gather(scratch),
-            stage::AIM => pass.aim(index, scratch),
-            stage::DARKEN => pass.darken(index, scratch),
-            stage::DARKEN_BY_TREE => pass.darken_by_tree(index, scratch),
-            _ => pass.tint(scratch),
-        }
+    let mut is_stretch = pixels.len() == N;
+    for (lane, &pixel) in pixels.iter().enumerate() {
+        is_stretch &= pixel == pixels[0] + lane;
     }
+    is_stretch
 }
+
+/// Stages, compiled for each instruction set that the processor may have. In one function for all of them numbers no longer
+/// stay in registers, and closures become calls.
+macro_rules! stages {
+    ($($stage:ident: $function:ident),+) => {$(
+        struct $stage<'a, 'b, F: Float, const N: usize>(&'a Pass<'b, F>, &'a mut Scratch<F, N>);
+
+        impl<F: Bounded + Linear, const N: usize> WithSimd for $stage<'_, '_, F, N> {
+            type Output = ();
+
+            #[inline(always)]
+            fn with_simd<S: Simd>(self, _: S) {
+                self.0.$function(self.1);
+            }
+        }
+    )+};
+}
+
+stages!(
+    Load: load, See: see, Gather: gather, Face: face, Occlude: occlude, OccludeByTree: occlude_by_tree, Tint: tint
+);
 
 /// The last stage, of the numbers that a picture has.
-struct Write<'a, 'b, 'c, T, F: Float, const N: usize> {
-    pass: &'a Pass<'b, F>,
-    part: &'a mut Part<'c, T>,
-    scratch: &'a Scratch<F, N>,
-}
+struct Write<'a, 'b, 'c, C, F: Float, const N: usize>(
+    &'a Pass<'b, F>,
+    &'a Scratch<F, N>,
+    &'a mut Part<'c, C>,
+);
 
-impl<T: Written, F: Bounded + Linear, const N: usize> WithSimd for Write<'_, '_, '_, T, F, N> {
+impl<C: Written, F: Bounded + Linear, const N: usize> WithSimd for Write<'_, '_, '_, C, F, N> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.pass.write(self.part, self.scratch);
+        self.0.write(self.2, self.1);
     }
 }
 

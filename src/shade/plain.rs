@@ -24,12 +24,12 @@ use crate::tracer::Tracer;
 const SAMPLES_AT_ONCE: u32 = 1 << 18;
 
 /// Fills `colors` with those of all pixels, whose samples are the rays `samples`. True where the device of `tracer` lit them.
-pub(super) fn shade<T: Written>(
+pub(super) fn shade<C: Written>(
     job: &Job,
     (prepared, samples): (&Prepared, &Pixels),
     tracer: &mut Tracer,
     control: &Control,
-    colors: &mut [T],
+    colors: &mut [[C; 3]],
 ) -> Result<bool> {
     let lighting = &lighting_of(prepared.coordinates(), &job.lit.lighting, job.lit.style.epsilon);
     if shade_with(tracer, job, lighting, samples, control, colors)? {
@@ -52,78 +52,59 @@ pub(super) fn shade<T: Written>(
 }
 
 /// The same with a device's light, some rows at a time. False where that is left to the CPU.
-fn shade_with<T: Written>(
+fn shade_with<C: Written>(
     tracer: &mut Tracer,
     job: &Job,
     lighting: &PlainLighting,
     samples: &Pixels,
     control: &Control,
-    colors: &mut [T],
+    colors: &mut [[C; 3]],
 ) -> Result<bool> {
     let n_samples = job.n_samples() as u32;
-    let columns = (samples.width / n_samples).max(1) as usize;
+    let columns = job.n_columns().max(1);
     let n_rows = (SAMPLES_AT_ONCE / (samples.width * n_samples).max(1)).max(1) as usize;
     let mut lights = Vec::new();
-    for (number, colors) in colors.chunks_mut(n_rows * columns).enumerate() {
-        let first_row = number * n_rows;
-        let height = colors.len() / columns;
-        let rows = samples.rows(first_row as u32 * n_samples, height as u32 * n_samples);
+    for (part, colors) in colors.chunks_mut(n_rows * columns).enumerate() {
+        let (first_row, n_rows) = (part * n_rows, colors.len() / columns);
+        let rows = samples.rows(first_row as u32 * n_samples, n_rows as u32 * n_samples);
         if !tracer.light_plainly(lighting, &rows, control, &mut lights)? {
             return Ok(false);
         }
-        let (first_pixel, first_sample) =
-            (first_row * columns, first_row * n_samples as usize * job.row);
-        let light = |sample: usize| lights[sample - first_sample];
-        colors.par_chunks_mut(columns).enumerate().try_for_each(|(row, colors)| -> Result<()> {
+        let rows = colors.par_chunks_mut(columns).zip(lights.par_chunks(samples_of_row(job)));
+        rows.enumerate().try_for_each(|(row, (colors, lights))| -> Result<()> {
             control.check()?;
-            job.advance(control, colors.len());
-            for (pixel, color) in (first_pixel + row * columns..).zip(colors) {
-                *color = T::of_plain(mean(job, pixel, light));
-            }
+            mix(job, first_row + row, lights, control, colors);
             Ok(())
         })?;
     }
     Ok(true)
 }
 
-/// Pixels of a row whose samples are lit together.
-const AT_ONCE: usize = 128;
-
 /// The same on the CPU.
-fn shade_here<T: Written, S: Plain, P: Plain<Float = S::Float>, const N: usize>(
+fn shade_here<C: Written, S: Plain, P: Plain<Float = S::Float>, const N: usize>(
     scene: Scene<S, P>,
     (job, prepared, samples): (&Job, &Prepared, &Pixels),
     control: &Control,
-    colors: &mut [T],
+    colors: &mut [[C; 3]],
 ) -> Result<()> {
     let (scene, rays) = (&scene, &PlainRays::of_pixels(prepared.coordinates(), samples));
-    let (n, columns) = (job.n_samples(), job.n_columns().max(1));
-    let light_part = |(number, colors): (usize, &mut [T]),
-                      row: usize,
-                      lights: &mut Vec<[f64; 3]>| {
-        job.advance(control, colors.len());
-        let (pixel, width) = (row * columns + number * AT_ONCE, colors.len() * n);
-        let first = job.first_sample(pixel);
+    let rows = colors.par_chunks_mut(job.n_columns().max(1)).enumerate();
+    rows.try_for_each_init(Vec::new, |lights, (row, colors)| {
         lights.clear();
-        lights.resize(n * width, [0.0; 3]);
-        for (row, lights) in lights.chunks_mut(width).enumerate() {
-            let first = first + row * job.row;
-            let ids = &job.ids[first..first + width];
+        lights.resize(samples_of_row(job), [0.0; 3]);
+        let first = row * samples_of_row(job);
+        for (first, lights) in (first..).step_by(job.row).zip(lights.chunks_mut(job.row)) {
+            let ids = &job.ids[first..][..job.row];
             Arch::new().dispatch(Light::<S, P, N> { scene, rays, control, first, ids, lights })?;
         }
-        let light = |sample: usize| {
-            let sample = sample - first;
-            lights[sample / job.row * width + sample % job.row]
-        };
-        for (at, color) in (pixel..).zip(colors) {
-            *color = T::of_plain(mean(job, at, light));
-        }
+        mix(job, row, lights, control, colors);
         Ok(())
-    };
-    colors.par_chunks_mut(columns).enumerate().try_for_each(|(row, colors)| {
-        let parts = colors.par_chunks_mut(AT_ONCE).enumerate();
-        parts.try_for_each_init(Vec::new, |lights, part| light_part(part, row, lights))
     })
+}
+
+/// Samples of a row of pixels.
+fn samples_of_row(job: &Job) -> usize {
+    job.n_samples() * job.row
 }
 
 /// The lamps in the coordinates of a kernel.
@@ -143,19 +124,28 @@ fn lighting_of(coordinates: Coordinates, lighting: &Lighting, epsilon: f64) -> P
     }
 }
 
-/// The mean colour of a pixel, from the light on what its samples see.
-fn mean(job: &Job, pixel: usize, light: impl Fn(usize) -> [f64; 3]) -> [f64; 3] {
-    let mut sum = [0.0; 3];
-    for sample in job.samples(pixel) {
-        let id = job.ids[sample];
-        let light = if id == 0 { [1.0; 3] } else { light(sample) };
-        let color = job.color(id);
-        for channel in 0..3 {
-            sum[channel] += color[channel] * light[channel];
+/// The mean colours of a row's pixels, from the light on what its samples see.
+fn mix<C: Written>(
+    job: &Job,
+    row: usize,
+    lights: &[[f64; 3]],
+    control: &Control,
+    colors: &mut [[C; 3]],
+) {
+    job.advance(control, colors.len());
+    for (pixel, color) in (row * job.n_columns()..).zip(colors) {
+        let mut sum = [0.0; 3];
+        for sample in job.samples(pixel) {
+            let id = job.ids[sample];
+            let light = if id == 0 { [1.0; 3] } else { lights[sample - row * samples_of_row(job)] };
+            let color = job.color(id);
+            for channel in 0..3 {
+                sum[channel] += color[channel] * light[channel];
+            }
         }
+        let n = job.n_counted(pixel) as f64;
+        *color = sum.map(|part| C::of(part / n));
     }
-    let n = job.n_counted(pixel) as f64;
-    sum.map(|part| part / n)
 }
 
 /// Consecutive samples of a row, compiled for each instruction set that the processor may have.

@@ -3,13 +3,14 @@
 use rayon::prelude::*;
 
 use super::mean::ExactMean;
-use super::written::{Interval, Written};
-use super::{Background, Colors, Encoding, PIXELS_AT_ONCE, Style};
+use super::written::{Written, exact_pixel, pixel_between};
+use super::{Background, Colors, Encoding, PIXELS_AT_ONCE, Style, of_any};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::exact::exact;
 use crate::num::Float;
 use crate::scene::{Color, Scene};
+use crate::seen::Bounds;
 use crate::trace::SampleIds;
 
 /// Gives pixels the flat colours of their objects. Colours are encoded once an object, not once a
@@ -33,13 +34,9 @@ pub struct Shader {
 impl Shader {
     /// A shader for the objects of `scene`.
     pub fn new(scene: &Scene, style: &Style) -> Shader {
-        let color = |id: u32| color(scene, style.background, id);
-        let colors = (0..=scene.n_objects() as u32).map(|id| Color(color(id)));
-        let palette = match style.encoding {
-            Encoding::Srgb8 => Colors::Srgb8(colors.map(Color::to_srgb8).collect()),
-            Encoding::Srgb16 => Colors::Srgb16(colors.map(Color::to_srgb16).collect()),
-            Encoding::Linear => Colors::Linear(colors.map(Color::to_f32).collect()),
-        };
+        let colors = (0..=scene.n_objects() as u32).map(|id| color(scene, style.background, id));
+        let mut palette = Colors::new(style.encoding);
+        of_any!(&mut palette, palette => palette.extend(colors.map(|color| color.map(Written::of))));
         Shader { palette, background: style.background }
     }
 
@@ -63,19 +60,11 @@ impl Shader {
                 n_colors - 1
             )));
         }
-        match (&self.palette, colors) {
-            (Colors::Srgb8(palette), Colors::Srgb8(out)) => look_up(palette, ids, out),
-            (Colors::Srgb16(palette), Colors::Srgb16(out)) => look_up(palette, ids, out),
-            (Colors::Linear(palette), Colors::Linear(out)) => look_up(palette, ids, out),
-            (palette, other) => {
-                *other = Colors::new(palette.encoding());
-                return self.shade(ids, other);
-            }
-        }
+        colors.look_up(&self.palette, ids);
         Ok(())
     }
 
-    /// Replaces `colors`, which have the numbers of the style, by those of pixels of the scene.
+    /// Replaces `colors` by those of pixels of the scene.
     ///
     /// # Errors
     /// [`Error::Interrupted`] when `control` was cancelled.
@@ -86,50 +75,30 @@ impl Shader {
         control: &Control,
         colors: &mut Colors,
     ) -> Result<()> {
-        match (&self.palette, colors) {
-            (Colors::Srgb8(palette), Colors::Srgb8(out)) => {
-                self.mix_in(palette, (scene, samples), control, out)
-            }
-            (Colors::Srgb16(palette), Colors::Srgb16(out)) => {
-                self.mix_in(palette, (scene, samples), control, out)
-            }
-            (Colors::Linear(palette), Colors::Linear(out)) => {
-                self.mix_in(palette, (scene, samples), control, out)
-            }
-            (palette, other) => {
-                *other = Colors::new(palette.encoding());
-                self.mix(scene, samples, control, other)
-            }
-        }
-    }
-
-    fn mix_in<T: Written>(
-        &self,
-        palette: &[T],
-        (scene, samples): (&Scene, &SampleIds),
-        control: &Control,
-        out: &mut Vec<T>,
-    ) -> Result<()> {
         control.check()?;
         // What shows several objects counts as background for now.
-        let whole = samples.whole.par_iter().with_min_len(PIXELS_AT_ONCE);
-        let color = |&id: &u32| palette.get(id as usize).copied().unwrap_or(palette[0]);
-        whole.map(color).collect_into_vec(out);
+        colors.look_up(&self.palette, &samples.whole);
+        of_any!(colors, colors => self.mix_in(colors, (scene, samples), control))
+    }
+
+    fn mix_in<C: Written>(
+        &self,
+        colors: &mut [[C; 3]],
+        (scene, samples): (&Scene, &SampleIds),
+        control: &Control,
+    ) -> Result<()> {
         let mixed = samples.ids.par_chunks(samples.n_each.max(1)).with_min_len(PIXELS_AT_ONCE / 64);
         let mean = |ids: &[u32]| control.check().map(|()| self.mean(scene, ids));
-        let mixed: Vec<T> = mixed.map(mean).collect::<Result<_>>()?;
+        let mixed: Vec<[C; 3]> = mixed.map(mean).collect::<Result<_>>()?;
         for (&pixel, color) in samples.mixed.iter().zip(mixed) {
-            out[pixel as usize] = color;
+            colors[pixel as usize] = color;
         }
         Ok(())
     }
 
     /// The colour of a pixel whose samples see the objects with these ids.
-    fn mean<T: Written>(&self, scene: &Scene, ids: &[u32]) -> T {
-        let n_counted = match self.background {
-            Background::Shown | Background::Black => ids.len(),
-            Background::LeftOut => ids.iter().filter(|&&id| id != 0).count().max(1),
-        };
+    fn mean<C: Written>(&self, scene: &Scene, ids: &[u32]) -> [C; 3] {
+        let n_counted = self.background.n_counted(ids.iter().copied());
         let mut sums = [0.0; 3];
         for &id in ids {
             for (sum, part) in sums.iter_mut().zip(color(scene, self.background, id)) {
@@ -142,18 +111,18 @@ impl Shader {
             // No test sees it halved: the unit is two roundings.
             n => (n + 8) as f64 * f64::UNIT,
         };
-        let bounds = sums.map(|sum| Interval {
+        let bounds = sums.map(|sum| Bounds {
             low: sum / n_counted as f64 * (1.0 - error),
             high: sum / n_counted as f64 * (1.0 + error),
         });
-        T::of_bounds(&bounds).unwrap_or_else(|| {
-            let mut mean = ExactMean::new(n_counted as u64);
+        pixel_between(&bounds).unwrap_or_else(|| {
+            let mut mean = ExactMean::new(n_counted);
             for &id in ids {
                 for (channel, part) in color(scene, self.background, id).into_iter().enumerate() {
                     mean.add(channel, &exact(part));
                 }
             }
-            T::of_exact(&mean, &bounds)
+            exact_pixel(&mean, bounds.map(|bounds| bounds.low))
         })
     }
 }
@@ -164,11 +133,4 @@ pub(super) fn color(scene: &Scene, background: Background, id: u32) -> [f64; 3] 
         true => Color::BLACK.0,
         false => scene.color(id).0,
     }
-}
-
-fn look_up<T: Copy + Send + Sync>(palette: &[T], ids: &[u32], out: &mut Vec<T>) {
-    ids.par_iter()
-        .with_min_len(PIXELS_AT_ONCE)
-        .map(|&id| palette[id as usize])
-        .collect_into_vec(out);
 }

@@ -8,9 +8,10 @@ use crate::error::Result;
 use crate::exact::ExactPixels;
 use crate::kernel::Kernel;
 use crate::rays::{Pixels, Ray};
-use crate::scene::{Edges, Samples, Scene};
+use crate::scene::{Samples, Scene};
 use crate::shade::{
-    Colors, Encoding, ExactMean, Lighting, LitPoint, Painter, Style, add_sample, mean_divisor,
+    Colors, Encoding, ExactMean, Lighting, LitPoint, Painter, Style, add_sample, exact_pixel,
+    mean_divisor,
 };
 use crate::trace::Hits;
 use crate::tracer::Tracer;
@@ -145,15 +146,7 @@ pub(crate) fn samples_of_pixel(
 /// A mean in every encoding.
 fn numbers(mean: &ExactMean) -> ([u8; 3], [u16; 3], [f32; 3]) {
     let guess: [f64; 3] = std::array::from_fn(|channel| mean.approximate(channel));
-    let code = |channel: usize, edges: &Edges, most| {
-        let guess = edges.number(guess[channel]);
-        mean.code(channel, guess, most, |code| edges.range(code).0)
-    };
-    (
-        std::array::from_fn(|channel| code(channel, Edges::srgb8(), 255) as u8),
-        std::array::from_fn(|channel| code(channel, Edges::srgb16(), u16::MAX)),
-        std::array::from_fn(|channel| mean.nearest_f32(channel, guess[channel] as f32)),
-    )
+    (exact_pixel(mean, guess), exact_pixel(mean, guess), exact_pixel(mean, guess))
 }
 
 /// How many pixels have other colours.

@@ -12,7 +12,7 @@ use crate::certify::{Pack, is_id};
 use crate::guard::host::Bounded;
 use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3};
 use crate::scene::Linear;
-use crate::seen::shadow::{Aim, Origin};
+use crate::seen::shadow::Aim;
 use crate::seen::{Occluder, Record, ShadowRay, SphereMet, Surface, Verdict};
 
 /// Packs at least whose points of an object share a walk through the tree, which lie below each other: with more the beams
@@ -55,40 +55,37 @@ impl<F: Float, const N: usize> Extent<F, N> {
         self.back = Lanes::select(is_in, self.back.max(back), self.back);
     }
 
+    /// The corners of a box around the points.
+    #[inline(always)]
+    fn ends(&self) -> Corners {
+        let mut ends = [DVec3::ZERO; 2];
+        for axis in 0..3 {
+            ends[0][axis] = -most(-self.low.0[axis]);
+            ends[1][axis] = most(self.high.0[axis]);
+        }
+        ends
+    }
+
     /// Corners of a box around all true points.
     #[inline(always)]
     fn corners(&self) -> Corners {
-        let (mut corners, error) = ([DVec3::ZERO; 2], most(self.error));
-        for axis in 0..3 {
-            let (low, high) = (-most(-self.low.0[axis]), most(self.high.0[axis]));
-            // No test sees the roundings of these sums, which the beam has room for.
-            (corners[0][axis], corners[1][axis]) = (low - error, high + error);
-        }
-        corners
+        let ([low, high], error) = (self.ends(), most(self.error));
+        // No test sees the roundings of these sums, which the beam has room for.
+        [low - error, high + error]
     }
 
     /// From the middle of all lanes the true points are as far as half a diagonal of their box, the middle's own rounding, and
     /// the largest error.
     #[inline(always)]
     pub fn ball(&self) -> Ball {
-        let (mut middle, mut half) = (V3([0.0; 3]), V3([0.0; 3]));
-        for axis in 0..3 {
-            let (low, high) = (-most(-self.low.0[axis]), most(self.high.0[axis]));
-            half.0[axis] = (high - low) * 0.5;
-            middle.0[axis] = low + half.0[axis];
-        }
+        let [low, high] = self.ends();
+        let half = (high - low) * 0.5;
+        let middle = low + half;
         // No test sees it halved: the unit is two roundings.
-        let rounding = f64::UNIT * middle.dot(middle).sqrt();
-        let reach = 1.01 * half.dot(half).sqrt() + rounding + most(self.error);
+        let rounding = f64::UNIT * middle.length();
+        let reach = 1.01 * half.length() + rounding + most(self.error);
+        let middle = V3(middle.to_array());
         Ball { id: self.id, has_back: most(self.back) > 0.0, middle, reach }
-    }
-}
-
-impl Ball {
-    /// The ways from its points to a light.
-    #[inline(always)]
-    fn shadow_ray(&self, origin: Origin) -> ShadowRay<f64> {
-        ShadowRay::new(&Aim::new(origin), self.middle, self.reach)
     }
 }
 
@@ -108,6 +105,8 @@ pub struct Way<F: Float, const N: usize> {
     verdict: Verdict<Lanes<F, N>>,
     /// Positive where it is not known to be dark.
     asked: Lanes<F, N>,
+    /// 1 where it is still to be looked at, else 0.
+    left: Lanes<F, N>,
 }
 
 impl<F: Float, const N: usize> Way<F, N> {
@@ -127,20 +126,14 @@ impl<F: Bounded + Linear> Pass<'_, F> {
         for pack in packs {
             let mut left = pack.surface.is_known().and(is_id(&pack.ids, 0).not());
             while left.any() {
-                let id = match pack.is_uniform() {
-                    true => pack.ids[0],
-                    false => first_of(left, &pack.ids),
-                };
-                let here = if pack.is_uniform() { left } else { left.and(is_id(&pack.ids, id)) };
+                let id = first_of(left, &pack.ids);
+                let here = left.and(is_id(&pack.ids, id));
                 let known = boxes.iter().rposition(|some| some.id == id);
                 let at = known.unwrap_or_else(|| {
                     boxes.push(Extent::none(id));
                     boxes.len() - 1
                 });
                 boxes[at].add(here, &pack.surface);
-                if pack.is_uniform() {
-                    break;
-                }
                 left = left.and(here.not());
             }
         }
@@ -152,20 +145,19 @@ impl<F: Bounded + Linear> Pass<'_, F> {
 
     /// Takes away what listed objects are in the way of.
     #[inline(always)]
-    pub fn darken<const N: usize>(&self, index: usize, scratch: &mut Scratch<F, N>) {
-        let Scratch { packs, given, balls, places, .. } = scratch;
-        let given = &mut given[index * packs.len()..][..packs.len()];
-        let (light, lamp) = (&self.lights[index], &self.job.lit.lighting.lamps[index]);
-        let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
+    pub fn occlude<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
+        let Scratch { light: index, packs, given, balls, places, .. } = scratch;
+        let given = &mut given[*index];
+        let (light, lamp) = (&self.lights[*index], &self.job.lit.lighting.lamps[*index]);
         let aim = Aim::new(light.origin);
-        for ball in balls {
-            let id = ball.id;
+        for &mut Ball { id, has_back, middle, reach } in balls {
             let mut both = packs.iter().zip(&*given);
             if !both.any(|(pack, given)| given.is_lit && pack.sees(id)) {
                 continue;
             }
-            let has_back = ball.has_back && self.occluders.own_is_in_the_way(lamp, id);
-            let is_dark = self.occluders.look_around(&ball.shadow_ray(light.origin), id, places);
+            let has_back = has_back && self.occluders.own_is_in_the_way(lamp, id);
+            let ball = ShadowRay::new(&Aim::new(light.origin), middle, reach);
+            let is_dark = self.occluders.look_around(&ball, id, places);
             if !is_dark && !has_back && places.is_empty() {
                 continue;
             }
@@ -173,26 +165,20 @@ impl<F: Bounded + Linear> Pass<'_, F> {
                 if !given.is_lit || !pack.sees(id) {
                     continue;
                 }
-                let mut verdict = Verdict::none();
-                if is_dark {
-                    verdict = Verdict { blocked: one, clear: -one };
-                } else {
+                let mut verdict = Verdict::dark();
+                if !is_dark {
                     let rays = self.shadow_rays(&aim, pack);
+                    verdict = Verdict::none();
                     for &place in &*places {
                         verdict = verdict.with(self.listed[place].occlude(&rays));
                     }
                     if has_back {
-                        let front = pack.surface.front;
-                        verdict.blocked = Lanes::select(front, verdict.blocked, one);
-                        verdict.clear = Lanes::select(front, verdict.clear, -one);
+                        verdict = Verdict::select(pack.surface.front, verdict, Verdict::dark());
                     }
                 }
                 // Of those of which nothing is known the lower bound is 0 already.
-                let here = pack.surface.is_known();
-                let here = if pack.is_uniform() { here } else { here.and(is_id(&pack.ids, id)) };
-                verdict.blocked = Lanes::select(here, verdict.blocked, zero);
-                verdict.clear = Lanes::select(here, verdict.clear, one);
-                given.take(verdict);
+                let here = pack.surface.is_known().and(is_id(&pack.ids, id));
+                given.take(Verdict::select(here, verdict, Verdict::none()));
             }
         }
     }
@@ -200,46 +186,43 @@ impl<F: Bounded + Linear> Pass<'_, F> {
     /// Takes away what spheres of the tree are in the way of. The samples of some pixels that see one object lie close
     /// together, and share a walk.
     #[inline(always)]
-    pub fn darken_by_tree<const N: usize>(&self, index: usize, scratch: &mut Scratch<F, N>) {
+    pub fn occlude_by_tree<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
         let Some(bvh) = self.occluders.tree() else { return };
-        let light = &self.lights[index];
+        let Scratch { light: index, packs, given, walk, ways, .. } = scratch;
+        let light = &self.lights[*index];
         let aim = Aim::new(light.origin);
-        let Scratch { packs, given, walk, left, ways, .. } = scratch;
-        let given = &mut given[index * packs.len()..][..packs.len()];
+        let given = &mut given[*index];
         let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
         let together = self.job.n_samples().pow(2).max(TOGETHER);
         for (packs, given) in packs.chunks(together).zip(given.chunks_mut(together)) {
             ways.clear();
-            left.clear();
             for (pack, given) in packs.iter().zip(&*given) {
                 let rays = self.shadow_rays(&aim, pack);
                 let is_asked = zero.lt(given.bounds.high.min(one - given.clear));
                 let is_asked = pack.surface.is_known().and(is_asked);
                 let asked = Lanes::select(is_asked, given.bounds.high, zero);
-                ways.push(Way { rays, verdict: Verdict::none(), asked });
-                left.push(Lanes::select(is_asked, one, zero));
+                let left = Lanes::select(is_asked, one, zero);
+                ways.push(Way { rays, verdict: Verdict::none(), asked, left });
             }
             for first in 0..packs.len() {
-                while let Some(lane) = (0..N).find(|&lane| zero.0[lane].lt(left[first].0[lane])) {
+                let left = |way: &Way<F, N>| (0..N).find(|&lane| zero.0[lane].lt(way.left.0[lane]));
+                while let Some(lane) = left(&ways[first]) {
                     let own = packs[first].ids[lane];
                     let mut around = Extent::none(own);
-                    for (pack, left) in packs.iter().zip(&mut *left).skip(first) {
-                        let here = is_id(&pack.ids, own).and(zero.lt(*left));
+                    let (packs, ways) = (&packs[first..], &mut ways[first..]);
+                    for (pack, way) in packs.iter().zip(&mut *ways) {
+                        let here = is_id(&pack.ids, own).and(zero.lt(way.left));
                         around.add(here, &pack.surface);
-                        *left = Lanes::select(here, zero, *left);
+                        way.left = Lanes::select(here, zero, way.left);
                     }
                     let beam = self.occluders.beam(bvh, light.origin, around.corners());
-                    let (packs, ways) = (&packs[first..], &mut ways[first..]);
                     let mut darken = Darken { pass: self, bvh, own, packs, ways, is_dark: false };
                     walk.all(bvh, bvh.root(), beam, &mut darken);
                 }
             }
             for ((pack, given), way) in packs.iter().zip(given).zip(&*ways) {
-                let Verdict { mut blocked, mut clear } = way.verdict;
-                let known = pack.surface.is_known();
-                (blocked, clear) =
-                    (Lanes::select(known, blocked, zero), Lanes::select(known, clear, one));
-                given.take(Verdict { blocked, clear });
+                let is_known = pack.surface.is_known();
+                given.take(Verdict::select(is_known, way.verdict, Verdict::none()));
             }
         }
     }
@@ -282,9 +265,8 @@ impl<F: Bounded + Linear, const N: usize> Visitor for Darken<'_, '_, F, N> {
                 if !way.is_open(here) {
                     continue;
                 }
-                let mut found = SphereMet::occlude(&met, &way.rays);
-                found.blocked = Lanes::select(zero.lt(here), found.blocked, -one);
-                found.clear = Lanes::select(zero.lt(here), found.clear, one);
+                let found = SphereMet::occlude(&met, &way.rays);
+                let found = Verdict::select(zero.lt(here), found, Verdict::none());
                 way.verdict = way.verdict.with(found);
                 way.asked = Lanes::select(zero.lt(found.blocked), zero, way.asked);
                 is_any_open |= way.is_open(here);

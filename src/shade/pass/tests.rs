@@ -86,20 +86,22 @@ fn with_lights(scene: &Arc<Scene>, n_samples: u32, run: &mut dyn FnMut(&Lights))
     run(&Lights { job, occluders: &occluders, samples: &pixels });
 }
 
-/// A colour that no bounds tell, so that all are left open.
+/// A number that no bounds tell, so that all colours are left open.
 #[derive(Clone, Copy, Default)]
 struct Untold;
 
-impl Written for Untold {
-    fn of_bounds(_: &[Interval; 3]) -> Option<Untold> {
-        None
+impl PartialEq for Untold {
+    fn eq(&self, _: &Untold) -> bool {
+        false
     }
+}
 
-    fn of_exact(_: &ExactMean, _: &[Interval; 3]) -> Untold {
+impl Written for Untold {
+    fn of(_: f64) -> Untold {
         Untold
     }
 
-    fn of_plain(_: [f64; 3]) -> Untold {
+    fn of_exact(_: &ExactMean, _: usize, _: f64) -> Untold {
         Untold
     }
 }
@@ -111,7 +113,7 @@ fn bounds<F: Bounded + Linear, const N: usize>(
     scratch: &mut Scratch<F, N>,
 ) -> Vec<Open> {
     let (mut open, mut n_rays, first) = (Vec::new(), 0, pixels[0]);
-    let mut out = vec![Untold; pixels[pixels.len() - 1] + 1 - first];
+    let mut out = vec![[Untold; 3]; pixels[pixels.len() - 1] + 1 - first];
     let part =
         Part { pixels, known: &[], first, out: &mut out, open: &mut open, n_rays: &mut n_rays };
     pass.find(part, scratch);
@@ -181,8 +183,8 @@ fn bytes_are_those_that_f64_finds() {
                 let [narrow, wide] = [true, false].map(|is_f32_enough| {
                     let certified = Certified::new(job, occluders, samples, is_f32_enough);
                     let (mut out, mut work) = (vec![[0u8; 3]; n], Work::default());
-                    let pixels = row * n..(row + 1) * n;
-                    certified.find(pixels, (row * n, &mut out), &mut work);
+                    work.pixels.extend(row * n..(row + 1) * n);
+                    certified.find((row * n, &mut out), &mut work);
                     (out, work.counts)
                 });
                 assert_eq!(narrow.0, wide.0, "{scene:?}");
@@ -208,7 +210,9 @@ fn pixels_are_the_same_alone_and_among_others() {
             for row in 0..samples.height as usize / job.n_samples() {
                 let first = row * n;
                 let mut whole = vec![[0u8; 3]; n];
-                certified.find(first..first + n, (first, &mut whole), &mut Work::default());
+                let mut work = Work::default();
+                work.pixels.extend(first..first + n);
+                certified.find((first, &mut whole), &mut work);
                 let share = [0.1, 0.5, 0.9][row % 3];
                 let some: Vec<usize> =
                     (first..first + n).filter(|_| rng.random_bool(share)).collect();
@@ -216,7 +220,8 @@ fn pixels_are_the_same_alone_and_among_others() {
                 let before = used.counts.total();
                 for work in [&mut used, &mut fresh] {
                     let mut out = vec![[0u8; 3]; n];
-                    certified.find(some.iter().copied(), (first, &mut out), work);
+                    work.pixels.extend(&some);
+                    certified.find((first, &mut out), work);
                     for &pixel in &some {
                         let at = pixel - first;
                         n_apart += usize::from(at > 0 && !some.contains(&(pixel - 1)));
@@ -243,11 +248,21 @@ fn equal_questions_are_asked_once() {
             let (n, mut work) = (job.n_columns(), Work::default());
             for row in 0..samples.height as usize / job.n_samples() {
                 let mut out = vec![[0u8; 3]; n];
-                certified.find(row * n..(row + 1) * n, (row * n, &mut out), &mut work);
+                work.pixels.extend(row * n..(row + 1) * n);
+                certified.find((row * n, &mut out), &mut work);
                 assert_eq!(out, vec![[5; 3]; n]);
             }
             assert_eq!(work.colors.len(), 1, "{n_samples} samples");
         });
+    }
+}
+
+/// In blocks of several rows, those of the next cell begin above the last row of the one before.
+#[test]
+fn pixels_of_several_rows_are_no_stretch() {
+    assert!(is_stretch::<4>(&[7, 8, 9, 10]));
+    for apart in [&[7, 8, 9][..], &[15, 35, 55, 18], &[17, 16, 15, 14], &[7, 8, 10, 11]] {
+        assert!(!is_stretch::<4>(apart), "{apart:?}");
     }
 }
 
