@@ -1,19 +1,20 @@
 //! A report in two sentences.
 
+use super::Metric::TraceNsPerRay;
 use super::figures::{digits, digits_borne, list, percent};
-use super::summary::{Cast, classes, time_of};
-use super::{Class, ClassResult, Errors, Report, SceneResult};
+use super::order::SeriesOrder;
+use super::{Class, Count, Of, Report, Row, Spread};
 
 /// Which kernels were wrong, where, and how much, in a sentence.
 pub fn answer(report: &Report) -> String {
     let (mut right, mut parts) = (Vec::new(), Vec::new());
-    for kernel in Cast::of(report).kernels {
-        let scenes = worst_errors(report, kernel);
-        let n_wrong = scenes.iter().filter(|(_, errors)| errors.wrong_ids() > 0).count();
-        let by_share = |a: &Errors, b: &Errors| a.wrong_share().total_cmp(&b.wrong_share());
-        let worst = scenes.iter().max_by(|(_, a), (_, b)| by_share(a, b));
-        let Some((scene, errors)) = worst else { continue };
-        let share = percent(errors.wrong_ids(), errors.rays);
+    for kernel in SeriesOrder::of(report).kernels {
+        let scenes = worst_rows(report, kernel);
+        let n_wrong = scenes.iter().filter(|(_, row)| row.wrong_ids() > 0).count();
+        let Some((scene, row)) = scenes.iter().max_by(|(_, a), (_, b)| by_share(a, b)) else {
+            continue;
+        };
+        let share = percent(row.wrong_ids(), row.count(Count::Rays));
         match (n_wrong, scenes.len()) {
             (0, _) => right.push(kernel.to_string()),
             (_, 1) => {
@@ -35,28 +36,42 @@ pub fn answer(report: &Report) -> String {
     }
 }
 
-/// The scenes that a kernel was compared in, each with its errors on the device where it was worst.
-fn worst_errors<'a>(report: &'a Report, kernel: &str) -> Vec<(&'a str, &'a Errors)> {
-    let of_scene = |scene: &'a SceneResult| {
-        let rows = scene.rows.iter().filter(|row| row.contestant.kernel == kernel);
-        let errors = rows.map(|row| &row.errors).filter(|errors| errors.rays > 0);
-        let worst = errors.max_by(|a, b| a.wrong_share().total_cmp(&b.wrong_share()))?;
-        Some((scene.name.as_str(), worst))
-    };
-    report.scenes.iter().filter_map(of_scene).collect()
+fn by_share(a: &Row, b: &Row) -> std::cmp::Ordering {
+    a.wrong_share().total_cmp(&b.wrong_share())
+}
+
+/// The scenes that a kernel was compared in, each with the row of the device where it was worst.
+fn worst_rows<'a>(report: &'a Report, kernel: &str) -> Vec<(&'a str, &'a Row)> {
+    let mut scenes: Vec<(&str, &Row)> = Vec::new();
+    for row in report.rows.iter().filter(|row| row.key.kernel == kernel) {
+        if let Of::Scene { scene, .. } = &row.key.of
+            && row.count(Count::Rays) > 0
+        {
+            match scenes.iter_mut().find(|(name, _)| name == scene) {
+                Some((_, worst)) if by_share(worst, row).is_le() => *worst = row,
+                Some(_) => {}
+                None => scenes.push((scene, row)),
+            }
+        }
+    }
+    scenes
 }
 
 /// The time of the kernels that were never wrong, against the fastest of all, in a sentence. `None`
 /// where each was wrong.
 pub fn price(report: &Report) -> Option<String> {
-    let (cast, classes) = (Cast::of(report), classes(report));
+    let (order, classes) = (SeriesOrder::of(report), report.classes());
     let mut parts = Vec::new();
-    for device in &cast.devices {
+    for device in &order.devices {
         let mut kernels = Vec::new();
-        for kernel in &cast.kernels {
-            let ratios = classes.iter().map(|class| {
-                let ratio = ratio(report, device, *class, kernel)?;
-                Some(if classes.len() > 1 { format!("{ratio} ({})", class.name()) } else { ratio })
+        for kernel in &order.kernels {
+            let ratios = classes.iter().map(|(class, rows)| {
+                let ratio = ratio(rows, device, kernel)?;
+                Some(if classes.len() > 1 {
+                    format!("{ratio} ({})", Class::name(*class))
+                } else {
+                    ratio
+                })
             });
             let ratios: Option<Vec<String>> = ratios.collect();
             let Some(ratios) = ratios.filter(|ratios| !ratios.is_empty()) else { continue };
@@ -66,7 +81,7 @@ pub fn price(report: &Report) -> Option<String> {
             });
         }
         if !kernels.is_empty() {
-            parts.push(format!("on {}, {}", cast.short(device), kernels.join(", ")));
+            parts.push(format!("on {}, {}", order.short(device), kernels.join(", ")));
         }
     }
     (!parts.is_empty()).then(|| format!("Without a wrong object: {}.", parts.join("; ")))
@@ -74,15 +89,15 @@ pub fn price(report: &Report) -> Option<String> {
 
 /// The time of a kernel that was never wrong in a class, against that of the fastest, in the digits that
 /// both bear.
-fn ratio(report: &Report, device: &str, class: Class, kernel: &str) -> Option<String> {
+fn ratio(class: &[&Row], device: &str, kernel: &str) -> Option<String> {
     let rows = || {
-        let on_device = |row: &&ClassResult| row.class == class && row.contestant.device == device;
-        report.classes.iter().filter(on_device).filter(|row| row.errors.rays > 0)
+        let rows = class.iter().filter(|row| row.key.device == device);
+        rows.filter(|row| row.count(Count::Rays) > 0)
     };
-    let own = rows().find(|row| row.contestant.kernel == kernel)?;
-    let times = rows().map(|row| &row.trace_ns_per_ray).filter(|time| time_of(time).is_some());
+    let own = rows().find(|row| row.key.kernel == kernel && row.wrong_ids() == 0)?;
+    let times = rows().filter_map(|row| row.number(TraceNsPerRay)).filter(Spread::is_drawable);
     let fastest = times.min_by(|a, b| a.median.total_cmp(&b.median))?;
-    let time = time_of(&own.trace_ns_per_ray).filter(|_| own.errors.wrong_ids() == 0)?;
-    let n_digits = digits_borne(&own.trace_ns_per_ray).min(digits_borne(fastest));
-    Some(digits(time / fastest.median, n_digits))
+    let time = own.number(TraceNsPerRay).filter(Spread::is_drawable)?;
+    let n_digits = digits_borne(&time).min(digits_borne(&fastest));
+    Some(digits(time.median / fastest.median, n_digits))
 }

@@ -2,15 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Contestant, Effort, Report, SCHEMA, Spread};
+use super::{Count, Environment, Metric, Of, Report, Row, RowKey, SCHEMA, Settings, Spread};
 
-/// An earlier report, as its JSON tells it. What it has more is left out.
+/// An earlier report, as its JSON tells it.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Earlier {
-    evidence: EarlierEvidence,
-    effort: EarlierEffort,
-    scenes: Vec<EarlierScene>,
-    clouds: Vec<EarlierCloud>,
+    environment: EarlierEnvironment,
+    settings: Settings,
+    rows: Vec<Row>,
 }
 
 /// What every summary begins with.
@@ -21,7 +20,7 @@ struct Head {
 }
 
 #[derive(Clone, Debug, Deserialize)]
-struct EarlierEvidence {
+struct EarlierEnvironment {
     version: String,
     commit: Option<String>,
     date: String,
@@ -30,53 +29,10 @@ struct EarlierEvidence {
     adapters: Vec<EarlierAdapter>,
 }
 
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 struct EarlierAdapter {
     name: String,
     driver: String,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct EarlierEffort {
-    size: [u32; 2],
-    samples: usize,
-    seed: u64,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct EarlierScene {
-    name: String,
-    rows: Vec<EarlierRow>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct EarlierRow {
-    #[serde(flatten)]
-    contestant: Contestant,
-    errors: EarlierErrors,
-    cost: EarlierCost,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct EarlierErrors {
-    rays: u64,
-    false_hits: u64,
-    false_misses: u64,
-    wrong_object: u64,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct EarlierCost {
-    trace_ns_per_ray: Spread,
-    surface_ns_per_ray: Spread,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct EarlierCloud {
-    n_spheres: u64,
-    #[serde(flatten)]
-    contestant: Contestant,
-    picture_ms: Spread,
 }
 
 /// What changed since an earlier report.
@@ -94,20 +50,18 @@ pub struct Baseline {
     pub different: Vec<String>,
     /// All times that both have.
     pub times: Vec<Change>,
-    /// Wrong ids that are not as many as before, where both compared the same pixels.
+    /// Wrong ids that are not as many as before, where both compared the same rays.
     pub wrong_ids: Vec<WrongIds>,
 }
 
 /// A time, before and now.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Change {
-    /// The scene, or the number of spheres of a cloud.
-    pub of: String,
-    /// Who was measured.
+    /// What was measured.
     #[serde(flatten)]
-    pub contestant: Contestant,
-    /// What was measured, with its unit.
-    pub what: &'static str,
+    pub key: RowKey,
+    /// Which of its times.
+    pub metric: Metric,
     /// The earlier one.
     pub before: Spread,
     /// This report's.
@@ -116,6 +70,20 @@ pub struct Change {
     pub ratio: f64,
     /// Whether that is more than noise.
     pub verdict: Verdict,
+}
+
+/// Wrong ids, before and now.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WrongIds {
+    /// What was measured.
+    #[serde(flatten)]
+    pub key: RowKey,
+    /// Rays compared.
+    pub rays: u64,
+    /// The earlier number.
+    pub before: u64,
+    /// This report's.
+    pub now: u64,
 }
 
 /// What two times say of a change.
@@ -130,22 +98,6 @@ pub enum Verdict {
     WithinNoise,
     /// Apart, but of so few runs that chance does that too.
     TooFewRuns,
-}
-
-/// Wrong ids, before and now.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct WrongIds {
-    /// The scene.
-    pub of: String,
-    /// Who was measured.
-    #[serde(flatten)]
-    pub contestant: Contestant,
-    /// Pixels compared.
-    pub rays: u64,
-    /// The earlier number.
-    pub before: u64,
-    /// This report's.
-    pub now: u64,
 }
 
 impl Earlier {
@@ -166,13 +118,13 @@ impl Earlier {
         }
     }
 
-    /// Whether times of `effort` can be compared with these.
+    /// Whether times of `settings` can be compared with these.
     ///
     /// # Errors
     /// Why not, and the option that changes it.
-    pub fn check(&self, effort: &Effort) -> Result<(), String> {
-        let ([width, height], [now_width, now_height]) = (self.effort.size, effort.size);
-        match self.effort.size == effort.size {
+    pub fn check(&self, settings: &Settings) -> Result<(), String> {
+        let ([width, height], [now_width, now_height]) = (self.settings.size, settings.size);
+        match self.settings.size == settings.size {
             true => Ok(()),
             false => Err(format!(
                 "it was measured at {width}x{height} pixels and this would be at \
@@ -185,56 +137,22 @@ impl Earlier {
 impl Baseline {
     /// Compares `report` with an `earlier` one, which was read from `file`.
     pub fn new(file: String, earlier: &Earlier, report: &Report) -> Baseline {
-        let same_pixels = (earlier.effort.size, earlier.effort.samples, earlier.effort.seed)
-            == (report.effort.size, report.effort.samples, report.effort.seed);
+        let compared = |settings: &Settings| (settings.size, settings.samples, settings.seed);
+        let same_rays = compared(&earlier.settings) == compared(&report.settings);
         let (mut times, mut wrong_ids) = (Vec::new(), Vec::new());
-        for scene in &report.scenes {
-            let Some(old) = earlier.scenes.iter().find(|old| old.name == scene.name) else {
-                continue;
-            };
-            for row in &scene.rows {
-                let Some(old) = old.rows.iter().find(|old| old.contestant == row.contestant) else {
-                    continue;
-                };
-                let spreads = [
-                    ("ids, ns a ray", old.cost.trace_ns_per_ray, row.cost.trace_ns_per_ray),
-                    (
-                        "with t and normals, ns a ray",
-                        old.cost.surface_ns_per_ray,
-                        row.cost.surface_ns_per_ray,
-                    ),
-                ];
-                times.extend(spreads.into_iter().filter_map(|(what, before, now)| {
-                    Change::new(&scene.name, &row.contestant, what, before, now)
-                }));
-                let EarlierErrors { rays, false_hits, false_misses, wrong_object } = old.errors;
-                let before = false_hits + false_misses + wrong_object;
-                let now = row.errors.wrong_ids();
-                if same_pixels && rays == row.errors.rays && before != now {
-                    let (of, contestant) = (scene.name.clone(), row.contestant.clone());
-                    wrong_ids.push(WrongIds { of, contestant, rays, before, now });
-                }
+        // A class has no runs of its own.
+        for now in report.rows.iter().filter(|row| !matches!(row.key.of, Of::Class { .. })) {
+            let Some(before) = earlier.rows.iter().find(|row| row.key == now.key) else { continue };
+            times.extend(TIMES.iter().filter_map(|metric| Change::new(*metric, before, now)));
+            let n = |row: &Row| (row.count(Count::Rays), row.wrong_ids());
+            if same_rays && n(before).0 == n(now).0 && n(before).1 != n(now).1 {
+                let ((rays, before), (_, now_wrong)) = (n(before), n(now));
+                wrong_ids.push(WrongIds { key: now.key.clone(), rays, before, now: now_wrong });
             }
         }
-        for cloud in &report.clouds {
-            let is_same = |old: &&EarlierCloud| {
-                (old.n_spheres, &old.contestant) == (cloud.n_spheres, &cloud.contestant)
-            };
-            if let Some(old) = earlier.clouds.iter().find(is_same) {
-                let of = format!("{} spheres", cloud.n_spheres);
-                let (what, now) = ("a picture, ms", cloud.picture_ms);
-                times.extend(Change::new(&of, &cloud.contestant, what, old.picture_ms, now));
-            }
-        }
-        Baseline {
-            file,
-            version: earlier.evidence.version.clone(),
-            commit: earlier.evidence.commit.clone(),
-            date: earlier.evidence.date.clone(),
-            different: differences(&earlier.evidence, report),
-            times,
-            wrong_ids,
-        }
+        let EarlierEnvironment { version, commit, date, .. } = earlier.environment.clone();
+        let different = earlier.environment.differences(&report.environment);
+        Baseline { file, version, commit, date, different, times, wrong_ids }
     }
 
     /// The times that changed by more than noise.
@@ -279,45 +197,36 @@ impl Baseline {
     }
 }
 
-/// What of the machine is another than before.
-fn differences(earlier: &EarlierEvidence, report: &Report) -> Vec<String> {
-    let evidence = &report.evidence;
-    let mut different = Vec::new();
-    if (&earlier.host_cpu, earlier.n_cores) != (&evidence.host_cpu, evidence.n_cores) {
-        different.push(format!(
-            "the CPU was {} with {} cores, and is {} with {}",
-            earlier.host_cpu, earlier.n_cores, evidence.host_cpu, evidence.n_cores
-        ));
-    }
-    for adapter in &evidence.adapters {
-        let (name, driver) = (&adapter.facts.name, &adapter.facts.driver);
-        let old = earlier.adapters.iter().find(|old| old.name == *name);
-        if let Some(old) = old.filter(|old| old.driver != *driver) {
-            different.push(format!("the driver of {name} was {}, and is {driver}", old.driver));
+impl EarlierEnvironment {
+    /// What of the machine was another.
+    fn differences(&self, now: &Environment) -> Vec<String> {
+        let mut different = Vec::new();
+        if (&self.host_cpu, self.n_cores) != (&now.host_cpu, now.n_cores) {
+            different.push(format!(
+                "the CPU was {} with {} cores, and is {} with {}",
+                self.host_cpu, self.n_cores, now.host_cpu, now.n_cores
+            ));
         }
+        for adapter in &now.adapters {
+            let (name, driver) = (&adapter.facts.name, &adapter.facts.driver);
+            let old = self.adapters.iter().find(|old| old.name == *name);
+            if let Some(old) = old.filter(|old| old.driver != *driver) {
+                different.push(format!("the driver of {name} was {}, and is {driver}", old.driver));
+            }
+        }
+        different
     }
-    different
 }
+
+/// The times that are compared: those of which there are several runs a round.
+const TIMES: [Metric; 3] = [Metric::TraceNsPerRay, Metric::SurfaceNsPerRay, Metric::PictureMs];
 
 impl Change {
     /// `None` where there is nothing to compare.
-    fn new(
-        of: &str,
-        contestant: &Contestant,
-        what: &'static str,
-        before: Spread,
-        now: Spread,
-    ) -> Option<Change> {
-        let ratio = now.median / before.median;
-        (before.n > 0 && now.n > 0 && ratio.is_finite()).then(|| Change {
-            of: of.to_string(),
-            contestant: contestant.clone(),
-            what,
-            before,
-            now,
-            ratio,
-            verdict: verdict(&before, &now),
-        })
+    fn new(metric: Metric, before: &Row, now: &Row) -> Option<Change> {
+        let (key, before, now) = (now.key.clone(), before.number(metric)?, now.number(metric)?);
+        let (ratio, verdict) = (now.median / before.median, verdict(&before, &now));
+        ratio.is_finite().then_some(Change { key, metric, before, now, ratio, verdict })
     }
 }
 
@@ -342,7 +251,7 @@ mod tests {
     use super::*;
 
     fn spread(min: f64, max: f64, n: usize) -> Spread {
-        Spread { median: (min + max) / 2.0, min, max, n }
+        Spread { median: (min + max) / 2.0, p999: max, min, max, n }
     }
 
     #[test]
@@ -370,11 +279,11 @@ mod tests {
         let no = |text: &str| Earlier::parse(text).expect_err("no report");
         assert!(no("{}").contains("report -o NAME.json"), "{}", no("{}"));
         assert!(no("not json").contains("line 1"), "{}", no("not json"));
-        let other = no("{\"schema\": 1, \"command\": \"render\"}");
+        let other = no("{\"schema\": 2, \"command\": \"render\"}");
         assert!(other.contains("command `render`"), "{other}");
-        let old = no("{\"schema\": 0, \"command\": \"report\"}");
-        assert!(old.contains("schema 0, and only 1 is read"), "{old}");
-        let without_clouds = "{\"schema\": 1, \"command\": \"report\", \"scenes\": []}";
-        assert!(no(without_clouds).contains("missing field"), "{}", no(without_clouds));
+        let old = no("{\"schema\": 1, \"command\": \"report\"}");
+        assert!(old.contains("schema 1, and only 2 is read"), "{old}");
+        let part = "{\"schema\": 2, \"command\": \"report\", \"rows\": []}";
+        assert!(no(part).contains("missing field"), "{}", no(part));
     }
 }

@@ -3,9 +3,9 @@
 
 use std::sync::Arc;
 
-use super::errors::Collector;
-use super::measure::{IDS, SURFACE, Subject, run, spread};
-use super::{CloudResult, Effort, Missing};
+use super::measure::{IDS, SURFACE, Work, ms, n_pixels, run};
+use super::samples::Samples;
+use super::{Benchmark, Metric, Missing, Of, Row};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::generate::{Distribution, Recipe};
@@ -21,86 +21,86 @@ pub const CLOUD_SIZE: [u32; 2] = [1920, 1080];
 /// Rays that are compared with exact arithmetic, which looks at each sphere for each of them.
 const SAMPLES: usize = 1 << 10;
 
-/// Evenly in a cube, as `kugelblitz generate cloud` makes them.
-fn recipe(count: u64) -> Recipe {
-    Recipe { distribution: Distribution::Uniform, count, seed: 1 }
-}
-
-/// The other kernels test every ray against each sphere.
-fn certified(subjects: &[Subject]) -> impl Iterator<Item = &Subject> {
-    subjects.iter().filter(|subject| subject.kernel == Kernel::Certified)
-}
-
-/// Rays that [`measure_clouds`] traces or compares.
-pub(super) fn n_rays(subjects: &[Subject], effort: &Effort) -> u64 {
-    let [width, height] = CLOUD_SIZE.map(u64::from);
-    let pictures = 1 + effort.rounds * (1 + effort.runs);
-    let traced = width * height * (certified(subjects).count() * pictures) as u64;
-    match traced {
-        0 => 0,
-        _ => effort.clouds.len() as u64 * (traced + effort.samples.min(SAMPLES) as u64),
-    }
-}
-
-/// Each cloud on each device that traces with `certified`, and what did not fit.
-///
-/// # Errors
-/// Those of tracing; [`Error::Interrupted`].
-pub(super) fn measure_clouds(
-    subjects: &[Subject],
-    effort: &Effort,
+/// Spheres evenly in a cube, as `kugelblitz generate cloud` makes them, and a picture of all of it.
+pub fn cloud(
+    count: u64,
+    seed: u64,
+    [width, height]: [u32; 2],
     control: &Control,
-) -> Result<(Vec<CloudResult>, Vec<Missing>)> {
-    let (mut results, mut missing) = (Vec::new(), Vec::new());
-    if certified(subjects).next().is_none() {
-        return Ok((results, missing));
+) -> Result<(Arc<Scene>, Pixels)> {
+    let recipe = Recipe { distribution: Distribution::Uniform, count, seed };
+    let pixels = Pixels::whole(View::new(&recipe.camera()), width, height);
+    Ok((Arc::new(recipe.scene(control)?), pixels))
+}
+
+impl<'a> Work<'a> {
+    /// The other kernels test every ray against each sphere.
+    fn certified(&self) -> impl Iterator<Item = &'a Benchmark> + use<'a> {
+        self.benchmarks.iter().filter(|benchmark| benchmark.kernel == Kernel::Certified)
     }
-    for &count in &effort.clouds {
-        let scene = Arc::new(recipe(count).scene(control)?);
-        let [width, height] = CLOUD_SIZE;
-        let pixels = Pixels::whole(View::new(&recipe(count).camera()), width, height);
-        let index = sample(pixels.len(), effort.samples.min(SAMPLES), effort.seed);
-        let truth = Truth::of_pixels(&scene, &pixels, index, control)?;
-        for subject in certified(subjects) {
-            match measure_on(subject, &scene, &Rays::Pixels(pixels), &truth, effort, control) {
-                Ok(result) => results.push(result),
-                Err(Error::TooLarge(why)) => missing.push(Missing {
-                    what: format!("{count} spheres on {}", subject.contestant.device),
-                    why,
-                }),
-                Err(error) => return Err(error),
+
+    fn n_cloud_samples(&self) -> usize {
+        self.settings.samples.min(SAMPLES)
+    }
+
+    /// Rays that [`Work::cloud_rows`] traces or compares.
+    pub fn n_cloud_rays(&self) -> u64 {
+        let pictures = 1 + self.settings.rounds * (1 + self.settings.runs);
+        let traced = n_pixels(CLOUD_SIZE) * (self.certified().count() * pictures) as u64;
+        let compared = if traced > 0 { self.n_cloud_samples() as u64 } else { 0 };
+        self.settings.clouds.len() as u64 * (traced + compared)
+    }
+
+    /// Each cloud on each device that traces with `certified`, and what did not fit.
+    ///
+    /// # Errors
+    /// Those of tracing; [`Error::Interrupted`].
+    pub fn cloud_rows(&self, control: &Control) -> Result<(Vec<Row>, Vec<Missing>)> {
+        let (mut rows, mut missing) = (Vec::new(), Vec::new());
+        if self.certified().next().is_none() {
+            return Ok((rows, missing));
+        }
+        for &spheres in &self.settings.clouds {
+            let (scene, pixels) = cloud(spheres, 1, CLOUD_SIZE, control)?;
+            let index = sample(pixels.len(), self.n_cloud_samples(), self.settings.seed);
+            let truth = Truth::of_pixels(&scene, &pixels, index, control)?;
+            for benchmark in self.certified() {
+                match self.in_cloud(benchmark, &scene, &Rays::Pixels(pixels), &truth, control) {
+                    Ok(samples) => {
+                        rows.push(Row::new(Of::Cloud { spheres }, benchmark, &[&samples]));
+                    }
+                    Err(Error::TooLarge(why)) => {
+                        let what = format!("{spheres} spheres on {}", benchmark.device);
+                        missing.push(Missing { what, why });
+                    }
+                    Err(error) => return Err(error),
+                }
             }
         }
+        Ok((rows, missing))
     }
-    Ok((results, missing))
-}
 
-fn measure_on(
-    subject: &Subject,
-    scene: &Arc<Scene>,
-    rays: &Rays,
-    truth: &Truth,
-    effort: &Effort,
-    control: &Control,
-) -> Result<CloudResult> {
-    let (mut errors, mut hits) = (Collector::default(), Hits::default());
-    let (mut builds, mut pictures) = (Vec::new(), Vec::new());
-    for round in 0..effort.rounds {
-        let prepared = Arc::new(Prepared::new(Arc::clone(scene), subject.kernel, rays)?);
-        builds.push(prepared.build_time());
-        if round == 0 {
-            (subject.make)(&prepared, SURFACE)?.tracer.trace(rays, control, &mut hits)?;
-            errors.add(&hits, truth);
+    fn in_cloud(
+        &self,
+        benchmark: &Benchmark,
+        scene: &Arc<Scene>,
+        rays: &Rays,
+        truth: &Truth,
+        control: &Control,
+    ) -> Result<Samples> {
+        let (mut samples, mut hits) = (Samples::default(), Hits::default());
+        for round in 0..self.settings.rounds {
+            let prepared = Arc::new(Prepared::new(Arc::clone(scene), benchmark.kernel, rays)?);
+            samples.add(Metric::BuildMs, [ms(prepared.build_time())]);
+            if round == 0 {
+                (benchmark.make)(&prepared, SURFACE)?.tracer.trace(rays, control, &mut hits)?;
+                samples.add_errors(&hits, truth);
+            }
+            let made = (benchmark.make)(&prepared, IDS)?;
+            let runs = run(made, rays, self.settings.runs, control, &mut hits)?;
+            let times = runs.timed.iter().map(|timing| ms(timing.deciding() + timing.readback));
+            samples.add(Metric::PictureMs, times);
         }
-        let made = (subject.make)(&prepared, IDS)?;
-        let runs = run(made, rays, effort.runs, control, &mut hits)?;
-        pictures.extend(runs.timed.iter().map(|timing| timing.deciding() + timing.readback));
+        Ok(samples)
     }
-    Ok(CloudResult {
-        n_spheres: scene.spheres.len() as u64,
-        contestant: subject.contestant.clone(),
-        errors: errors.finish(),
-        build_ms: spread(builds.into_iter(), 1e3).unwrap_or_default(),
-        picture_ms: spread(pictures.into_iter(), 1e3).unwrap_or_default(),
-    })
 }

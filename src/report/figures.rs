@@ -1,6 +1,6 @@
 //! Numbers and names as a reader wants them: in a few digits, with what can't be shown left out.
 
-use super::{Errors, Spread};
+use super::{Count, Row, Spread};
 use crate::plain::plain_document;
 pub use crate::words::{NONE, count, digits, list, percent};
 
@@ -44,21 +44,11 @@ pub fn quantity(x: f64) -> String {
 }
 
 /// The share of wrong ids, or `0 of N`.
-pub fn wrong(errors: &Errors) -> String {
-    match errors.wrong_ids() {
-        _ if errors.rays == 0 => NONE.to_string(),
-        0 => format!("0 of {}", errors.rays),
-        wrong => percent(wrong, errors.rays),
-    }
-}
-
-/// `12.3 (11.9–14.0)`: median, least and largest.
-pub fn with_range(spread: &Spread) -> String {
-    let [min, max] = range(spread);
-    match spread.n {
-        0 => NONE.to_string(),
-        1 => median(spread),
-        _ => format!("{} ({min}–{max})", median(spread)),
+pub fn wrong(row: &Row) -> String {
+    match (row.wrong_ids(), row.count(Count::Rays)) {
+        (_, 0) => NONE.to_string(),
+        (0, rays) => format!("0 of {rays}"),
+        (wrong, rays) => percent(wrong, rays),
     }
 }
 
@@ -106,6 +96,7 @@ pub fn short_name(name: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::tables::spread;
 
     #[test]
     fn digits_that_count() {
@@ -131,8 +122,9 @@ mod tests {
 
     #[test]
     fn a_median_has_the_digits_that_its_range_bears() {
-        let shown =
-            |median: f64, min: f64, max: f64, n: usize| with_range(&Spread { median, min, max, n });
+        let shown = |median: f64, min: f64, max: f64, n: usize| {
+            spread(&Spread { median, p999: max, min, max, n }).whole()
+        };
         assert_eq!(shown(12.34, 12.0, 12.8, 9), "12.3 (12.0–12.8)");
         assert_eq!(shown(12.34, 11.9, 14.03, 9), "12 (12–14)");
         assert_eq!(shown(1234.5, 1230.0, 1251.0, 9), "1230 (1230–1250)");
@@ -140,21 +132,10 @@ mod tests {
         assert_eq!(shown(0.7051, 0.5049, 0.9, 9), "0.71 (0.50–0.90)");
         // Of one run nobody knows the range.
         assert_eq!(shown(12.34, 12.34, 12.34, 1), "12");
-        assert_eq!(shown(0.0, 0.0, 0.0, 0), NONE);
         assert_eq!(shown(0.0, 0.0, 0.0, 3), "0 (0–0)");
         // The bound is where it says.
         assert_eq!(shown(100.4, 97.0, 104.0, 9), "100 (97.0–104)");
         assert_eq!(shown(10.04, 9.6, 10.4, 9), "10 (9.6–10)");
-    }
-
-    #[test]
-    fn shares() {
-        let errors = |rays, wrong_object| Errors { rays, wrong_object, ..Errors::default() };
-        assert_eq!(wrong(&errors(0, 0)), NONE);
-        assert_eq!(wrong(&errors(1000, 0)), "0 of 1000");
-        assert_eq!(wrong(&errors(1000, 1)), "0.10 %");
-        assert_eq!(wrong(&errors(1000, 1000)), "100 %");
-        assert_eq!(wrong(&errors(1 << 30, 1)), "9.3e-8 %");
     }
 
     #[test]

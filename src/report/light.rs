@@ -7,12 +7,10 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
-
-use super::measure::{IDS, Subject, of_first_device, picture};
-use super::pictures::worst_first;
-use super::scenes::Case;
-use super::{Contestant, Effort};
+use super::measure::{IDS, Work, n_pixels, picture};
+use super::pictures::{ErrorPicture, Fault, worst_first};
+use super::samples::Samples;
+use super::{Benchmark, Case, Count, Of, Row};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::kernel::Kernel;
@@ -29,7 +27,7 @@ pub const LIGHT_SIZE: [u32; 2] = [640, 360];
 
 /// Distances from a surface at which shadow rays of kernels without a proof start, world units: the last
 /// is what tutorials take, the middle one is common in renderers.
-const EPSILONS: [f64; 3] = [0.0, 1e-4, 1e-3];
+const EPSILONS: [Option<f64>; 3] = [Some(0.0), Some(1e-4), Some(1e-3)];
 
 /// Most pixels that are compared with exact arithmetic.
 const SAMPLES: usize = 1 << 13;
@@ -43,113 +41,9 @@ const MOST_SCENES: usize = 2;
 /// The kernel whose acne and leaks are shown: the best plain f32.
 const SHOWN: Kernel = Kernel::Stable;
 
-/// One scene with lights, lit by each kernel.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct LightResult {
-    /// The file's name without folder and ending.
-    pub scene: String,
-    /// The file's first comment: what it shows.
-    pub about: String,
-    /// Its lights, without a sky.
-    pub n_lights: usize,
-    /// One row a kernel and epsilon.
-    pub rows: Vec<LightRow>,
-}
-
-/// One kernel with one epsilon in one scene.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct LightRow {
-    /// Who was measured.
-    #[serde(flatten)]
-    pub contestant: Contestant,
-    /// How far from a surface shadow rays start, world units; `None` for a kernel that needs none.
-    pub epsilon: Option<f64>,
-    /// How wrong it is.
-    pub errors: LightErrors,
-}
-
-/// The light of one kernel against exact arithmetic.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct LightErrors {
-    /// Pixels compared.
-    pub pixels: u64,
-    /// Pixels times lights: for each, a light counts or does not.
-    pub verdicts: u64,
-    /// Lights that count and are left out: acne.
-    pub false_shadows: u64,
-    /// Lights that don't count and are let in: leaks.
-    pub leaks: u64,
-    /// Pixels with a wrong byte.
-    pub wrong_bytes: u64,
-    /// Those with a byte that is off by more than 8 levels.
-    pub far_bytes: u64,
-}
-
-impl LightErrors {
-    /// Lights that are wrongly in shadow or not.
-    pub fn wrong_shadows(&self) -> u64 {
-        self.false_shadows + self.leaks
-    }
-
-    fn add(&mut self, wrong: &Wrong, n_lights: usize) {
-        self.pixels += 1;
-        self.verdicts += n_lights as u64;
-        self.false_shadows += wrong.false_shadows;
-        self.leaks += wrong.leaks;
-        self.wrong_bytes += u64::from(wrong.levels > 0);
-        self.far_bytes += u64::from(wrong.levels > FAR_LEVELS);
-    }
-}
-
-/// A lit picture of a kernel, and what is wrong with each pixel.
-#[derive(Clone, Debug)]
-pub struct LightPicture {
-    /// The scene's name.
-    pub scene: String,
-    /// The kernel and device.
-    pub contestant: Contestant,
-    /// See [`LightRow::epsilon`].
-    pub epsilon: Option<f64>,
-    /// Width, px.
-    pub width: u32,
-    /// Height, px.
-    pub height: u32,
-    /// 8-bit sRGB, row by row from the top.
-    pub srgb: Vec<[u8; 3]>,
-    /// The error of each pixel.
-    pub faults: Vec<LightFault>,
-}
-
-/// The light's error in a pixel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LightFault {
-    /// Every light and every byte as it should be.
-    Right,
-    /// A light is left out that counts.
-    FalseShadow,
-    /// A light is let in that doesn't count.
-    Leak,
-    /// The right lights, and another byte.
-    Bytes {
-        /// How far the worst byte is off.
-        levels: u8,
-    },
-}
-
-impl From<Wrong> for LightFault {
-    fn from(wrong: Wrong) -> LightFault {
-        match wrong {
-            Wrong { false_shadows: 1.., .. } => LightFault::FalseShadow,
-            Wrong { leaks: 1.., .. } => LightFault::Leak,
-            Wrong { levels: 0, .. } => LightFault::Right,
-            Wrong { levels, .. } => LightFault::Bytes { levels },
-        }
-    }
-}
-
 /// Pictures of the same pixels: the scene's own, and those with a channel for each lamp.
 #[derive(Clone, Debug, Default)]
-struct Shown {
+struct LitPixels {
     srgb: Vec<[u8; 3]>,
     separated: Vec<Vec<[f32; 3]>>,
 }
@@ -162,14 +56,34 @@ struct Wrong {
     levels: u8,
 }
 
-impl Shown {
+impl Wrong {
+    fn count(&self, n_lights: usize, samples: &mut Samples) {
+        samples.count(Count::Pixels, 1);
+        samples.count(Count::Verdicts, n_lights as u64);
+        samples.count(Count::FalseShadows, self.false_shadows);
+        samples.count(Count::Leaks, self.leaks);
+        samples.count(Count::WrongBytes, u64::from(self.levels > 0));
+        samples.count(Count::FarBytes, u64::from(self.levels > FAR_LEVELS));
+    }
+
+    fn fault(&self) -> Fault {
+        match *self {
+            Wrong { false_shadows: 1.., .. } => Fault::FalseShadow,
+            Wrong { leaks: 1.., .. } => Fault::Leak,
+            Wrong { levels: 0, .. } => Fault::Right,
+            Wrong { levels, .. } => Fault::Levels(levels),
+        }
+    }
+}
+
+impl LitPixels {
     fn counts(&self, pixel: usize, light: usize) -> bool {
         let separated = self.separated.get(light / 3).and_then(|picture| picture.get(pixel));
         separated.is_some_and(|channels| channels[light % 3] > 0.0)
     }
 
     /// Compares `pixel` with a pixel of `exact`. A pixel that is lacking is black and far off.
-    fn wrong(&self, pixel: usize, exact: &Shown, exact_pixel: usize, n_lights: usize) -> Wrong {
+    fn wrong(&self, pixel: usize, exact: &LitPixels, exact_pixel: usize, n_lights: usize) -> Wrong {
         let mut wrong = Wrong::default();
         for light in 0..n_lights {
             match (self.counts(pixel, light), exact.counts(exact_pixel, light)) {
@@ -186,16 +100,16 @@ impl Shown {
     }
 }
 
-/// A scene's pictures: its own, and for each three of its lights one in which these have the channels.
-struct Scenes {
+/// A scene, and for each three of its lights one in which these have the channels.
+struct Separated {
     own: Arc<Scene>,
     separated: Vec<Arc<Scene>>,
 }
 
 const WHITE: Color = Color([1.0; 3]);
 
-impl Scenes {
-    fn of(scene: &Arc<Scene>) -> Result<Scenes> {
+impl Separated {
+    fn of(scene: &Arc<Scene>) -> Result<Separated> {
         let separated = |lights: &[Light]| {
             let channel = |index| Color(std::array::from_fn(|k| f64::from(u8::from(k == index))));
             let lights = lights.iter().zip([0, 1, 2].map(channel));
@@ -212,31 +126,29 @@ impl Scenes {
             }))
         };
         let separated = scene.lights.chunks(3).map(separated).collect::<Result<_>>()?;
-        Ok(Scenes { own: Arc::clone(scene), separated })
+        Ok(Separated { own: Arc::clone(scene), separated })
     }
 
     /// The exact colours of the pixels with these indices.
-    fn exactly(&self, pixels: &Pixels, index: &[usize], control: &Control) -> Result<Shown> {
+    fn exactly(&self, pixels: &Pixels, index: &[usize], control: &Control) -> Result<LitPixels> {
         let truth = |scene| ColorTruth::of_pixels(scene, pixels, 1, index.to_vec(), control);
         let separated = self.separated.iter().map(|scene| Ok(truth(scene)?.colors.linear));
-        Ok(Shown {
-            srgb: truth(&self.own)?.colors.srgb8,
-            separated: separated.collect::<Result<_>>()?,
-        })
+        let separated = separated.collect::<Result<_>>()?;
+        Ok(LitPixels { srgb: truth(&self.own)?.colors.srgb8, separated })
     }
 
-    /// The colours that a kernel gives all pixels, with each epsilon.
+    /// The colours that a kernel gives all pixels, with each of its epsilons.
     fn painted(
         &self,
-        subject: &Subject,
+        benchmark: &Benchmark,
         pixels: &Pixels,
         control: &Control,
-    ) -> Result<Vec<(Option<f64>, Shown)>> {
+    ) -> Result<Vec<LitPixels>> {
         let rays = Rays::Pixels(*pixels);
         let mut hits = Hits::default();
-        subject.tracer(&self.own, &rays, IDS)?.tracer.trace(&rays, control, &mut hits)?;
+        benchmark.tracer(&self.own, &rays, IDS)?.tracer.trace(&rays, control, &mut hits)?;
         let paint = |scene: &Arc<Scene>, encoding, epsilon| {
-            let prepared = Prepared::new(Arc::clone(scene), subject.kernel, &rays)?;
+            let prepared = Prepared::new(Arc::clone(scene), benchmark.kernel, &rays)?;
             let mut tracer = Tracer::on_cpu(Arc::new(prepared), IDS);
             let style = Style { epsilon, ..Style::new(encoding) };
             let mut colors = Colors::new(encoding);
@@ -244,154 +156,113 @@ impl Scenes {
             painter.paint(pixels, &hits, control, &mut colors)?;
             Ok::<_, Error>(colors)
         };
-        let shown = |epsilon: Option<f64>| {
+        let with_epsilon = |epsilon: &Option<f64>| {
             let distance = epsilon.unwrap_or(0.0);
-            let mut shown = Shown::default();
+            let mut lit = LitPixels::default();
             if let Colors::Srgb8(srgb) = paint(&self.own, Encoding::Srgb8, distance)? {
-                shown.srgb = srgb;
+                lit.srgb = srgb;
             }
             for scene in &self.separated {
                 if let Colors::Linear(channels) = paint(scene, Encoding::Linear, distance)? {
-                    shown.separated.push(channels);
+                    lit.separated.push(channels);
                 }
             }
-            Ok((epsilon, shown))
+            Ok(lit)
         };
-        epsilons(subject.kernel).into_iter().map(shown).collect()
-    }
-
-    fn n_lights(&self) -> usize {
-        self.own.lights.len()
-    }
-
-    /// Pictures that are painted with each epsilon.
-    fn n_pictures(scene: &Scene) -> usize {
-        1 + scene.lights.len().div_ceil(3)
+        epsilons(benchmark.kernel).iter().map(with_epsilon).collect()
     }
 }
 
-fn epsilons(kernel: Kernel) -> Vec<Option<f64>> {
-    match kernel {
-        Kernel::Certified => vec![None],
-        _ => EPSILONS.map(Some).to_vec(),
+fn epsilons(kernel: Kernel) -> &'static [Option<f64>] {
+    if kernel == Kernel::Certified { &[None] } else { &EPSILONS }
+}
+
+impl<'a> Work<'a> {
+    fn lit(&self) -> impl Iterator<Item = &'a Case> + use<'a> {
+        self.cases.iter().filter(|case| !case.scene.lights.is_empty())
     }
-}
 
-fn lit(cases: &[Case]) -> impl Iterator<Item = &Case> {
-    cases.iter().filter(|case| !case.scene.lights.is_empty())
-}
+    fn n_light_samples(&self) -> usize {
+        self.settings.samples.min(SAMPLES)
+    }
 
-/// Rays and ways to lamps that [`measure_light`] looks at, as [`Control::rays_done`] counts them.
-pub(super) fn n_rays(cases: &[Case], subjects: &[Subject], effort: &Effort) -> u64 {
-    let [width, height] = LIGHT_SIZE.map(u64::from);
-    let subjects = of_first_device(subjects);
-    let of_case = |case: &Case| {
-        let n_pictures = Scenes::n_pictures(&case.scene) as u64;
-        let n_samples = (width * height).min(effort.samples.min(SAMPLES) as u64);
-        let of_subject = |subject: &&Subject| {
-            width * height * (1 + n_pictures * epsilons(subject.kernel).len() as u64)
+    /// Rays and ways to lamps that [`Work::light_rows`] looks at, as [`Control::rays_done`] counts them.
+    pub fn n_light_rays(&self) -> u64 {
+        let n_pixels = n_pixels(LIGHT_SIZE);
+        let of_case = |case: &Case| {
+            // Pictures that are painted with each epsilon.
+            let n_pictures = 1 + case.scene.lights.len().div_ceil(3) as u64;
+            let of_kernel = |kernel| n_pixels * (1 + n_pictures * epsilons(kernel).len() as u64);
+            let painted: u64 = self.of_first_device().map(|of| of_kernel(of.kernel)).sum();
+            n_pictures * n_pixels.min(self.n_light_samples() as u64) + painted
         };
-        n_pictures * n_samples + subjects.iter().map(of_subject).sum::<u64>()
-    };
-    match subjects.is_empty() {
-        true => 0,
-        false => lit(cases).map(of_case).sum(),
+        if self.benchmarks.is_empty() { 0 } else { self.lit().map(of_case).sum() }
     }
-}
 
-/// The light of each scene that has lights, by the subjects of the first device: the CPU paints for all of
-/// them.
-///
-/// # Errors
-/// Those of tracing; [`Error::Interrupted`](crate::Error::Interrupted).
-pub(super) fn measure_light(
-    cases: &[Case],
-    subjects: &[Subject],
-    effort: &Effort,
-    control: &Control,
-) -> Result<Vec<LightResult>> {
-    let subjects = of_first_device(subjects);
-    if subjects.is_empty() {
-        return Ok(Vec::new());
-    }
-    let of_case = |case: &Case| {
-        let pixels = picture(case, LIGHT_SIZE)?;
-        let scenes = Scenes::of(&case.scene)?;
-        let index = sample(pixels.len(), effort.samples.min(SAMPLES), effort.seed);
-        let exact = scenes.exactly(&pixels, &index, control)?;
+    /// The light of each scene that has lights, by the benchmarks of the first device: the CPU paints for
+    /// all of them.
+    ///
+    /// # Errors
+    /// Those of tracing; [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn light_rows(&self, control: &Control) -> Result<Vec<Row>> {
         let mut rows = Vec::new();
-        for subject in &subjects {
-            for (epsilon, shown) in scenes.painted(subject, &pixels, control)? {
-                let mut errors = LightErrors::default();
-                for (at, &pixel) in index.iter().enumerate() {
-                    let wrong = shown.wrong(pixel, &exact, at, scenes.n_lights());
-                    errors.add(&wrong, scenes.n_lights());
+        for case in self.lit().filter(|_| !self.benchmarks.is_empty()) {
+            let pixels = picture(case, LIGHT_SIZE)?;
+            let (scene, n_lights) = (Separated::of(&case.scene)?, case.scene.lights.len());
+            let index = sample(pixels.len(), self.n_light_samples(), self.settings.seed);
+            let exact = scene.exactly(&pixels, &index, control)?;
+            for benchmark in self.of_first_device() {
+                let painted = scene.painted(benchmark, &pixels, control)?;
+                for (lit, &epsilon) in painted.iter().zip(epsilons(benchmark.kernel)) {
+                    let mut samples = Samples::default();
+                    for (at, &pixel) in index.iter().enumerate() {
+                        lit.wrong(pixel, &exact, at, n_lights).count(n_lights, &mut samples);
+                    }
+                    let of = Of::Light { scene: case.name.clone() };
+                    let mut row = Row::new(of, benchmark, &[&samples]);
+                    row.key.epsilon = epsilon;
+                    rows.push(row);
                 }
-                rows.push(LightRow { contestant: subject.contestant.clone(), epsilon, errors });
             }
         }
-        Ok(LightResult {
-            scene: case.name.clone(),
-            about: case.about.clone(),
-            n_lights: scenes.n_lights(),
-            rows,
-        })
-    };
-    lit(cases).map(of_case).collect()
-}
-
-/// The scenes with the most wrong shadows of [`SHOWN`], as measured, the worst first.
-fn worst<'a>(cases: &'a [Case], results: &[LightResult]) -> Vec<&'a Case> {
-    let wrong = |result: &LightResult| -> u64 {
-        let shown = result.rows.iter().filter(|row| row.contestant.kernel == SHOWN.name());
-        shown.map(|row| row.errors.wrong_shadows()).sum()
-    };
-    worst_first(lit(cases).zip(results.iter().map(wrong)), MOST_SCENES)
-}
-
-/// Pictures of the worst scenes: what `certified` shows, and [`SHOWN`] with each epsilon. The first is what
-/// the others are compared with, and is itself compared with exact arithmetic where it was measured.
-///
-/// # Errors
-/// Those of tracing; [`Error::Interrupted`](crate::Error::Interrupted).
-pub(super) fn take_light_pictures(
-    cases: &[Case],
-    results: &[LightResult],
-    subjects: &[Subject],
-    effort: &Effort,
-    control: &Control,
-) -> Result<Vec<LightPicture>> {
-    let subjects = of_first_device(subjects);
-    let of_kernel =
-        |kernel: Kernel| subjects.iter().copied().find(|subject| subject.kernel == kernel);
-    let (Some(certified), Some(plain)) = (of_kernel(Kernel::Certified), of_kernel(SHOWN)) else {
-        return Ok(Vec::new());
-    };
-    let mut pictures = Vec::new();
-    for case in worst(cases, results) {
-        let pixels = picture(case, effort.picture_size)?;
-        let scenes = Scenes::of(&case.scene)?;
-        let proven = scenes.painted(certified, &pixels, control)?;
-        let plainly = scenes.painted(plain, &pixels, control)?;
-        let Some((_, exact)) = proven.first().cloned() else { continue };
-        let of = |subject: &Subject, shown: Vec<(Option<f64>, Shown)>| {
-            let contestant = subject.contestant.clone();
-            shown.into_iter().map(move |(epsilon, shown)| (contestant.clone(), epsilon, shown))
-        };
-        for (contestant, epsilon, shown) in of(certified, proven).chain(of(plain, plainly)) {
-            let fault = |pixel| shown.wrong(pixel, &exact, pixel, scenes.n_lights()).into();
-            pictures.push(LightPicture {
-                scene: case.name.clone(),
-                contestant,
-                epsilon,
-                width: pixels.width,
-                height: pixels.height,
-                faults: (0..pixels.len()).map(fault).collect(),
-                srgb: shown.srgb,
-            });
-        }
+        Ok(rows)
     }
-    Ok(pictures)
+
+    /// Pictures of the scenes with the most wrong shadows of [`SHOWN`], as measured: what `certified` shows,
+    /// and [`SHOWN`] with each epsilon. The first is what the others are compared with, and is itself
+    /// compared with exact arithmetic where it was measured.
+    ///
+    /// # Errors
+    /// Those of tracing; [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn light_pictures(&self, rows: &[Row], control: &Control) -> Result<Vec<ErrorPicture>> {
+        let of_kernel = |kernel| self.of_first_device().find(|of| of.kernel == kernel);
+        let (Some(certified), Some(plain)) = (of_kernel(Kernel::Certified), of_kernel(SHOWN))
+        else {
+            return Ok(Vec::new());
+        };
+        let own = |case: &Case, benchmark: &Benchmark| {
+            let (of, kernel) = (Of::Light { scene: case.name.clone() }, benchmark.name.clone());
+            rows.iter().filter(move |row| row.key.of == of && row.key.kernel == kernel)
+        };
+        let wrong = |case| own(case, plain).map(Row::wrong_shadows).sum();
+        let mut pictures = Vec::new();
+        for case in worst_first(self.lit(), wrong, MOST_SCENES) {
+            let pixels = picture(case, self.settings.picture_size)?;
+            let (scene, n_lights) = (Separated::of(&case.scene)?, case.scene.lights.len());
+            let proven = scene.painted(certified, &pixels, control)?;
+            let exact = proven[0].clone();
+            for (benchmark, painted) in
+                [(certified, proven), (plain, scene.painted(plain, &pixels, control)?)]
+            {
+                for (lit, row) in painted.into_iter().zip(own(case, benchmark)) {
+                    let fault = |pixel| lit.wrong(pixel, &exact, pixel, n_lights).fault();
+                    let faults: Vec<Fault> = (0..pixels.len()).map(fault).collect();
+                    pictures.push(ErrorPicture::new(row, &pixels, lit.srgb, faults.into_iter()));
+                }
+            }
+        }
+        Ok(pictures)
+    }
 }
 
 #[cfg(test)]
@@ -399,69 +270,60 @@ mod tests {
     use super::*;
 
     /// Two pixels of a scene with four lights.
-    fn shown() -> Shown {
-        Shown {
+    fn lit() -> LitPixels {
+        LitPixels {
             srgb: vec![[10, 20, 30], [200, 100, 0]],
             separated: vec![vec![[1.0, 0.0, 1e-30], [0.5; 3]], vec![[0.25, 0.0, 0.0], [0.0; 3]]],
         }
     }
 
-    fn errors(shown: &Shown) -> LightErrors {
-        let (exact, mut errors) = (self::shown(), LightErrors::default());
-        (0..2).for_each(|pixel| errors.add(&shown.wrong(pixel, &exact, pixel, 4), 4));
-        errors
+    /// False shadows, leaks, wrong bytes and far bytes.
+    fn errors(lit: &LitPixels) -> [u64; 4] {
+        let (exact, mut samples) = (self::lit(), Samples::default());
+        (0..2).for_each(|pixel| lit.wrong(pixel, &exact, pixel, 4).count(4, &mut samples));
+        assert_eq!((samples.counts[&Count::Pixels], samples.counts[&Count::Verdicts]), (2, 8));
+        [Count::FalseShadows, Count::Leaks, Count::WrongBytes, Count::FarBytes]
+            .map(|count| samples.counts[&count])
     }
 
     #[test]
-    fn a_right_picture_has_no_error() {
-        let right = LightErrors { pixels: 2, verdicts: 8, ..LightErrors::default() };
-        assert_eq!(errors(&shown()), right);
-        // How bright a lamp is in its channel is no verdict.
-        let mut brighter = shown();
-        brighter.separated[0][1] = [9.0, 1e-9, 0.1];
-        assert_eq!(errors(&brighter), right);
-    }
-
-    #[test]
-    fn sabotage_is_noticed() {
-        type Sabotage = (&'static str, [u64; 4], LightFault, fn(&mut Shown));
-        let (dark, leak) = (LightFault::FalseShadow, LightFault::Leak);
-        let bytes = |levels| LightFault::Bytes { levels };
-        let sabotages: [Sabotage; 9] = [
+    fn a_right_picture_has_no_error_and_sabotage_is_noticed() {
+        type Sabotage = (&'static str, [u64; 4], Fault, fn(&mut LitPixels));
+        let (right, dark, leak) = (Fault::Right, Fault::FalseShadow, Fault::Leak);
+        let sabotages: [Sabotage; 11] = [
+            ("nothing", [0; 4], right, |_| {}),
+            ("another brightness is no verdict", [0; 4], right, |s| {
+                s.separated[0][1] = [9.0, 1e-9, 0.1]
+            }),
             ("the faintest light", [1, 0, 0, 0], dark, |s| s.separated[0][0][2] = 0.0),
             ("the fourth light", [1, 0, 0, 0], dark, |s| s.separated[1][0][0] = 0.0),
             ("a negative light", [1, 0, 0, 0], dark, |s| s.separated[0][0][0] = -1.0),
             ("no number", [1, 0, 0, 0], dark, |s| s.separated[0][0][0] = f32::NAN),
             ("a leak", [0, 1, 0, 0], leak, |s| s.separated[0][0][1] = 1e-9),
-            ("a byte up", [0, 0, 1, 0], bytes(1), |s| s.srgb[0][2] += 1),
-            ("eight levels down", [0, 0, 1, 0], bytes(8), |s| s.srgb[0][0] -= 8),
-            ("nine levels up", [0, 0, 1, 1], bytes(9), |s| s.srgb[0][1] += 9),
+            ("a byte up", [0, 0, 1, 0], Fault::Levels(1), |s| s.srgb[0][2] += 1),
+            ("eight levels down", [0, 0, 1, 0], Fault::Levels(8), |s| s.srgb[0][0] -= 8),
+            ("nine levels up", [0, 0, 1, 1], Fault::Levels(9), |s| s.srgb[0][1] += 9),
             ("both", [1, 1, 1, 1], dark, |s| {
                 s.separated[0][0] = [0.0, 1.0, 1.0];
                 s.srgb[0] = [255; 3];
             }),
         ];
         for (what, counts, fault, apply) in sabotages {
-            let mut wrong = shown();
+            let mut wrong = lit();
             apply(&mut wrong);
-            let found = errors(&wrong);
-            let LightErrors { false_shadows, leaks, wrong_bytes, far_bytes, .. } = found;
-            assert_eq!([false_shadows, leaks, wrong_bytes, far_bytes], counts, "{what}");
-            assert_eq!((found.pixels, found.verdicts), (2, 8), "{what}");
-            let faults = [0, 1].map(|at| LightFault::from(wrong.wrong(at, &shown(), at, 4)));
-            assert_eq!(faults, [fault, LightFault::Right], "{what}");
+            assert_eq!(errors(&wrong), counts, "{what}");
+            let faults = [0, 1].map(|at| wrong.wrong(at, &lit(), at, 4).fault());
+            assert_eq!(faults, [fault, Fault::Right], "{what}");
         }
     }
 
     #[test]
     fn a_pixel_that_lacks_is_wrong() {
-        let mut short = shown();
+        let mut short = lit();
         short.srgb.pop();
         short.separated.iter_mut().for_each(|channels| channels.truncate(1));
-        let found = errors(&short);
-        assert_eq!((found.false_shadows, found.wrong_bytes, found.far_bytes), (3, 1, 1));
-        let found = errors(&Shown::default());
-        assert_eq!((found.false_shadows, found.wrong_bytes, found.far_bytes), (6, 2, 2));
+        assert_eq!(errors(&short), [3, 0, 1, 1]);
+        assert_eq!(errors(&LitPixels::default()), [6, 0, 2, 2]);
     }
 
     #[test]
@@ -479,7 +341,7 @@ mod tests {
             plane = [{ point = [0, -1, 0], normal = [0, 1, 0], color = "#00ff00" }]
         "##;
         let scene = Arc::new(crate::scene::parse_scene(text, "a.toml".as_ref()).unwrap());
-        let scenes = Scenes::of(&scene).unwrap();
+        let scenes = Separated::of(&scene).unwrap();
         let channels: Vec<[f64; 3]> = scenes
             .separated
             .iter()
@@ -487,7 +349,7 @@ mod tests {
             .collect();
         let [red, green, blue] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         assert_eq!(channels, [red, green, blue, red]);
-        assert_eq!(Scenes::n_pictures(&scene), 3);
+        assert_eq!(scenes.separated.len(), 2);
         let sources = scenes.separated.iter().flat_map(|scene| &scene.lights);
         assert!(sources.map(|light| light.source).eq(scene.lights.iter().map(|l| l.source)));
         for scene in &scenes.separated {

@@ -1,11 +1,10 @@
-//! Runs every contestant on every scene: errors once, times in rounds.
+//! Runs every benchmark on every scene: errors once, times in rounds.
 
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::errors::Collector;
-use super::scenes::Case;
-use super::{Class, ClassResult, Contestant, Cost, Effort, Row, SceneResult, Spread};
+use super::samples::Samples;
+use super::{Case, Class, Count, Metric, Of, Row, RowKey, Settings, Spread};
 use crate::control::Control;
 use crate::device::{Device, Made};
 use crate::error::Result;
@@ -18,10 +17,10 @@ use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
 use crate::verify::{SAMPLE_BYTES, Truth, sample};
 
 /// A picture's need.
-pub(super) const IDS: Wants = Wants { surface: false, level: false };
+pub const IDS: Wants = Wants { surface: false, level: false };
 
 /// The need of depth and shading.
-pub(super) const SURFACE: Wants = Wants { surface: true, level: false };
+pub const SURFACE: Wants = Wants { surface: true, level: false };
 
 /// The CPU as a device's name.
 const CPU: &str = "CPU";
@@ -30,22 +29,24 @@ const CPU: &str = "CPU";
 pub type Make = Box<dyn Fn(&Arc<Prepared>, Wants) -> Result<Made>>;
 
 /// A kernel on a device, or anything else that traces, to be measured.
-pub struct Subject {
-    /// Its names.
-    pub contestant: Contestant,
+pub struct Benchmark {
+    /// The kernel's name in the report.
+    pub name: String,
+    /// The adapter's name, or `CPU`.
+    pub device: String,
     /// The kernel that scenes are prepared for.
     pub kernel: Kernel,
     /// Makes its tracer.
     pub make: Make,
 }
 
-impl Subject {
+impl Benchmark {
     /// A kernel on a device.
-    pub fn new(kernel: Kernel, device: &Device) -> Subject {
-        let name = device.facts().map_or(CPU, |facts| &facts.name);
+    pub fn new(kernel: Kernel, device: &Device) -> Benchmark {
         let device = device.clone();
-        Subject {
-            contestant: Contestant { kernel: kernel.name().into(), device: name.into() },
+        Benchmark {
+            name: kernel.name().into(),
+            device: device.facts().map_or(CPU, |facts| &facts.name).into(),
             kernel,
             make: Box::new(move |prepared, wants| {
                 if let Device::Gpu(gpu) = &device {
@@ -63,193 +64,190 @@ impl Subject {
     }
 }
 
-/// Those of the device that stands first.
-pub(super) fn of_first_device(subjects: &[Subject]) -> Vec<&Subject> {
-    let device = |subject: &Subject| subject.contestant.device.clone();
-    let first = subjects.first().map(device);
-    subjects.iter().filter(|subject| Some(device(subject)) == first).collect()
+/// What is to be measured.
+#[derive(Clone, Copy)]
+pub struct Work<'a> {
+    pub cases: &'a [Case],
+    pub benchmarks: &'a [Benchmark],
+    pub settings: &'a Settings,
 }
 
-/// The scenes whose rays are measured.
-pub(super) fn timed(cases: &[Case]) -> Vec<&Case> {
-    cases.iter().filter(|case| case.class != Class::Lit).collect()
+impl<'a> Work<'a> {
+    /// The benchmarks of the device that stands first.
+    pub fn of_first_device(&self) -> impl Iterator<Item = &'a Benchmark> + use<'a> {
+        let all = self.benchmarks;
+        all.iter().take_while(|benchmark| benchmark.device == all[0].device)
+    }
+
+    /// The scenes whose rays are measured.
+    pub fn timed(&self) -> impl Iterator<Item = &'a Case> + use<'a> {
+        self.cases.iter().filter(|case| case.class != Class::Lit)
+    }
+
+    /// Rays that [`Work::scene_rows`] traces or compares, as [`Control::rays_done`] counts them.
+    pub fn n_scene_rays(&self) -> u64 {
+        let Settings { size, rounds, runs, samples, .. } = self.settings;
+        let n_pixels = n_pixels(*size);
+        let pictures = self.benchmarks.len() * 2 * rounds * (1 + runs);
+        let of_scene = n_pixels * pictures as u64 + n_pixels.min(*samples as u64);
+        self.timed().count() as u64 * of_scene
+    }
+
+    fn refuse_what_cannot_fit(&self) -> Result<()> {
+        let [width, height] = self.settings.size;
+        let n_rays = n_pixels([width, height]);
+        // Any ray may be among the undecided.
+        let hits = hits_bytes(n_rays, SURFACE) + n_rays * size_of::<u32>() as u64;
+        let samples = n_rays.min(self.settings.samples as u64) * SAMPLE_BYTES;
+        let what = format!("measuring pictures of {width}x{height} pixels");
+        memory::require(what, hits + samples, "measure a smaller --size, or fewer --samples")
+    }
+
+    /// Each benchmark's errors and costs in each scene, then those of each class of scenes.
+    ///
+    /// # Errors
+    /// Those of tracing; [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn scene_rows(&self, control: &Control) -> Result<Vec<Row>> {
+        self.refuse_what_cannot_fit()?;
+        let Settings { size, samples, seed, rounds, runs, .. } = *self.settings;
+        let n_measured = self.timed().count() * self.benchmarks.len();
+        let mut measured = vec![Measured::default(); n_measured];
+        for round in 0..rounds {
+            let mut measured = measured.iter_mut();
+            for case in self.timed() {
+                let pixels = picture(case, size)?;
+                let truth = match round {
+                    0 => {
+                        let index = sample(pixels.len(), samples, seed);
+                        Some(Truth::of_pixels(&case.scene, &pixels, index, control)?)
+                    }
+                    _ => None,
+                };
+                let rays = Rays::Pixels(pixels);
+                for (benchmark, measured) in self.benchmarks.iter().zip(&mut measured) {
+                    let mut hits = Hits::default();
+                    let mut timed = |wants| {
+                        let mut made = benchmark.tracer(&case.scene, &rays, wants)?;
+                        if wants == IDS {
+                            made.tracer.use_device_clock();
+                        }
+                        run(made, &rays, runs, control, &mut hits)
+                    };
+                    measured.add(&timed(IDS)?, &timed(SURFACE)?);
+                    if let Some(truth) = &truth {
+                        measured.errors.add_errors(&hits, truth);
+                    }
+                }
+            }
+        }
+        let mut own = measured.iter();
+        let mut rows = Vec::new();
+        for case in self.timed() {
+            let of = Of::Scene { scene: case.name.clone(), class: case.class };
+            for (benchmark, measured) in self.benchmarks.iter().zip(&mut own) {
+                rows.push(Row::new(of.clone(), benchmark, &[&measured.errors, &measured.costs]));
+            }
+        }
+        let classes = self.class_rows(&rows, &measured);
+        Ok([rows, classes].concat())
+    }
+
+    /// The errors of each class put together, and the means of its times.
+    fn class_rows(&self, rows: &[Row], measured: &[Measured]) -> Vec<Row> {
+        let mut classes = Vec::new();
+        for class in [Class::Lecture, Class::Hard, Class::Given] {
+            for benchmark in self.benchmarks {
+                let is_own = |(row, _): &(&Row, &Measured)| {
+                    let RowKey { of, kernel, device, .. } = &row.key;
+                    matches!(of, Of::Scene { class: own, .. } if *own == class)
+                        && (kernel, device) == (&benchmark.name, &benchmark.device)
+                };
+                let own = || rows.iter().zip(measured).filter(is_own);
+                let mut errors = Samples::default();
+                own().for_each(|(_, measured)| errors.append(&measured.errors));
+                errors.count(Count::Scenes, own().count() as u64);
+                let mut row = Row::new(Of::Class { class }, benchmark, &[&errors]);
+                for metric in [Metric::TraceNsPerRay, Metric::SurfaceNsPerRay] {
+                    let times: Vec<_> = own().filter_map(|(row, _)| row.number(metric)).collect();
+                    row.numbers.extend(geometric_mean(&times).map(|mean| (metric, mean)));
+                }
+                classes.extend((row.count(Count::Scenes) > 0).then_some(row));
+            }
+        }
+        classes
+    }
+}
+
+/// What was measured of a benchmark in a scene.
+#[derive(Clone, Default)]
+struct Measured {
+    errors: Samples,
+    costs: Samples,
+}
+
+impl Measured {
+    /// Adds a round: its runs of ids, and those with `t` and normals.
+    fn add(&mut self, ids: &Runs, surface: &Runs) {
+        let costs = &mut self.costs;
+        costs.add(Metric::TraceNsPerRay, ids.ns_per_ray());
+        costs.add(Metric::SurfaceNsPerRay, surface.ns_per_ray());
+        let on_device = ids.timed.iter().filter_map(|timing| timing.on_device);
+        costs.add(Metric::DeviceNsPerRay, on_device.map(|time| ids.ns(time)));
+        costs.add(Metric::ReadbackMs, ids.timed.iter().map(|timing| ms(timing.readback)));
+        costs.add(Metric::CompileMs, [ms(ids.compile)]);
+        costs.add(Metric::FirstPictureMs, [ms(ids.first.deciding() + ids.first.readback)]);
+        costs.set(Count::BytesDevice, ids.bytes_device);
+    }
 }
 
 /// All pixels that `case`'s camera sees at a size.
-pub(super) fn picture(case: &Case, [width, height]: [u32; 2]) -> Result<Pixels> {
+pub fn picture(case: &Case, [width, height]: [u32; 2]) -> Result<Pixels> {
     let camera = case.scene.require_camera(case.name.as_ref())?;
     Ok(Pixels::whole(View::new(camera), width, height))
 }
 
-/// Rays that [`measure_scenes`] traces or compares, as [`Control::rays_done`] counts them.
-pub(super) fn n_rays(cases: &[Case], subjects: &[Subject], effort: &Effort) -> u64 {
-    let [width, height] = effort.size.map(u64::from);
-    let pictures = subjects.len() * 2 * effort.rounds * (1 + effort.runs);
-    let samples = (width * height).min(effort.samples as u64);
-    timed(cases).len() as u64 * (width * height * pictures as u64 + samples)
+/// Pixels of a picture.
+pub fn n_pixels([width, height]: [u32; 2]) -> u64 {
+    u64::from(width) * u64::from(height)
 }
 
-fn refuse_what_cannot_fit(effort: &Effort) -> Result<()> {
-    let [width, height] = effort.size;
-    let n_rays = u64::from(width) * u64::from(height);
-    // Any ray may be among the undecided.
-    let hits = hits_bytes(n_rays, SURFACE) + n_rays * size_of::<u32>() as u64;
-    let samples = n_rays.min(effort.samples as u64) * SAMPLE_BYTES;
-    let what = format!("measuring pictures of {width}x{height} pixels");
-    memory::require(what, hits + samples, "measure a smaller --size, or fewer --samples")
-}
-
-/// Each subject's errors and costs in each scene, and those of each class of scenes.
-///
-/// # Errors
-/// Those of tracing; [`Error::Interrupted`](crate::Error::Interrupted).
-pub(super) fn measure_scenes(
-    cases: &[Case],
-    subjects: &[Subject],
-    effort: &Effort,
-    control: &Control,
-) -> Result<(Vec<SceneResult>, Vec<ClassResult>)> {
-    refuse_what_cannot_fit(effort)?;
-    let cases = timed(cases);
-    let none = || subjects.iter().map(|_| Measured::default()).collect();
-    let mut measured: Vec<Vec<Measured>> = cases.iter().map(|_| none()).collect();
-    for round in 0..effort.rounds {
-        for (case, measured) in cases.iter().zip(&mut measured) {
-            let pixels = picture(case, effort.size)?;
-            let truth = match round {
-                0 => {
-                    let index = sample(pixels.len(), effort.samples, effort.seed);
-                    Some(Truth::of_pixels(&case.scene, &pixels, index, control)?)
-                }
-                _ => None,
-            };
-            let rays = Rays::Pixels(pixels);
-            for (subject, measured) in subjects.iter().zip(measured) {
-                let mut hits = Hits::default();
-                let mut timed = |wants| {
-                    let mut made = subject.tracer(&case.scene, &rays, wants)?;
-                    if wants == IDS {
-                        made.tracer.use_device_clock();
-                    }
-                    run(made, &rays, effort.runs, control, &mut hits)
-                };
-                measured.ids.push(timed(IDS)?);
-                measured.surface.push(timed(SURFACE)?);
-                if let Some(truth) = &truth {
-                    measured.errors.add(&hits, truth);
-                }
-            }
-        }
-    }
-    let classes = class_results(&cases, subjects, &measured);
-    let scenes = cases.iter().zip(measured).map(|(case, measured)| {
-        let row = |(subject, measured): (&Subject, Measured)| Row {
-            contestant: subject.contestant.clone(),
-            cost: measured.cost(),
-            errors: measured.errors.finish(),
-        };
-        SceneResult {
-            name: case.name.clone(),
-            class: case.class,
-            about: case.about.clone(),
-            n_spheres: case.scene.spheres.len(),
-            n_planes: case.scene.planes.len(),
-            rows: subjects.iter().zip(measured).map(row).collect(),
-        }
-    });
-    Ok((scenes.collect(), classes))
-}
-
-fn class_results(
-    cases: &[&Case],
-    subjects: &[Subject],
-    measured: &[Vec<Measured>],
-) -> Vec<ClassResult> {
-    let mut results = Vec::new();
-    for class in [Class::Lecture, Class::Hard, Class::Given] {
-        let of_class = cases.iter().zip(measured).filter(|(case, _)| case.class == class);
-        let of_class: Vec<&Vec<Measured>> = of_class.map(|(_, measured)| measured).collect();
-        if of_class.is_empty() {
-            continue;
-        }
-        for (i, subject) in subjects.iter().enumerate() {
-            let own = || of_class.iter().map(|measured| &measured[i]);
-            let mut errors = Collector::default();
-            own().for_each(|measured| errors.append(&measured.errors));
-            let costs: Vec<Cost> = own().map(|measured| measured.cost()).collect();
-            let mean = |time: fn(&Cost) -> Spread| {
-                geometric_mean(&costs.iter().map(time).collect::<Vec<_>>())
-            };
-            results.push(ClassResult {
-                class,
-                n_scenes: of_class.len(),
-                contestant: subject.contestant.clone(),
-                errors: errors.finish(),
-                trace_ns_per_ray: mean(|cost| cost.trace_ns_per_ray),
-                surface_ns_per_ray: mean(|cost| cost.surface_ns_per_ray),
-            });
-        }
-    }
-    results
-}
-
-/// Of medians, least and largest values, each for itself.
-fn geometric_mean(spreads: &[Spread]) -> Spread {
+/// Of medians, least and largest values, each for itself; `None` of nothing.
+fn geometric_mean(spreads: &[Spread]) -> Option<Spread> {
     let mean = |part: fn(&Spread) -> f64| {
         let logarithms: f64 = spreads.iter().map(|spread| part(spread).ln()).sum();
-        (logarithms / spreads.len().max(1) as f64).exp()
+        (logarithms / spreads.len() as f64).exp()
     };
-    Spread {
+    (!spreads.is_empty()).then(|| Spread {
         median: mean(|spread| spread.median),
+        p999: mean(|spread| spread.p999),
         min: mean(|spread| spread.min),
         max: mean(|spread| spread.max),
         n: spreads.iter().map(|spread| spread.n).sum(),
-    }
-}
-
-/// All measurements of a subject in a scene, an entry a round.
-#[derive(Default)]
-struct Measured {
-    errors: Collector,
-    ids: Vec<Runs>,
-    surface: Vec<Runs>,
-}
-
-impl Measured {
-    fn cost(&self) -> Cost {
-        let n_rays = self.ids.first().map_or(0, |runs| runs.n_rays);
-        let ns_per_ray = 1e9 / n_rays.max(1) as f64;
-        let times = |runs: &[Runs], of: fn(&Timing) -> Option<Duration>, per_second| {
-            spread(runs.iter().flat_map(|runs| &runs.timed).filter_map(of), per_second)
-        };
-        let deciding = |runs| times(runs, |timing| Some(timing.deciding()), ns_per_ray);
-        let first = self.ids.iter().map(|runs| runs.first.deciding() + runs.first.readback);
-        let compile = self.ids.iter().map(|runs| runs.compile);
-        let readback = times(&self.ids, |timing| Some(timing.readback), 1e3);
-        Cost {
-            n_rays,
-            trace_ns_per_ray: deciding(&self.ids).unwrap_or_default(),
-            surface_ns_per_ray: deciding(&self.surface).unwrap_or_default(),
-            device_ns_per_ray: times(&self.ids, |timing| timing.on_device, ns_per_ray),
-            readback_ms: readback.unwrap_or_default(),
-            compile_ms: spread(compile, 1e3).unwrap_or_default(),
-            first_picture_ms: spread(first, 1e3).unwrap_or_default(),
-            bytes_device: self.ids.last().map_or(0, |runs| runs.bytes_device),
-        }
-    }
+    })
 }
 
 /// The work of one tracer: a first run, and those that are timed.
-pub(super) struct Runs {
-    pub n_rays: u64,
-    pub compile: Duration,
-    pub first: Timing,
+pub struct Runs {
+    n_rays: usize,
+    compile: Duration,
+    first: Timing,
     pub timed: Vec<Timing>,
-    pub bytes_device: u64,
+    bytes_device: u64,
+}
+
+impl Runs {
+    /// The times of all stages but the read-back.
+    pub fn ns_per_ray(&self) -> impl Iterator<Item = f64> {
+        self.timed.iter().map(|timing| self.ns(timing.deciding()))
+    }
+
+    fn ns(&self, time: Duration) -> f64 {
+        1e9 * time.as_secs_f64() / self.n_rays as f64
+    }
 }
 
 /// Traces once, and then as often as is timed; `hits` are those of the last run.
-pub(super) fn run(
+pub fn run(
     Made { mut tracer, compile, .. }: Made,
     rays: &Rays,
     n_timed: usize,
@@ -258,11 +256,10 @@ pub(super) fn run(
 ) -> Result<Runs> {
     let first = tracer.trace(rays, control, hits)?;
     let timed = (0..n_timed).map(|_| tracer.trace(rays, control, hits)).collect::<Result<_>>()?;
-    let (n_rays, bytes_device) = (rays.len() as u64, tracer.bytes_device());
-    Ok(Runs { n_rays, compile, first, timed, bytes_device })
+    Ok(Runs { n_rays: rays.len(), compile, first, timed, bytes_device: tracer.bytes_device() })
 }
 
-/// Median and range of times, each `per_second` for a second; `None` for none.
-pub(super) fn spread(times: impl Iterator<Item = Duration>, per_second: f64) -> Option<Spread> {
-    Spread::of(times.map(|time| per_second * time.as_secs_f64()).collect())
+/// A time in milliseconds.
+pub fn ms(time: Duration) -> f64 {
+    1e3 * time.as_secs_f64()
 }

@@ -1,60 +1,60 @@
 //! Speed against error: what each kernel costs on each device, and how wrong it is.
 //!
-//! [`Report::measure`] makes one; [`text`], [`page`] and [`plot`] show it. All errors are against
-//! exact arithmetic; all times are of the run that made the report.
+//! [`Report::measure`] makes a list of [`Row`]s; [`text`], [`page`] and [`plot`] are views of them. All
+//! errors are against exact arithmetic; all times are of the run that made the report.
 
-use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Deserializer, Serialize};
 
 mod answer;
 mod baseline;
 mod clouds;
-mod errors;
-mod evidence;
+mod environment;
 mod figures;
 mod light;
 mod measure;
 mod noise;
+mod order;
 pub mod page;
 mod pictures;
 pub mod plot;
 mod print;
+mod samples;
 mod scenes;
-mod summary;
 mod sweep;
 mod tables;
 pub mod text;
 
 pub use baseline::{Baseline, Change, Earlier, Verdict, WrongIds};
 pub use clouds::CLOUD_SIZE;
-pub use errors::{Distribution, Errors};
-pub use light::{LIGHT_SIZE, LightErrors, LightFault, LightPicture, LightResult, LightRow};
-pub use measure::{Make, Subject};
+pub use environment::{AdapterArithmetic, Environment};
+pub use light::LIGHT_SIZE;
+pub use measure::{Benchmark, Make};
 pub use noise::Noise;
-pub use scenes::{Case, default_cases};
+pub use pictures::{ErrorPicture, Fault};
+pub use scenes::{Case, Class, MeasuredScene, default_cases};
+pub use sweep::{SWEEPS, Sweep};
 
 use crate::control::Control;
 use crate::error::Result;
+use measure::Work;
+use samples::Samples;
 
-/// The version of `docs/json.md`, which every summary begins with.
-pub const SCHEMA: u32 = 1;
+/// The version of a report's fields in `docs/json.md`.
+pub const SCHEMA: u32 = 2;
 
 /// Everything that one run of `kugelblitz report` found.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// The machine and the program.
-    pub evidence: Evidence,
+    pub environment: Environment,
     /// How much was measured.
-    pub effort: Effort,
-    /// Each scene with each kernel on each device.
-    pub scenes: Vec<SceneResult>,
-    /// The scenes of a class taken together: one row a kernel and device.
-    pub classes: Vec<ClassResult>,
-    /// Error and time against one quantity.
-    pub sweeps: Vec<Sweep>,
-    /// Many spheres: each number of them on each device.
-    pub clouds: Vec<CloudResult>,
-    /// Light and shadow in each scene with lights.
-    pub light: Vec<LightResult>,
+    pub settings: Settings,
+    /// The scenes that were measured.
+    pub scenes: Vec<MeasuredScene>,
+    /// All numbers.
+    pub rows: Vec<Row>,
     /// All that could not be measured, and why.
     pub missing: Vec<Missing>,
     /// How much the times spread.
@@ -64,71 +64,49 @@ pub struct Report {
     /// Pictures of chosen scenes with their errors.
     #[serde(skip)]
     pub pictures: Vec<ErrorPicture>,
-    /// Pictures of chosen lit scenes with their errors.
-    #[serde(skip)]
-    pub light_pictures: Vec<LightPicture>,
 }
 
 impl Report {
-    /// Measures `subjects` on `cases`. Subjects of one device stand together, the best device
+    /// Measures `benchmarks` on `cases`. Benchmarks of one device stand together, the best device
     /// first. `control` counts [`Report::n_rays`] rays.
     ///
     /// # Errors
     /// Those of tracing; [`Error::Interrupted`](crate::Error::Interrupted).
     pub fn measure(
-        evidence: Evidence,
+        environment: Environment,
         cases: &[Case],
-        subjects: &[Subject],
-        effort: Effort,
+        benchmarks: &[Benchmark],
+        settings: Settings,
         control: &Control,
     ) -> Result<Report> {
-        let (scenes, classes) = measure::measure_scenes(cases, subjects, &effort, control)?;
-        let pictures = pictures::take_pictures(cases, &scenes, subjects, &effort, control)?;
-        let sweeps = match effort.sweeps {
-            true => sweep::measure_sweeps(subjects, &effort, control)?,
-            false => Vec::new(),
-        };
-        let (clouds, missing) = clouds::measure_clouds(subjects, &effort, control)?;
-        let light = light::measure_light(cases, subjects, &effort, control)?;
-        let light_pictures = light::take_light_pictures(cases, &light, subjects, &effort, control)?;
-        let noise = Noise::of(&scenes);
-        Ok(Report {
-            evidence,
-            effort,
-            scenes,
-            classes,
-            sweeps,
-            clouds,
-            light,
-            missing,
-            noise,
-            baseline: None,
-            pictures,
-            light_pictures,
-        })
+        let work = Work { cases, benchmarks, settings: &settings };
+        let mut rows = work.scene_rows(control)?;
+        let mut pictures = work.pictures(&rows, control)?;
+        rows.extend(work.sweep_rows(control)?);
+        let (clouds, missing) = work.cloud_rows(control)?;
+        rows.extend(clouds);
+        rows.extend(work.light_rows(control)?);
+        pictures.extend(work.light_pictures(&rows, control)?);
+        let scenes = cases.iter().map(MeasuredScene::from).collect();
+        let noise = Noise::of(&rows);
+        Ok(Report { environment, settings, scenes, rows, missing, noise, baseline: None, pictures })
     }
 
     /// Rays that [`Report::measure`] traces, lights or compares, but for those of the few pictures.
-    pub fn n_rays(cases: &[Case], subjects: &[Subject], effort: &Effort) -> u64 {
-        let sweeps = if effort.sweeps { sweep::n_rays(subjects, effort) } else { 0 };
-        let clouds = clouds::n_rays(subjects, effort);
-        let light = light::n_rays(cases, subjects, effort);
-        measure::n_rays(cases, subjects, effort) + sweeps + clouds + light
+    pub fn n_rays(cases: &[Case], benchmarks: &[Benchmark], settings: &Settings) -> u64 {
+        let work = Work { cases, benchmarks, settings };
+        work.n_scene_rays() + work.n_sweep_rays() + work.n_cloud_rays() + work.n_light_rays()
+    }
+
+    /// The scene that is called so.
+    fn scene(&self, name: &str) -> Option<&MeasuredScene> {
+        self.scenes.iter().find(|scene| scene.name == name)
     }
 }
 
-/// A kernel on a device.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct Contestant {
-    /// The kernel's name.
-    pub kernel: String,
-    /// The adapter's name, or `CPU`.
-    pub device: String,
-}
-
 /// How much is measured.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Effort {
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
     /// Size of the pictures that are timed and whose pixels are compared.
     pub size: [u32; 2],
     /// Most pixels of a picture that are compared with exact arithmetic; drawn at random where the
@@ -149,9 +127,9 @@ pub struct Effort {
     pub clouds: Vec<u64>,
 }
 
-impl Default for Effort {
-    fn default() -> Effort {
-        Effort {
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings {
             size: [1280, 720],
             samples: 1 << 16,
             seed: 0,
@@ -164,133 +142,213 @@ impl Default for Effort {
     }
 }
 
-/// The machine and the program.
-#[derive(Clone, Debug, Serialize)]
-pub struct Evidence {
-    /// The program's version.
-    pub version: String,
-    /// The commit that it was built from, where the build was told.
-    pub commit: Option<String>,
-    /// Date and time of the start, UTC, as in `2026-11-21T07:00:00Z`.
-    pub date: String,
-    /// The command line.
-    pub command: String,
-    /// The host's operating system.
-    pub system: String,
-    /// The host's CPU.
-    pub host_cpu: String,
-    /// Its logical cores.
-    pub n_cores: usize,
-    /// The adapters, the best first.
-    pub adapters: Vec<AdapterEvidence>,
-}
-
-/// An adapter and what its arithmetic really does.
-#[derive(Clone, Debug, Serialize)]
-pub struct AdapterEvidence {
-    /// The adapter's own account of itself.
+/// One kernel on one device, measured in one thing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// What the row is of. No other row of a report has the same.
     #[serde(flatten)]
-    pub facts: crate::gpu::AdapterFacts,
-    /// The self-test's findings in f32.
-    pub arithmetic_f32: crate::gpu::Arithmetic,
-    /// Those in f64; `None` where the device has none.
-    pub arithmetic_f64: Option<crate::gpu::Arithmetic>,
+    pub key: RowKey,
+    /// Quantities that were measured several times or of several rays.
+    pub numbers: BTreeMap<Metric, Spread>,
+    /// Quantities that were counted.
+    pub counts: BTreeMap<Count, u64>,
 }
 
-/// Sort of a scene, by which results are put together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Class {
-    /// The lecture's figures.
-    Lecture,
-    /// Where f32 has a hard time.
-    Hard,
-    /// Where shadows are hard to tell. Their light is measured, not their rays.
-    Lit,
-    /// Named on the command line.
-    Given,
+/// What a row is of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RowKey {
+    /// The thing that was measured.
+    #[serde(flatten)]
+    pub of: Of,
+    /// The kernel's name.
+    pub kernel: String,
+    /// The adapter's name, or `CPU`.
+    pub device: String,
+    /// How far from a surface shadow rays start, world units; `None` for a kernel that needs none, and
+    /// where no light is measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub epsilon: Option<f64>,
 }
 
-impl Class {
-    /// In a table or a legend.
-    pub fn name(self) -> &'static str {
-        match self {
-            Class::Lecture => "lecture's scenes",
-            Class::Hard => "hard scenes",
-            Class::Lit => "lit scenes",
-            Class::Given => "given scenes",
-        }
+/// The thing that a row measures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "of", rename_all = "lowercase")]
+pub enum Of {
+    /// Rays of a scene's picture.
+    Scene {
+        /// Its name.
+        scene: String,
+        /// Its sort.
+        class: Class,
+    },
+    /// The scenes of a class taken together: all errors, and the geometric means of times.
+    Class {
+        /// The sort of scenes.
+        class: Class,
+    },
+    /// A point of one of the [`SWEEPS`].
+    Sweep {
+        /// Its name.
+        sweep: String,
+        /// The quantity that is swept.
+        x: f64,
+    },
+    /// A picture of many spheres.
+    Cloud {
+        /// How many.
+        spheres: u64,
+    },
+    /// Light and shadow of a scene.
+    Light {
+        /// Its name.
+        scene: String,
+    },
+}
+
+/// A quantity with a [`Spread`]. "Ids" is a picture's need: which object each pixel shows. "Surface" adds
+/// `t` and the normal of each hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Metric {
+    /// Error of `t` in f32 steps at the exact `t`, where the object is right.
+    TUlp,
+    /// The same, relative to the exact `t`.
+    TRelative,
+    /// Angle to the exact normal in degrees, where the object is right.
+    NormalDegrees,
+    /// All stages of tracing ids but the read-back, nanoseconds a ray.
+    TraceNsPerRay,
+    /// The same with `t` and normals.
+    SurfaceNsPerRay,
+    /// The compute passes alone by the device's own clock, ids, nanoseconds a ray.
+    DeviceNsPerRay,
+    /// From the device into memory, ids, milliseconds a picture.
+    ReadbackMs,
+    /// Putting the shader together and compiling it, milliseconds. Drivers keep compiled shaders
+    /// on disk, so the largest is of the first time ever and the least of a cache.
+    CompileMs,
+    /// The first picture after that, all stages, milliseconds.
+    FirstPictureMs,
+    /// Building the hierarchy over the spheres, milliseconds.
+    BuildMs,
+    /// All stages of tracing a picture's ids and the read-back, milliseconds.
+    PictureMs,
+}
+
+/// A quantity that is counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Count {
+    /// Scenes of a class that were measured.
+    Scenes,
+    /// Rays compared.
+    Rays,
+    /// Rays that hit an object where there is none.
+    FalseHits,
+    /// Rays that miss an object that is there.
+    FalseMisses,
+    /// Rays that hit another object than the visible one.
+    WrongObject,
+    /// Rays of the whole picture that f32 decided.
+    F32,
+    /// Rays of the whole picture that f64 decided.
+    F64,
+    /// Rays of the whole picture that exact arithmetic decided.
+    Exact,
+    /// Bytes on the device for scene and results.
+    BytesDevice,
+    /// Pixels whose light was compared.
+    Pixels,
+    /// Pixels times lights: for each, a light counts or does not.
+    Verdicts,
+    /// Lights that count and are left out: acne.
+    FalseShadows,
+    /// Lights that don't count and are let in.
+    Leaks,
+    /// Pixels with a wrong byte.
+    WrongBytes,
+    /// Those with a byte that is off by more than 8 levels.
+    FarBytes,
+}
+
+impl Row {
+    /// A row of `benchmark` with what was measured of it.
+    fn new(of: Of, benchmark: &Benchmark, measured: &[&Samples]) -> Row {
+        let (kernel, device) = (benchmark.name.clone(), benchmark.device.clone());
+        let key = RowKey { of, kernel, device, epsilon: None };
+        let mut row = Row { key, numbers: BTreeMap::new(), counts: BTreeMap::new() };
+        measured.iter().for_each(|samples| samples.put_into(&mut row));
+        row
+    }
+
+    /// A quantity's values; `None` where it was not measured.
+    pub fn number(&self, metric: Metric) -> Option<Spread> {
+        self.numbers.get(&metric).copied()
+    }
+
+    /// A count; 0 where nothing was counted.
+    pub fn count(&self, count: Count) -> u64 {
+        self.counts.get(&count).copied().unwrap_or(0)
+    }
+
+    /// Rays with a wrong id.
+    pub fn wrong_ids(&self) -> u64 {
+        [Count::FalseHits, Count::FalseMisses, Count::WrongObject]
+            .map(|n| self.count(n))
+            .iter()
+            .sum()
+    }
+
+    /// Share of rays with a wrong id, 0 to 1.
+    pub fn wrong_share(&self) -> f64 {
+        self.wrong_ids() as f64 / self.count(Count::Rays).max(1) as f64
+    }
+
+    /// Lights that are wrongly in shadow or not.
+    pub fn wrong_shadows(&self) -> u64 {
+        self.count(Count::FalseShadows) + self.count(Count::Leaks)
     }
 }
 
-/// One scene with each kernel on each device.
-#[derive(Clone, Debug, Serialize)]
-pub struct SceneResult {
-    /// The file's name without folder and ending.
-    pub name: String,
-    /// Sort of the scene.
-    pub class: Class,
-    /// The file's first comment: what it shows.
-    pub about: String,
-    /// Spheres in it.
-    pub n_spheres: usize,
-    /// Planes in it.
-    pub n_planes: usize,
-    /// One row a kernel and device.
-    pub rows: Vec<Row>,
-}
-
-/// One kernel on one device in one scene.
-#[derive(Clone, Debug, Serialize)]
-pub struct Row {
-    /// Who was measured.
-    #[serde(flatten)]
-    pub contestant: Contestant,
-    /// How wrong it is.
-    pub errors: Errors,
-    /// Its time and memory.
-    pub cost: Cost,
-}
-
-/// All scenes of a class for one kernel on one device.
-#[derive(Clone, Debug, Serialize)]
-pub struct ClassResult {
-    /// The class.
-    pub class: Class,
-    /// Scenes in it that this was measured on.
-    pub n_scenes: usize,
-    /// Who was measured.
-    #[serde(flatten)]
-    pub contestant: Contestant,
-    /// The errors of all scenes' samples put together.
-    pub errors: Errors,
-    /// The geometric mean of the scenes' medians, and of their least and largest times.
-    pub trace_ns_per_ray: Spread,
-    /// The same with `t` and normals.
-    pub surface_ns_per_ray: Spread,
-}
-
-/// Median and range of repeated measurements.
+/// Middle, nearly worst and outermost of several values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     /// Middle value.
+    #[serde(deserialize_with = "number_or_infinity")]
     pub median: f64,
+    /// 99.9 % of the values are not larger.
+    #[serde(deserialize_with = "number_or_infinity")]
+    pub p999: f64,
     /// Least value.
+    #[serde(deserialize_with = "number_or_infinity")]
     pub min: f64,
     /// Largest value.
+    #[serde(deserialize_with = "number_or_infinity")]
     pub max: f64,
     /// Number of values.
     pub n: usize,
 }
 
+/// JSON has no infinity; there it is `null`.
+fn number_or_infinity<'de, D: Deserializer<'de>>(json: D) -> std::result::Result<f64, D::Error> {
+    Ok(Option::deserialize(json)?.unwrap_or(f64::INFINITY))
+}
+
 impl Spread {
-    /// Of some values; `None` for none.
+    /// Of some values, none of them NaN; `None` for none.
     pub fn of(mut values: Vec<f64>) -> Option<Spread> {
-        values.sort_by(f64::total_cmp);
+        values.sort_unstable_by(f64::total_cmp);
+        let n = values.len();
         let (&min, &max) = (values.first()?, values.last()?);
-        let upper = values.len() / 2;
-        let lower = (values.len() - 1) / 2;
-        Some(Spread { median: (values[lower] + values[upper]) / 2.0, min, max, n: values.len() })
+        let median = (values[(n - 1) / 2] + values[n / 2]) / 2.0;
+        // Nearest rank: the smallest value that at least this share does not exceed.
+        let p999 = values[((0.999 * n as f64).ceil() as usize).clamp(1, n) - 1];
+        Some(Spread { median, p999, min, max, n })
+    }
+
+    /// True of a time that a logarithmic axis has a place for.
+    fn is_drawable(&self) -> bool {
+        self.median > 0.0 && self.median.is_finite()
     }
 
     /// The range as a share of the median; `None` of less than two values.
@@ -300,80 +358,6 @@ impl Spread {
     }
 }
 
-/// Time and memory of one kernel on one device in one scene. "Ids" is a picture's need: which
-/// object each pixel shows. "Surface" adds `t` and the normal of each hit.
-#[derive(Clone, Debug, Serialize)]
-pub struct Cost {
-    /// Rays of one picture.
-    pub n_rays: u64,
-    /// All stages of tracing ids but the read-back, nanoseconds a ray.
-    pub trace_ns_per_ray: Spread,
-    /// The same with `t` and normals.
-    pub surface_ns_per_ray: Spread,
-    /// The compute passes alone by the device's own clock, ids, nanoseconds a ray; `None` where it
-    /// has no clock, and on the CPU.
-    pub device_ns_per_ray: Option<Spread>,
-    /// From the device into memory, ids, milliseconds a picture.
-    pub readback_ms: Spread,
-    /// Putting the shader together and compiling it, milliseconds. Drivers keep compiled shaders
-    /// on disk, so the largest is of the first time ever and the least of a cache.
-    pub compile_ms: Spread,
-    /// The first picture after that, all stages, milliseconds.
-    pub first_picture_ms: Spread,
-    /// Bytes on the device for scene and results.
-    pub bytes_device: u64,
-}
-
-/// Error and time against one quantity.
-#[derive(Clone, Debug, Serialize)]
-pub struct Sweep {
-    /// `distance`, `offset` or `objects`.
-    pub name: &'static str,
-    /// Its subject, in a sentence.
-    pub title: &'static str,
-    /// The quantity in words.
-    pub x_label: &'static str,
-    /// One series a kernel and device.
-    pub series: Vec<Series>,
-}
-
-/// One kernel on one device along a sweep.
-#[derive(Clone, Debug, Serialize)]
-pub struct Series {
-    /// Who was measured.
-    #[serde(flatten)]
-    pub contestant: Contestant,
-    /// In ascending order of `x`.
-    pub points: Vec<SweepPoint>,
-}
-
-/// One point of a sweep.
-#[derive(Clone, Debug, Serialize)]
-pub struct SweepPoint {
-    /// The quantity.
-    pub x: f64,
-    /// In sweeps of errors.
-    pub errors: Option<Errors>,
-    /// In sweeps of time: tracing ids.
-    pub trace_ns_per_ray: Option<Spread>,
-}
-
-/// Many spheres with `certified` on one device.
-#[derive(Clone, Debug, Serialize)]
-pub struct CloudResult {
-    /// Spheres in the cloud.
-    pub n_spheres: u64,
-    /// Who was measured.
-    #[serde(flatten)]
-    pub contestant: Contestant,
-    /// How wrong it is.
-    pub errors: Errors,
-    /// Building the hierarchy over the spheres, milliseconds.
-    pub build_ms: Spread,
-    /// All stages of tracing a picture's ids and the read-back, milliseconds.
-    pub picture_ms: Spread,
-}
-
 /// Something that could not be measured.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Missing {
@@ -381,39 +365,4 @@ pub struct Missing {
     pub what: String,
     /// Why.
     pub why: String,
-}
-
-/// A kernel's picture of a scene, and the error of each pixel.
-#[derive(Clone, Debug)]
-pub struct ErrorPicture {
-    /// The scene's name.
-    pub scene: String,
-    /// The kernel and device.
-    pub contestant: Contestant,
-    /// Width, px.
-    pub width: u32,
-    /// Height, px.
-    pub height: u32,
-    /// 8-bit sRGB, row by row from the top.
-    pub srgb: Vec<[u8; 3]>,
-    /// The error of each pixel.
-    pub faults: Vec<Fault>,
-}
-
-/// The error of a pixel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
-    /// Background, as it should be.
-    Background,
-    /// The right object; the error of `t` in f32 steps at the exact `t`.
-    Right {
-        /// Error of `t`, ulp.
-        t_ulp: f64,
-    },
-    /// An object where there is none.
-    FalseHit,
-    /// No object where there is one.
-    FalseMiss,
-    /// Another object than the visible one.
-    WrongObject,
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::figures::percent;
-use super::{SceneResult, Spread};
+use super::{Metric, Of, Row, Spread};
 
 /// A range that is wider than this share of its median is noise: of some nine runs, medians are then off
 /// by 4 % (see [`super::figures`]) and two of them differ by 5 % by chance alone, which is what kernels
@@ -23,13 +23,13 @@ pub struct Noise {
 
 impl Noise {
     /// Of the times of ids in each scene.
-    pub fn of(scenes: &[SceneResult]) -> Noise {
-        let rows = scenes.iter().flat_map(|scene| &scene.rows);
-        let ranges = rows.filter_map(|row| row.cost.trace_ns_per_ray.relative_range());
-        let ranges: Vec<f64> = ranges.filter(|range| range.is_finite()).collect();
-        let wide = ranges.iter().filter(|range| **range > NOISY).count();
-        let typical = Spread::of(ranges.clone()).map_or(0.0, |spread| spread.median);
-        Noise { times: ranges.len(), wide, typical_range: typical }
+    pub fn of(rows: &[Row]) -> Noise {
+        let scenes = rows.iter().filter(|row| matches!(row.key.of, Of::Scene { .. }));
+        let times = scenes.filter_map(|row| row.number(Metric::TraceNsPerRay)?.relative_range());
+        let ranges: Vec<f64> = times.filter(|range| range.is_finite()).collect();
+        let (times, wide) = (ranges.len(), ranges.iter().filter(|range| **range > NOISY).count());
+        let typical_range = Spread::of(ranges).map_or(0.0, |spread| spread.median);
+        Noise { times, wide, typical_range }
     }
 
     /// True where the middle one of the times spreads by too much.

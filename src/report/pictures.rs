@@ -1,10 +1,11 @@
 //! Pictures of the scenes where the kernels are most wrong.
 
-use super::measure::{SURFACE, Subject, of_first_device, picture, timed};
+use super::measure::{SURFACE, Work, picture};
 use super::scenes::Case;
-use super::{Effort, ErrorPicture, Fault, SceneResult};
+use super::{Of, Row, RowKey};
 use crate::control::Control;
 use crate::error::Result;
+use crate::rays::Pixels;
 use crate::scene::Color;
 use crate::trace::{Hits, Rays};
 use crate::verify::{RayError, Truth, ray_errors};
@@ -12,71 +13,113 @@ use crate::verify::{RayError, Truth, ray_errors};
 /// Most scenes with pictures.
 const MOST_SCENES: usize = 5;
 
-/// The scenes with the most wrong ids, as measured, the worst first.
-fn worst<'a>(cases: &'a [Case], results: &[SceneResult]) -> Vec<&'a Case> {
-    let wrong = |result: &SceneResult| -> u64 {
-        result.rows.iter().map(|row| row.errors.wrong_ids()).sum()
-    };
-    worst_first(timed(cases).into_iter().zip(results.iter().map(wrong)), MOST_SCENES)
+/// A kernel's picture of a scene, and what is wrong with each pixel.
+#[derive(Clone, Debug)]
+pub struct ErrorPicture {
+    /// What it is of.
+    pub key: RowKey,
+    /// Width and height, px.
+    pub size: [u32; 2],
+    /// 8-bit sRGB, row by row from the top.
+    pub srgb: Vec<[u8; 3]>,
+    /// The error of each pixel.
+    pub faults: Vec<Fault>,
+}
+
+/// The error of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fault {
+    /// As it should be.
+    Right,
+    /// The right object; the error of `t` in f32 steps at the exact `t`.
+    TUlp(f64),
+    /// An object where there is none.
+    FalseHit,
+    /// No object where there is one.
+    FalseMiss,
+    /// Another object than the visible one.
+    WrongObject,
+    /// A light is left out that counts.
+    FalseShadow,
+    /// A light is let in that doesn't count.
+    Leak,
+    /// The right lights, and another byte: how far the worst one is off.
+    Levels(u8),
+}
+
+impl ErrorPicture {
+    pub(super) fn new(
+        row: &Row,
+        pixels: &Pixels,
+        srgb: Vec<[u8; 3]>,
+        faults: impl Iterator<Item = Fault>,
+    ) -> ErrorPicture {
+        let size = [pixels.width, pixels.height];
+        ErrorPicture { key: row.key.clone(), size, srgb, faults: faults.collect() }
+    }
+
+    /// The scene's name.
+    pub(super) fn scene(&self) -> &str {
+        match &self.key.of {
+            Of::Scene { scene, .. } | Of::Light { scene } => scene,
+            _ => "",
+        }
+    }
 }
 
 /// The scenes with the most that is wrong, the worst first: at most so many, and none without an error.
-pub(super) fn worst_first<'a>(
-    scenes: impl Iterator<Item = (&'a Case, u64)>,
+pub fn worst_first<'a>(
+    scenes: impl Iterator<Item = &'a Case>,
+    wrong: impl Fn(&'a Case) -> u64,
     most: usize,
 ) -> Vec<&'a Case> {
-    let mut ranked: Vec<_> = scenes.filter(|(_, wrong)| *wrong > 0).collect();
-    ranked.sort_by_key(|(_, wrong)| std::cmp::Reverse(*wrong));
-    ranked.into_iter().map(|(case, _)| case).take(most).collect()
+    let mut ranked: Vec<_> = scenes.map(|case| (wrong(case), case)).collect();
+    ranked.retain(|(wrong, _)| *wrong > 0);
+    ranked.sort_by_key(|(wrong, _)| std::cmp::Reverse(*wrong));
+    ranked.into_iter().map(|(_, case)| case).take(most).collect()
 }
 
-/// Pictures of the worst scenes by the subjects of the first device.
-///
-/// # Errors
-/// Those of tracing; [`Error::Interrupted`](crate::Error::Interrupted).
-pub(super) fn take_pictures(
-    cases: &[Case],
-    results: &[SceneResult],
-    subjects: &[Subject],
-    effort: &Effort,
-    control: &Control,
-) -> Result<Vec<ErrorPicture>> {
-    let subjects = of_first_device(subjects);
-    let mut pictures = Vec::new();
-    for case in worst(cases, results) {
-        let pixels = picture(case, effort.picture_size)?;
-        let all = (0..pixels.len()).collect();
-        let truth = Truth::of_pixels(&case.scene, &pixels, all, control)?;
-        let rays = Rays::Pixels(pixels);
-        let palette: Vec<[u8; 3]> = case.scene.colors().map(Color::to_srgb8).collect();
-        for subject in &subjects {
-            let mut tracer = subject.tracer(&case.scene, &rays, SURFACE)?.tracer;
-            let mut hits = Hits::default();
-            tracer.trace(&rays, control, &mut hits)?;
-            pictures.push(ErrorPicture {
-                scene: case.name.clone(),
-                contestant: subject.contestant.clone(),
-                width: pixels.width,
-                height: pixels.height,
-                srgb: hits.id.iter().map(|&id| color(&palette, id)).collect(),
-                faults: ray_errors(&hits, &truth).map(fault).collect(),
-            });
+impl Work<'_> {
+    /// Pictures of the worst scenes, as measured, by the benchmarks of the first device.
+    ///
+    /// # Errors
+    /// Those of tracing; [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn pictures(&self, rows: &[Row], control: &Control) -> Result<Vec<ErrorPicture>> {
+        let own = |case: &Case| {
+            let of = Of::Scene { scene: case.name.clone(), class: case.class };
+            rows.iter().filter(move |row| row.key.of == of)
+        };
+        let wrong = |case| own(case).map(Row::wrong_ids).sum();
+        let mut pictures = Vec::new();
+        for case in worst_first(self.timed(), wrong, MOST_SCENES) {
+            let pixels = picture(case, self.settings.picture_size)?;
+            let all = (0..pixels.len()).collect();
+            let truth = Truth::of_pixels(&case.scene, &pixels, all, control)?;
+            let rays = Rays::Pixels(pixels);
+            let palette: Vec<[u8; 3]> = case.scene.colors().map(Color::to_srgb8).collect();
+            // Black for an id that no object has.
+            let color = |id: &u32| palette.get(*id as usize).copied().unwrap_or_default();
+            for (benchmark, row) in self.of_first_device().zip(own(case)) {
+                let mut tracer = benchmark.tracer(&case.scene, &rays, SURFACE)?.tracer;
+                let mut hits = Hits::default();
+                tracer.trace(&rays, control, &mut hits)?;
+                let srgb = hits.id.iter().map(color).collect();
+                let faults = ray_errors(&hits, &truth).map(Fault::from);
+                pictures.push(ErrorPicture::new(row, &pixels, srgb, faults));
+            }
         }
+        Ok(pictures)
     }
-    Ok(pictures)
 }
 
-/// Black for an id that no object has.
-fn color(palette: &[[u8; 3]], id: u32) -> [u8; 3] {
-    palette.get(id as usize).copied().unwrap_or_default()
-}
-
-fn fault(error: RayError) -> Fault {
-    match error {
-        RayError::FalseHit => Fault::FalseHit,
-        RayError::FalseMiss => Fault::FalseMiss,
-        RayError::WrongObject => Fault::WrongObject,
-        RayError::Right { id: 0, .. } => Fault::Background,
-        RayError::Right { t, .. } => Fault::Right { t_ulp: t.map_or(0.0, |t| t.ulp) },
+impl From<RayError> for Fault {
+    fn from(error: RayError) -> Fault {
+        match error {
+            RayError::FalseHit => Fault::FalseHit,
+            RayError::FalseMiss => Fault::FalseMiss,
+            RayError::WrongObject => Fault::WrongObject,
+            RayError::Right { id: 0, .. } => Fault::Right,
+            RayError::Right { t, .. } => Fault::TUlp(t.map_or(0.0, |t| t.ulp)),
+        }
     }
 }

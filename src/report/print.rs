@@ -16,7 +16,7 @@ const GAP: &str = "  ";
 
 impl Cell {
     /// `12.3 (11.9–14.0)`
-    fn whole(&self) -> String {
+    pub fn whole(&self) -> String {
         match &self.range {
             Some([min, max]) => format!("{} ({min}–{max})", self.text),
             None => self.text.clone(),

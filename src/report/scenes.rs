@@ -3,10 +3,67 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::Class;
+use serde::{Deserialize, Serialize};
+
 use crate::control::Control;
 use crate::error::Result;
 use crate::scene::{Scene, parse_scene_with};
+
+/// Sort of a scene, by which results are put together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Class {
+    /// The lecture's figures.
+    Lecture,
+    /// Where f32 has a hard time.
+    Hard,
+    /// Where shadows are hard to tell. Their light is measured, not their rays.
+    Lit,
+    /// Named on the command line.
+    Given,
+}
+
+impl Class {
+    /// In a table or a legend.
+    pub fn name(self) -> &'static str {
+        match self {
+            Class::Lecture => "lecture's scenes",
+            Class::Hard => "hard scenes",
+            Class::Lit => "lit scenes",
+            Class::Given => "given scenes",
+        }
+    }
+}
+
+/// What a report says of a scene, beside its numbers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MeasuredScene {
+    /// The file's name without folder and ending.
+    pub name: String,
+    /// Sort of the scene.
+    pub class: Class,
+    /// The file's first comment: what it shows.
+    pub about: String,
+    /// Spheres in it.
+    pub n_spheres: usize,
+    /// Planes in it.
+    pub n_planes: usize,
+    /// Its lights, without a sky.
+    pub n_lights: usize,
+}
+
+impl From<&Case> for MeasuredScene {
+    fn from(case: &Case) -> MeasuredScene {
+        MeasuredScene {
+            name: case.name.clone(),
+            class: case.class,
+            about: case.about.clone(),
+            n_spheres: case.scene.spheres.len(),
+            n_planes: case.scene.planes.len(),
+            n_lights: case.scene.lights.len(),
+        }
+    }
+}
 
 /// A scene to be measured.
 #[derive(Clone, Debug)]

@@ -4,16 +4,49 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::errors::Collector;
-use super::measure::{IDS, SURFACE, Subject, run, spread};
-use super::{Effort, Series, Sweep, SweepPoint};
+use super::clouds::cloud;
+use super::measure::{IDS, SURFACE, Work, n_pixels, run};
+use super::samples::Samples;
+use super::{Benchmark, Metric, Of, Row, Settings};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::random::SplitMix;
 use crate::rays::{Pixels, View};
 use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
-use crate::trace::{Hits, Kernel, Ray, Rays, Timing};
+use crate::trace::{Hits, Kernel, Ray, Rays};
 use crate::verify::Truth;
+
+/// Error or time against one quantity.
+#[derive(Clone, Copy, Debug)]
+pub struct Sweep {
+    /// `distance`, `offset` or `objects`.
+    pub name: &'static str,
+    /// Its subject, in a sentence.
+    pub title: &'static str,
+    /// The quantity in words.
+    pub x_label: &'static str,
+}
+
+/// The sweeps that a report has.
+pub const SWEEPS: [Sweep; 3] = [
+    Sweep {
+        name: "distance",
+        title: "Error against distance: a sphere of radius 1, half of the rays aimed close to its silhouette",
+        x_label: "distance of the sphere's centre from the eye / radius",
+    },
+    Sweep {
+        name: "offset",
+        title: "Error against the distance from the origin: three spheres on a floor, each of size 1, moved \
+                together with the camera",
+        x_label: "distance of the scene from the origin / size of an object",
+    },
+    Sweep {
+        name: "objects",
+        title: "Time against the number of spheres: spread evenly in a cube, all in view; clouds with \
+                certified alone, which finds the spheres of a pixel in a hierarchy",
+        x_label: "spheres",
+    },
+];
 
 /// Rays of each point of the sweep over distance.
 const DISTANCE_RAYS: usize = 1 << 14;
@@ -24,103 +57,109 @@ const OFFSET_SIZE: [u32; 2] = [240, 135];
 /// Pictures of the sweep over the number of objects, px.
 const OBJECTS_SIZE: [u32; 2] = [480, 270];
 
-/// Numbers of spheres that are timed with every kernel. [`Effort::clouds`] are timed with `certified`
+/// Numbers of spheres that are timed with every kernel. [`Settings::clouds`] are timed with `certified`
 /// alone: the others test every ray against each sphere.
-const OBJECTS: [usize; 5] = [1, 4, 16, 64, 256];
+const OBJECTS: [u64; 5] = [1, 4, 16, 64, 256];
 
-/// Numbers of spheres that are timed with a kernel.
-fn numbers_of_spheres(kernel: Kernel, effort: &Effort) -> Vec<usize> {
-    let clouds = effort.clouds.iter().map(|count| *count as usize);
-    let clouds = clouds.filter(|_| kernel == Kernel::Certified);
-    OBJECTS.into_iter().chain(clouds).collect()
+impl Settings {
+    /// Numbers of spheres that are timed with a kernel.
+    fn numbers_of_spheres(&self, kernel: Kernel) -> impl Iterator<Item = u64> {
+        let clouds = self.clouds.iter().filter(move |_| kernel == Kernel::Certified);
+        OBJECTS.into_iter().chain(clouds.copied())
+    }
 }
 
-/// Rays that [`measure_sweeps`] traces or compares.
-pub(super) fn n_rays(subjects: &[Subject], effort: &Effort) -> u64 {
-    let n_pixels = |[width, height]: [u32; 2]| (width * height) as usize;
-    let errors = distances().len() * DISTANCE_RAYS + offsets().len() * n_pixels(OFFSET_SIZE);
-    let n_points = subjects.iter().map(|subject| numbers_of_spheres(subject.kernel, effort).len());
-    let times = n_points.sum::<usize>() * n_pixels(OBJECTS_SIZE) * (1 + n_runs(effort));
-    (errors + subjects.len() * errors + times) as u64
-}
+impl Work<'_> {
+    fn n_timed(&self) -> usize {
+        self.settings.rounds * self.settings.runs
+    }
 
-fn n_runs(effort: &Effort) -> usize {
-    effort.rounds * effort.runs
-}
+    /// Rays that [`Work::sweep_rows`] traces or compares.
+    pub fn n_sweep_rays(&self) -> u64 {
+        let of_distance = distances().len() * DISTANCE_RAYS;
+        let errors = of_distance as u64 + offsets().len() as u64 * n_pixels(OFFSET_SIZE);
+        let n_points = |kernel| self.settings.numbers_of_spheres(kernel).count() as u64;
+        let n_points: u64 =
+            self.benchmarks.iter().map(|benchmark| n_points(benchmark.kernel)).sum();
+        let times = n_points * n_pixels(OBJECTS_SIZE) * (1 + self.n_timed() as u64);
+        let all = errors * (1 + self.benchmarks.len() as u64) + times;
+        if self.settings.sweeps { all } else { 0 }
+    }
 
-/// All sweeps.
-///
-/// # Errors
-/// Those of tracing; [`Error::Interrupted`](crate::Error::Interrupted).
-pub(super) fn measure_sweeps(
-    subjects: &[Subject],
-    effort: &Effort,
-    control: &Control,
-) -> Result<Vec<Sweep>> {
-    let distance = distances().into_iter().map(|x| Ok((x, at_distance(x, effort.seed, control)?)));
-    let offset = offsets().into_iter().map(|x| Ok((x, at_offset(x, control)?)));
-    Ok(vec![
-        Sweep {
-            name: "distance",
-            title: "Error against distance: a sphere of radius 1, half of the rays aimed close to \
-                    its silhouette",
-            x_label: "distance of the sphere's centre from the eye / radius",
-            series: errors_along(distance, subjects, control)?,
-        },
-        Sweep {
-            name: "offset",
-            title: "Error against the distance from the origin: three spheres on a floor, each of \
-                    size 1, moved together with the camera",
-            x_label: "distance of the scene from the origin / size of an object",
-            series: errors_along(offset, subjects, control)?,
-        },
-        Sweep {
-            name: "objects",
-            title: "Time against the number of spheres: spread evenly in a cube, all in view; clouds with \
-                    certified alone, which finds the spheres of a pixel in a hierarchy",
-            x_label: "spheres",
-            series: times_along(subjects, effort, control)?,
-        },
-    ])
+    /// All sweeps: each point with each benchmark.
+    ///
+    /// # Errors
+    /// Those of tracing; [`Error::Interrupted`].
+    pub fn sweep_rows(&self, control: &Control) -> Result<Vec<Row>> {
+        let mut rows = Vec::new();
+        if !self.settings.sweeps {
+            return Ok(rows);
+        }
+        for x in distances() {
+            let setting = at_distance(x, self.settings.seed, control)?;
+            rows.extend(self.error_rows("distance", x, setting, control)?);
+        }
+        for x in offsets() {
+            rows.extend(self.error_rows("offset", x, at_offset(x, control)?, control)?);
+        }
+        for n in self.settings.numbers_of_spheres(Kernel::Certified) {
+            rows.extend(self.time_rows(n, control)?);
+        }
+        Ok(rows)
+    }
+
+    fn error_rows(
+        &self,
+        sweep: &str,
+        x: f64,
+        (scene, rays, truth): Setting,
+        control: &Control,
+    ) -> Result<Vec<Row>> {
+        let mut hits = Hits::default();
+        let of_benchmark = |benchmark| {
+            let mut tracer = Benchmark::tracer(benchmark, &scene, &rays, SURFACE)?.tracer;
+            tracer.trace(&rays, control, &mut hits)?;
+            let mut errors = Samples::default();
+            errors.add_errors(&hits, &truth);
+            Ok(Row::new(Of::Sweep { sweep: sweep.into(), x }, benchmark, &[&errors]))
+        };
+        self.benchmarks.iter().map(of_benchmark).collect()
+    }
+
+    fn time_rows(&self, n: u64, control: &Control) -> Result<Vec<Row>> {
+        let (scene, pixels) = cloud(n, self.settings.seed, OBJECTS_SIZE, control)?;
+        let rays = Rays::Pixels(pixels);
+        let (mut rows, mut hits) = (Vec::new(), Hits::default());
+        for benchmark in self.benchmarks {
+            if !self.settings.numbers_of_spheres(benchmark.kernel).any(|own| own == n) {
+                continue;
+            }
+            let made = match benchmark.tracer(&scene, &rays, IDS) {
+                Ok(made) => made,
+                // Clouds in pictures tell why.
+                Err(Error::TooLarge(_)) => continue,
+                Err(error) => return Err(error),
+            };
+            let runs = run(made, &rays, self.n_timed(), control, &mut hits)?;
+            let mut times = Samples::default();
+            times.add(Metric::TraceNsPerRay, runs.ns_per_ray());
+            let of = Of::Sweep { sweep: "objects".into(), x: n as f64 };
+            rows.push(Row::new(of, benchmark, &[&times]));
+        }
+        Ok(rows)
+    }
 }
 
 /// A scene, rays into it, and what they see.
 type Setting = (Arc<Scene>, Rays, Truth);
 
-fn errors_along(
-    settings: impl Iterator<Item = Result<(f64, Setting)>>,
-    subjects: &[Subject],
-    control: &Control,
-) -> Result<Vec<Series>> {
-    let mut all = series(subjects);
-    let mut hits = Hits::default();
-    for setting in settings {
-        let (x, (scene, rays, truth)) = setting?;
-        for (subject, series) in subjects.iter().zip(&mut all) {
-            let mut tracer = subject.tracer(&scene, &rays, SURFACE)?.tracer;
-            tracer.trace(&rays, control, &mut hits)?;
-            let mut errors = Collector::default();
-            errors.add(&hits, &truth);
-            let errors = Some(errors.finish());
-            series.points.push(SweepPoint { x, errors, trace_ns_per_ray: None });
-        }
-    }
-    Ok(all)
-}
-
-fn series(subjects: &[Subject]) -> Vec<Series> {
-    let empty =
-        |subject: &Subject| Series { contestant: subject.contestant.clone(), points: Vec::new() };
-    subjects.iter().map(empty).collect()
-}
-
 /// Two points a decade.
-fn distances() -> Vec<f64> {
-    (1..=12).map(|k| 10f64.powf(f64::from(k) / 2.0)).collect()
+fn distances() -> impl ExactSizeIterator<Item = f64> {
+    (1..13).map(|k| 10f64.powf(f64::from(k) / 2.0))
 }
 
-fn offsets() -> Vec<f64> {
-    (0..=10).map(|k| 10f64.powi(k)).collect()
+fn offsets() -> impl ExactSizeIterator<Item = f64> {
+    (0..11).map(|k| 10f64.powi(k))
 }
 
 fn sphere(center: DVec3, radius: f64) -> Sphere {
@@ -174,45 +213,4 @@ fn at_offset(distance: f64, control: &Control) -> Result<Setting> {
     let scene = scene_of(Some(camera), spheres.to_vec(), vec![floor]);
     let truth = Truth::of_pixels(&scene, &pixels, (0..pixels.len()).collect(), control)?;
     Ok((scene, Rays::Pixels(pixels), truth))
-}
-
-/// `n` spheres spread evenly in a cube of side 1, of radius `0.3·n^(−1/3)`, the whole cube in view.
-fn many_spheres(n: usize, seed: u64) -> (Arc<Scene>, Rays) {
-    let mut random = SplitMix::new(seed ^ n as u64);
-    let radius = 0.3 * (n as f64).powf(-1.0 / 3.0);
-    let mut center = || DVec3::new(random.unit(), random.unit(), random.unit());
-    let spheres = (0..n).map(|_| sphere(center(), radius)).collect();
-    let camera = Camera {
-        position: DVec3::new(0.5, 0.5, 3.0),
-        look_at: DVec3::splat(0.5),
-        up: DVec3::Y,
-        projection: Projection::Perspective { fov_degrees: 35.0 },
-    };
-    let [width, height] = OBJECTS_SIZE;
-    let pixels = Pixels::whole(View::new(&camera), width, height);
-    (scene_of(Some(camera), spheres, Vec::new()), Rays::Pixels(pixels))
-}
-
-fn times_along(subjects: &[Subject], effort: &Effort, control: &Control) -> Result<Vec<Series>> {
-    let mut all = series(subjects);
-    let mut hits = Hits::default();
-    for n in numbers_of_spheres(Kernel::Certified, effort) {
-        let (scene, rays) = many_spheres(n, effort.seed);
-        for (subject, series) in subjects.iter().zip(&mut all) {
-            if !numbers_of_spheres(subject.kernel, effort).contains(&n) {
-                continue;
-            }
-            let made = match subject.tracer(&scene, &rays, IDS) {
-                Ok(made) => made,
-                // Clouds in pictures tell why.
-                Err(Error::TooLarge(_)) => continue,
-                Err(error) => return Err(error),
-            };
-            let runs = run(made, &rays, n_runs(effort), control, &mut hits)?;
-            let times = runs.timed.iter().map(Timing::deciding);
-            let trace_ns_per_ray = spread(times, 1e9 / rays.len() as f64);
-            series.points.push(SweepPoint { x: n as f64, errors: None, trace_ns_per_ray });
-        }
-    }
-    Ok(all)
 }

@@ -1,12 +1,21 @@
-//! The report's tables, made once for all printers; [`super::print`] has these.
+//! The report's tables: what each shows is data, a [`View`]; [`table`] makes them all, and
+//! [`super::print`] prints them.
 
+use super::Count::{
+    BytesDevice, Exact, F32, F64, FalseHits, FalseMisses, Pixels, Rays, Scenes, Verdicts,
+    WrongBytes, WrongObject,
+};
+use super::Metric::{
+    BuildMs, CompileMs, DeviceNsPerRay, FirstPictureMs, NormalDegrees, PictureMs, ReadbackMs,
+    SurfaceNsPerRay, TRelative, TUlp, TraceNsPerRay,
+};
 use super::figures::{
     NONE, count, digits, digits_borne, figure, median, percent, quantity, range, typeset, wrong,
 };
-use super::summary::{Cast, classes, shared_series, xs};
+use super::order::{Series, SeriesOrder};
 use super::{
-    Baseline, Change, Class, ClassResult, Contestant, Distribution, Errors, LightErrors,
-    LightResult, LightRow, Report, Row, SceneResult, Spread, Sweep, Verdict, WrongIds,
+    Baseline, Change, Class, Count, Metric, Of, Report, Row, RowKey, Spread, Sweep, Verdict,
+    WrongIds,
 };
 
 /// Rows of cells under a head.
@@ -14,7 +23,7 @@ pub struct Table {
     /// The head: first the names of a row, then its figures.
     pub parts: Vec<Part>,
     /// The rows.
-    pub groups: Vec<Group>,
+    pub groups: Vec<Group<Vec<Cell>>>,
 }
 
 /// Neighbouring columns.
@@ -28,15 +37,15 @@ pub struct Part {
 }
 
 /// Rows that belong together.
-pub struct Group {
+pub struct Group<R> {
     /// Their class; empty where there is one group alone.
     pub name: String,
-    /// As many cells in each as there are columns.
-    pub rows: Vec<Vec<Cell>>,
+    /// The rows; in a table as many cells in each as there are columns.
+    pub rows: Vec<R>,
 }
 
 /// A name or a figure.
-#[derive(Clone)]
+#[derive(Clone, PartialEq)]
 pub struct Cell {
     /// The name, or the figure as [`figure`] writes it.
     pub text: String,
@@ -60,15 +69,15 @@ pub enum Emphasis {
 }
 
 impl Table {
-    fn new(names: &[&str], parts: &[Columns], groups: Vec<Group>) -> Table {
-        let mut first = 0;
-        let part = |(over, names): &Columns| {
-            let columns = names.iter().map(|name| name.to_string()).collect();
-            let part = Part { over: over.to_string(), first, columns };
-            first += names.len();
-            part
+    /// A table whose head has these columns, the first of them names, under what stands over them.
+    fn new(head: Vec<(&str, Vec<String>)>, groups: Vec<Group<Vec<Cell>>>) -> Table {
+        let mut n_columns = 0;
+        let part = |(over, columns): (&str, Vec<String>)| {
+            let first = n_columns;
+            n_columns += columns.len();
+            Part { over: over.to_string(), first, columns }
         };
-        Table { parts: [("", names)].iter().chain(parts).map(part).collect(), groups }
+        Table { parts: head.into_iter().map(part).collect(), groups }
     }
 
     pub fn is_empty(&self) -> bool {
@@ -76,144 +85,329 @@ impl Table {
     }
 }
 
-/// Columns side by side, under one heading.
-type Columns<'a> = (&'a str, &'a [&'a str]);
+/// What a table shows of rows.
+struct View<'a> {
+    /// The columns that name a row.
+    names: Columns<'a>,
+    /// Rows of the same names stand in one line where they differ in this, which is over their columns.
+    across: Option<Figure>,
+    /// The columns of figures, under headings that may be empty.
+    columns: &'a [(&'a str, Columns<'a>)],
+}
 
-const NAMES: &[&str] = &["kernel", "device"];
-const QUANTILES: &[&str] = &["median", "99.9 %", "largest"];
-const FAULTS: Columns = ("wrong ids", &["share", "false hit", "false miss", "another"]);
-const T_ULP: Columns = ("error of t, ulp", QUANTILES);
-const STAGES: Columns = ("decided in", &["f32", "f64", "exact"]);
+/// Columns side by side, with their names.
+type Columns<'a> = &'a [(&'a str, Figure)];
+
+/// What a cell shows of a row.
+#[derive(Clone, Copy)]
+enum Figure {
+    /// The thing that was measured.
+    Subject,
+    Kernel,
+    Device,
+    Epsilon,
+    /// The quantity that is swept.
+    X,
+    Counted(Count),
+    /// The share of wrong ids, or `0 of N`.
+    Wrong,
+    /// The same without the number of rays.
+    WrongShare,
+    WrongShadows,
+    WrongPixels,
+    /// The share of rays that a stage decided.
+    Decided(Count),
+    /// Of errors.
+    Median(Metric),
+    P999(Metric),
+    Largest(Metric),
+    /// A median with its range.
+    Time(Metric),
+    /// The median alone.
+    TimeAlone(Metric),
+}
+
+use Figure::*;
+
+impl Figure {
+    fn of(self, row: &Row, order: &SeriesOrder) -> Cell {
+        let error = |metric, part: fn(Spread) -> f64| {
+            cell(row.number(metric).map_or(NONE.into(), |errors| figure(part(errors))))
+        };
+        let time = |metric| row.number(metric).map_or(cell(NONE), |times| spread(&times));
+        let share = |wrong, of| share_of(wrong, row.count(of));
+        match self {
+            Subject => cell(row.key.of.name()),
+            Kernel => kernel(&row.key),
+            Device => device(&row.key, order),
+            Epsilon => cell(with_epsilon(row.key.epsilon)),
+            X => cell(quantity(row.x())),
+            Counted(count) => cell(row.count(count).to_string()),
+            Wrong => wrong_share(row),
+            WrongShare => share(row.wrong_ids(), Rays),
+            WrongShadows => share(row.wrong_shadows(), Verdicts),
+            WrongPixels => share(row.count(WrongBytes), Pixels),
+            Decided(stage) => decided(row, row.count(stage)),
+            Median(metric) => error(metric, |errors| errors.median),
+            P999(metric) => error(metric, |errors| errors.p999),
+            Largest(metric) => error(metric, |errors| errors.max),
+            Time(metric) => time(metric),
+            TimeAlone(metric) => Cell { range: None, ..time(metric) },
+        }
+    }
+}
+
+/// The rows of `groups` as a view shows them.
+fn table(view: View, groups: Vec<Group<&Row>>, order: &SeriesOrder) -> Table {
+    let over =
+        |row: &Row| view.across.map_or_else(String::new, |across| across.of(row, order).text);
+    let mut overs: Vec<String> = Vec::new();
+    for over in groups.iter().flat_map(|group| &group.rows).map(|row| over(row)) {
+        if !overs.contains(&over) {
+            overs.push(over);
+        }
+    }
+    let cells = |rows: Vec<&Row>| -> Vec<Vec<Cell>> {
+        let mut lines: Vec<(Vec<Cell>, Vec<&Row>)> = Vec::new();
+        for row in rows {
+            let names: Vec<Cell> = view.names.iter().map(|(_, name)| name.of(row, order)).collect();
+            match lines.iter_mut().find(|line| view.across.is_some() && line.0 == names) {
+                Some((_, rows)) => rows.push(row),
+                None => lines.push((names, vec![row])),
+            }
+        }
+        for (line, rows) in &mut lines {
+            for wanted in &overs {
+                let row = rows.iter().find(|row| over(row) == *wanted);
+                let figures = view.columns.iter().flat_map(|(_, columns)| *columns);
+                line.extend(figures.map(|(_, f)| row.map_or(cell(NONE), |row| f.of(row, order))));
+            }
+        }
+        lines.into_iter().map(|(line, _)| line).collect()
+    };
+    let mut head = vec![("", view.names)];
+    for over in &overs {
+        for &(own, columns) in view.columns {
+            head.push((if over.is_empty() { own } else { over.as_str() }, columns));
+        }
+    }
+    let names = |columns: Columns| columns.iter().map(|(name, _)| name.to_string()).collect();
+    let head = head.into_iter().map(|(over, columns)| (over, names(columns))).collect();
+    let group = |Group { name, rows }| Group { name, rows: cells(rows) };
+    Table::new(head, groups.into_iter().map(group).collect())
+}
+
+const CONFIG: Columns = &[("kernel", Kernel), ("device", Device)];
+const FAULTS: (&str, Columns) = (
+    "wrong ids",
+    &[
+        ("share", Wrong),
+        ("false hit", Counted(FalseHits)),
+        ("false miss", Counted(FalseMisses)),
+        ("another", Counted(WrongObject)),
+    ],
+);
+const T_ULP: (&str, Columns) = ("error of t, ulp", &quantiles(TUlp));
+const T_RELATIVE: (&str, Columns) = ("error of t, relative", &quantiles(TRelative));
+const NORMAL: (&str, Columns) = ("error of the normal, °", &quantiles(NormalDegrees));
+const STAGES: (&str, Columns) =
+    ("decided in", &[("f32", Decided(F32)), ("f64", Decided(F64)), ("exact", Decided(Exact))]);
+
+/// The columns of an error.
+const fn quantiles(metric: Metric) -> [(&'static str, Figure); 3] {
+    [("median", Median(metric)), ("99.9 %", P999(metric)), ("largest", Largest(metric))]
+}
 
 /// The classes: how wrong.
-pub fn class_errors(report: &Report, cast: &Cast) -> Table {
-    let row = |result: &ClassResult| {
-        let errors = &result.errors;
-        let [.., normal] = quantiles(&errors.normal_degrees);
-        let t = quantiles(&errors.t_ulp);
-        [&names(&result.contestant, cast)[..], &faults(errors), &t, &[normal]].concat()
-    };
-    let parts = [FAULTS, T_ULP, ("normal, °", &["largest"])];
-    Table::new(NAMES, &parts, by_class(report, row))
+pub fn class_errors(report: &Report, order: &SeriesOrder) -> Table {
+    let normal: (&str, Columns) = ("normal, °", &[("largest", Largest(NormalDegrees))]);
+    let view = View { names: CONFIG, across: None, columns: &[FAULTS, T_ULP, normal] };
+    table(view, by_class(report), order)
 }
 
 /// The classes: how fast, and which stage decided.
-pub fn class_costs(report: &Report, cast: &Cast) -> Table {
-    let row = |result: &ClassResult| {
-        let times = [&result.trace_ns_per_ray, &result.surface_ns_per_ray].map(time);
-        [&names(&result.contestant, cast)[..], &times, &decided(&result.errors)].concat()
-    };
-    let times: Columns = ("time, ns a ray", &["ids", "with t and normals"]);
-    Table::new(NAMES, &[times, STAGES], by_class(report, row))
+pub fn class_costs(report: &Report, order: &SeriesOrder) -> Table {
+    let times: Columns =
+        &[("ids", Time(TraceNsPerRay)), ("with t and normals", Time(SurfaceNsPerRay))];
+    let columns = &[("time, ns a ray", times), STAGES];
+    table(View { names: CONFIG, across: None, columns }, by_class(report), order)
 }
 
 /// The classes in a few columns.
-pub fn summary(report: &Report, cast: &Cast) -> Table {
-    let row = |result: &ClassResult| {
-        let [_, t, _] = quantiles(&result.errors.t_ulp);
-        let figures = [wrong_share(&result.errors), t, time(&result.trace_ns_per_ray)];
-        [&[cell(result.class.name())], &names(&result.contestant, cast)[..], &figures].concat()
-    };
-    let figures =
-        ["rays with a wrong object", "error of `t`, 99.9 %, ulp", "ns a ray (least–most)"];
-    let rows = report.classes.iter().map(row).collect();
-    Table::new(&["scenes", "kernel", "device"], &[("", &figures)], one_group(rows))
+pub fn summary(report: &Report, order: &SeriesOrder) -> Table {
+    let figures: Columns = &[
+        ("rays with a wrong object", Wrong),
+        ("error of `t`, 99.9 %, ulp", P999(TUlp)),
+        ("ns a ray (least–most)", Time(TraceNsPerRay)),
+    ];
+    let names = &[("scenes", Subject), ("kernel", Kernel), ("device", Device)];
+    let rows = report.classes().into_iter().flat_map(|(_, rows)| rows).collect();
+    table(View { names, across: None, columns: &[("", figures)] }, one_group(rows), order)
 }
 
 /// Many spheres.
-pub fn clouds(report: &Report, cast: &Cast) -> Table {
-    let rows = report.clouds.iter().map(|cloud| {
-        let [_, f64, exact] = decided(&cloud.errors);
-        vec![
-            cell(typeset(&format!("{:e}", cloud.n_spheres))),
-            cell(cast.short(&cloud.contestant.device)),
-            time(&cloud.picture_ms),
-            time(&cloud.build_ms),
-            f64,
-            exact,
-            wrong_share(&cloud.errors),
-        ]
-    });
-    let figures =
-        ["ms a picture (least–most)", "building, ms", "decided in f64", "exactly", "wrong ids"];
-    Table::new(&["spheres", "device"], &[("", &figures)], one_group(rows.collect()))
-}
-
-/// Times that changed by more than noise since an earlier report.
-pub fn changes(baseline: &Baseline, cast: &Cast) -> Table {
-    let row = |change: &Change| {
-        let (mark, emphasis) = match change.verdict {
-            Verdict::Slower => ("▲ slower", Emphasis::Wrong),
-            _ => ("▼ faster", Emphasis::Plain),
-        };
-        let [kernel, device] = names(&change.contestant, cast);
-        let n_digits = digits_borne(&change.before).min(digits_borne(&change.now));
-        let ratio = format!("× {}", digits(change.ratio, n_digits));
-        let figures = [time(&change.before), time(&change.now), cell(ratio)];
-        let mark = Cell { emphasis, ..cell(mark) };
-        [&[cell(&change.of), kernel, device, cell(change.what)], &figures[..], &[mark]].concat()
-    };
-    let columns = ["before", "now", "change", ""];
-    let rows = baseline.beyond_noise().map(row).collect();
-    Table::new(&["of", "kernel", "device", "time"], &[("", &columns)], one_group(rows))
-}
-
-/// Numbers of wrong ids that changed since an earlier report.
-pub fn changed_ids(baseline: &Baseline, cast: &Cast) -> Table {
-    let row = |wrong: &WrongIds| {
-        let [kernel, device] = names(&wrong.contestant, cast);
-        let n = [wrong.rays, wrong.before, wrong.now].map(|n| cell(n.to_string()));
-        [&[cell(&wrong.of), kernel, device][..], &n].concat()
-    };
-    let columns = ["rays compared", "wrong before", "wrong now"];
-    let rows = baseline.wrong_ids.iter().map(row).collect();
-    Table::new(&["scene", "kernel", "device"], &[("", &columns)], one_group(rows))
+pub fn clouds(report: &Report, order: &SeriesOrder) -> Table {
+    let figures: Columns = &[
+        ("ms a picture (least–most)", Time(PictureMs)),
+        ("building, ms", Time(BuildMs)),
+        ("decided in f64", Decided(F64)),
+        ("exactly", Decided(Exact)),
+        ("wrong ids", Wrong),
+    ];
+    let names = &[("cloud", Subject), ("device", Device)];
+    let view = View { names, across: None, columns: &[("", figures)] };
+    table(view, one_group(report.rows_of(|of| matches!(of, Of::Cloud { .. }))), order)
 }
 
 /// Lit scenes: wrong shadows and bytes of each kernel with each epsilon.
-pub fn light(report: &Report, cast: &Cast) -> Table {
-    let rows = || report.light.iter().flat_map(|result| &result.rows);
-    let mut columns: Vec<(&str, Vec<Option<f64>>)> = Vec::new();
-    for kernel in &cast.kernels {
-        let mut epsilons: Vec<Option<f64>> = Vec::new();
-        for row in rows().filter(|row| row.contestant.kernel == *kernel) {
-            if !epsilons.contains(&row.epsilon) {
-                epsilons.push(row.epsilon);
-            }
-        }
-        columns.push((*kernel, epsilons));
-    }
-    columns.retain(|(_, epsilons)| !epsilons.is_empty());
-    let counted: [(&str, Counted); 2] = [
-        ("shadows", |errors| (errors.wrong_shadows(), errors.verdicts)),
-        ("bytes", |errors| (errors.wrong_bytes, errors.pixels)),
-    ];
-    let row = |result: &LightResult, (what, counted): (&str, Counted)| {
-        let share = |kernel: &str, epsilon: Option<f64>| {
-            let mut rows = result.rows.iter();
-            let is_of = |row: &&LightRow| row.contestant.kernel == kernel && row.epsilon == epsilon;
-            rows.find(is_of).map_or(cell(NONE), |row| share_of(counted(&row.errors)))
-        };
-        let of_kernel = |(kernel, epsilons): &(&str, Vec<Option<f64>>)| -> Vec<Cell> {
-            epsilons.iter().map(|epsilon| share(kernel, *epsilon)).collect()
-        };
-        let names = vec![cell(&result.scene), cell(what)];
-        [names, columns.iter().flat_map(of_kernel).collect()].concat()
-    };
-    let rows = report.light.iter().flat_map(|result| counted.map(|counted| row(result, counted)));
-    let names: Vec<Vec<String>> = columns
-        .iter()
-        .map(|(_, epsilons)| epsilons.iter().map(|epsilon| with_epsilon(*epsilon)).collect())
-        .collect();
-    let names: Vec<Vec<&str>> =
-        names.iter().map(|names| names.iter().map(String::as_str).collect()).collect();
-    let parts: Vec<Columns> =
-        columns.iter().zip(&names).map(|((kernel, _), names)| (*kernel, &names[..])).collect();
-    Table::new(&["lit scene", "wrong"], &parts, one_group(rows.collect()))
+pub fn light(report: &Report, order: &SeriesOrder) -> Table {
+    let wrong: Columns = &[("shadows", WrongShadows), ("bytes", WrongPixels)];
+    let names = &[("lit scene", Subject), ("", Epsilon)];
+    let view = View { names, across: Some(Kernel), columns: &[("", wrong)] };
+    table(view, one_group(report.rows_of(|of| matches!(of, Of::Light { .. }))), order)
 }
 
-/// Wrong ones of a sort, and how many there are of it.
-type Counted = fn(&LightErrors) -> (u64, u64);
+/// All scenes: who was wrong, and the time of ids.
+pub fn overview(report: &Report, order: &SeriesOrder) -> Table {
+    let figures: Columns = &[("wrong", WrongShare), ("ns/ray", TimeAlone(TraceNsPerRay))];
+    let names = &[("scene", Subject), ("device", Device)];
+    let group = |(class, _): (Class, _)| {
+        let is_own = |of: &Of| matches!(of, Of::Scene { class: own, .. } if *own == class);
+        Group { name: class.name().into(), rows: report.rows_of(is_own) }
+    };
+    let groups = report.classes().into_iter().map(group).collect();
+    table(View { names, across: Some(Kernel), columns: &[("", figures)] }, groups, order)
+}
+
+/// All figures of one scene: errors, more errors, costs.
+pub fn scene(report: &Report, name: &str, order: &SeriesOrder) -> [Table; 3] {
+    let rays: (&str, Columns) = ("", &[("rays compared", Counted(Rays))]);
+    let per_ray: (&str, Columns) = (
+        "time, ns a ray",
+        &[
+            ("ids", Time(TraceNsPerRay)),
+            ("with t and normals", Time(SurfaceNsPerRay)),
+            ("device's clock", Time(DeviceNsPerRay)),
+        ],
+    );
+    let times: (&str, Columns) = (
+        "time, ms",
+        &[
+            ("read-back", Time(ReadbackMs)),
+            ("compiling", Time(CompileMs)),
+            ("first picture", Time(FirstPictureMs)),
+        ],
+    );
+    let bytes: (&str, Columns) = ("", &[("bytes on the device", Counted(BytesDevice))]);
+    let views = [[rays, FAULTS, T_ULP], [T_RELATIVE, NORMAL, STAGES], [per_ray, times, bytes]];
+    views.map(|columns| {
+        let own = |of: &Of| matches!(of, Of::Scene { scene, .. } if scene == name);
+        let view = View { names: CONFIG, across: None, columns: &columns };
+        table(view, one_group(report.rows_of(own)), order)
+    })
+}
+
+/// All numbers of a sweep: a row an x, and columns for each line.
+pub fn sweep(report: &Report, sweep: &Sweep, order: &SeriesOrder) -> Table {
+    let rows = report.rows_along(sweep);
+    let figures: Columns = match rows.iter().any(|row| row.number(TraceNsPerRay).is_some()) {
+        true => &[("ns a ray", Time(TraceNsPerRay))],
+        false => &[("wrong ids", Wrong), ("t, 99.9 %, ulp", P999(TUlp))],
+    };
+    // A line is named after all of its devices.
+    let of_line = |line: Series| -> Vec<Row> {
+        let kernel = line.label(order);
+        let key = |row: &Row| RowKey { kernel: kernel.clone(), ..row.key.clone() };
+        line.rows.into_iter().map(|row| Row { key: key(row), ..row.clone() }).collect()
+    };
+    let lines: Vec<Row> = Series::shared(&rows).into_iter().flat_map(of_line).collect();
+    let named = one_group(lines.iter().collect());
+    let names = &[(sweep.x_label, X)];
+    table(View { names, across: Some(Kernel), columns: &[("", figures)] }, named, order)
+}
+
+/// Times that changed by more than noise since an earlier report.
+pub fn changes(baseline: &Baseline, order: &SeriesOrder) -> Table {
+    let row = |change: &Change| {
+        let Change { key, metric, before, now, ratio, verdict } = change;
+        let n_digits = digits_borne(before).min(digits_borne(now));
+        let (mark, emphasis) = match verdict {
+            Verdict::Slower => ("▲ slower", Emphasis::Wrong),
+            _ => ("▼ faster", Emphasis::Plain),
+        };
+        let ratio = cell(format!("× {}", digits(*ratio, n_digits)));
+        let figures = [spread(before), spread(now), ratio, Cell { emphasis, ..cell(mark) }];
+        let names = [cell(key.of.name()), kernel(key), device(key, order), cell(metric.name())];
+        [names, figures].concat()
+    };
+    let names = ["of", "kernel", "device", "time"].map(String::from).into();
+    let figures = ["before", "now", "change", ""].map(String::from).into();
+    let head = vec![("", names), ("", figures)];
+    Table::new(head, one_group(baseline.beyond_noise().map(row).collect()))
+}
+
+/// Numbers of wrong ids that changed since an earlier report.
+pub fn changed_ids(baseline: &Baseline, order: &SeriesOrder) -> Table {
+    let row = |WrongIds { key, rays, before, now }: &WrongIds| {
+        let names = [cell(key.of.name()), kernel(key), device(key, order)];
+        [names, [rays, before, now].map(|n| cell(n.to_string()))].concat()
+    };
+    let names = ["of", "kernel", "device"].map(String::from).into();
+    let figures = ["rays compared", "wrong before", "wrong now"].map(String::from).into();
+    let head = vec![("", names), ("", figures)];
+    Table::new(head, one_group(baseline.wrong_ids.iter().map(row).collect()))
+}
+
+impl Of {
+    /// The thing in a table.
+    fn name(&self) -> String {
+        match self {
+            Of::Scene { scene, .. } | Of::Light { scene } => scene.clone(),
+            Of::Class { class } => class.name().into(),
+            Of::Sweep { sweep, x } => format!("{sweep} {}", quantity(*x)),
+            Of::Cloud { spheres } => typeset(&format!("{spheres:e} spheres")),
+        }
+    }
+}
+
+impl Metric {
+    /// A time with its unit.
+    fn name(self) -> &'static str {
+        match self {
+            SurfaceNsPerRay => "with t and normals, ns a ray",
+            PictureMs => "a picture, ms",
+            _ => "ids, ns a ray",
+        }
+    }
+}
+
+/// One group a class, under its name.
+fn by_class(report: &Report) -> Vec<Group<&Row>> {
+    let mut groups = Vec::new();
+    for (class, rows) in report.classes() {
+        let most = |of| rows.iter().map(|row| row.count(of)).max().unwrap_or(0);
+        let n_scenes = count(most(Scenes) as usize, "scene");
+        let name = format!("{}: {n_scenes}, {} rays compared", class.name(), most(Rays));
+        groups.push(Group { name, rows });
+    }
+    groups
+}
+
+fn one_group<R>(rows: Vec<R>) -> Vec<Group<R>> {
+    vec![Group { name: String::new(), rows }]
+}
+
+fn cell(text: impl Into<String>) -> Cell {
+    Cell { text: text.into(), range: None, emphasis: Emphasis::Plain }
+}
+
+fn kernel(key: &RowKey) -> Cell {
+    Cell { emphasis: Emphasis::Kernel, ..cell(&key.kernel) }
+}
+
+fn device(key: &RowKey, order: &SeriesOrder) -> Cell {
+    cell(order.short(&key.device))
+}
 
 /// `ε = 10⁻³`
 pub fn with_epsilon(epsilon: Option<f64>) -> String {
@@ -224,7 +418,7 @@ pub fn with_epsilon(epsilon: Option<f64>) -> String {
 }
 
 /// A share of wrong ones, `0` of none.
-fn share_of((wrong, of): (u64, u64)) -> Cell {
+fn share_of(wrong: u64, of: u64) -> Cell {
     match (wrong, of) {
         (_, 0) => cell(NONE),
         (0, _) => Cell { emphasis: Emphasis::Right, ..cell("0") },
@@ -232,172 +426,20 @@ fn share_of((wrong, of): (u64, u64)) -> Cell {
     }
 }
 
-/// All scenes: who was wrong, and the time of ids.
-pub fn overview(report: &Report, cast: &Cast) -> Table {
-    let rows_of = |scene: &SceneResult| -> Vec<Vec<Cell>> {
-        let row = |device: &&str| {
-            let find = |kernel: &&str| {
-                let is_of = |row: &&Row| {
-                    row.contestant.kernel == *kernel && row.contestant.device == *device
-                };
-                overview_cells(scene.rows.iter().find(is_of))
-            };
-            let names = vec![cell(&scene.name), cell(cast.short(device))];
-            [names, cast.kernels.iter().flat_map(find).collect()].concat()
-        };
-        let is_of = |device: &&&str| scene.rows.iter().any(|row| row.contestant.device == **device);
-        cast.devices.iter().filter(is_of).map(row).collect()
-    };
-    let group = |class| Group {
-        name: Class::name(class).into(),
-        rows: report.scenes.iter().filter(|s| s.class == class).flat_map(rows_of).collect(),
-    };
-    let parts: Vec<Columns> =
-        cast.kernels.iter().map(|kernel| (*kernel, &["wrong", "ns/ray"][..])).collect();
-    Table::new(&["scene", "device"], &parts, classes(report).into_iter().map(group).collect())
+/// The share of wrong ids, or `0 of N`.
+fn wrong_share(row: &Row) -> Cell {
+    let emphasis = if row.wrong_ids() > 0 { Emphasis::Wrong } else { Emphasis::Right };
+    Cell { emphasis, ..cell(wrong(row)) }
 }
 
-fn overview_cells(row: Option<&Row>) -> [Cell; 2] {
-    let Some(Row { errors, cost, .. }) = row else { return [cell(NONE), cell(NONE)] };
-    [share_of((errors.wrong_ids(), errors.rays)), time_alone(&cost.trace_ns_per_ray)]
-}
-
-/// All figures of one scene: errors, more errors, costs.
-pub fn scene(scene: &SceneResult, cast: &Cast) -> [Table; 3] {
-    let table = |parts: &[Columns], cells: fn(&Row) -> Vec<Cell>| {
-        let row = |row: &Row| [&names(&row.contestant, cast)[..], &cells(row)].concat();
-        Table::new(NAMES, parts, one_group(scene.rows.iter().map(row).collect()))
-    };
-    let errors = table(&[("", &["rays compared"]), FAULTS, T_ULP], |row| {
-        let rays = cell(row.errors.rays.to_string());
-        [&[rays], &faults(&row.errors)[..], &quantiles(&row.errors.t_ulp)].concat()
-    });
-    let parts =
-        [("error of t, relative", QUANTILES), ("error of the normal, °", QUANTILES), STAGES];
-    let more_errors = table(&parts, |row| {
-        let Errors { t_relative, normal_degrees, .. } = &row.errors;
-        [quantiles(t_relative), quantiles(normal_degrees), decided(&row.errors)].concat()
-    });
-    let parts = [
-        ("time, ns a ray", &["ids", "with t and normals", "device's clock"][..]),
-        ("time, ms", &["read-back", "compiling", "first picture"]),
-        ("", &["bytes on the device"]),
-    ];
-    let costs = table(&parts, |row| {
-        let cost = &row.cost;
-        vec![
-            time(&cost.trace_ns_per_ray),
-            time(&cost.surface_ns_per_ray),
-            time(&cost.device_ns_per_ray.unwrap_or_default()),
-            time(&cost.readback_ms),
-            time(&cost.compile_ms),
-            time(&cost.first_picture_ms),
-            cell(cost.bytes_device.to_string()),
-        ]
-    });
-    [errors, more_errors, costs]
-}
-
-/// All numbers of a sweep: a row an x, and columns for each line.
-pub fn sweep(sweep: &Sweep, cast: &Cast) -> Table {
-    let lines = shared_series(sweep);
-    let points = || sweep.series.iter().flat_map(|series| &series.points);
-    let has_errors = points().any(|point| point.errors.is_some());
-    let has_times = points().any(|point| point.trace_ns_per_ray.is_some());
-    let row = |x: f64| {
-        let mut cells = vec![cell(quantity(x))];
-        for line in &lines {
-            let point = line.series.points.iter().find(|point| point.x == x);
-            if has_errors {
-                let errors = point.and_then(|point| point.errors.clone()).unwrap_or_default();
-                let [_, t, _] = quantiles(&errors.t_ulp);
-                cells.extend([wrong_share(&errors), t]);
-            }
-            if has_times {
-                let spread = point.and_then(|point| point.trace_ns_per_ray);
-                cells.push(time(&spread.unwrap_or_default()));
-            }
-        }
-        cells
-    };
-    let names: &[&str] = match (has_errors, has_times) {
-        (true, true) => &["wrong ids", "t, 99.9 %, ulp", "ns a ray"],
-        (true, false) => &["wrong ids", "t, 99.9 %, ulp"],
-        (false, _) => &["ns a ray"],
-    };
-    let labels: Vec<String> = lines.iter().map(|line| line.label(cast)).collect();
-    let parts: Vec<Columns> = labels.iter().map(|label| (label.as_str(), names)).collect();
-    Table::new(&[sweep.x_label], &parts, one_group(xs(sweep).into_iter().map(row).collect()))
-}
-
-/// One group a class, under its name.
-fn by_class(report: &Report, row: impl Fn(&ClassResult) -> Vec<Cell>) -> Vec<Group> {
-    let group = |class| {
-        let results = || report.classes.iter().filter(move |result| result.class == class);
-        let n_scenes = results().map(|result| result.n_scenes).max().unwrap_or(0);
-        let n_rays = results().map(|result| result.errors.rays).max().unwrap_or(0);
-        let n_scenes = count(n_scenes, "scene");
-        Group {
-            name: format!("{}: {n_scenes}, {n_rays} rays compared", class.name()),
-            rows: results().map(&row).collect(),
-        }
-    };
-    classes(report).into_iter().map(group).collect()
-}
-
-fn one_group(rows: Vec<Vec<Cell>>) -> Vec<Group> {
-    vec![Group { name: String::new(), rows }]
-}
-
-fn cell(text: impl Into<String>) -> Cell {
-    Cell { text: text.into(), range: None, emphasis: Emphasis::Plain }
-}
-
-/// Kernel and device.
-fn names(contestant: &Contestant, cast: &Cast) -> [Cell; 2] {
-    let kernel = Cell { emphasis: Emphasis::Kernel, ..cell(&contestant.kernel) };
-    [kernel, cell(cast.short(&contestant.device))]
-}
-
-fn wrong_share(errors: &Errors) -> Cell {
-    let emphasis = if errors.wrong_ids() > 0 { Emphasis::Wrong } else { Emphasis::Right };
-    Cell { emphasis, ..cell(wrong(errors)) }
-}
-
-/// The share of wrong ids and the counts of each sort.
-fn faults(errors: &Errors) -> [Cell; 4] {
-    let [false_hits, false_misses, wrong_object] =
-        [errors.false_hits, errors.false_misses, errors.wrong_object].map(|n| cell(n.to_string()));
-    [wrong_share(errors), false_hits, false_misses, wrong_object]
-}
-
-/// Median, 99.9 % and largest.
-fn quantiles(of: &Option<Distribution>) -> [Cell; 3] {
-    match of {
-        Some(of) => [of.median, of.p999, of.max].map(|x| cell(figure(x))),
-        None => [NONE; 3].map(cell),
-    }
-}
-
-/// The shares of rays that f32, f64 and exact arithmetic decided.
-fn decided(errors: &Errors) -> [Cell; 3] {
-    let stages = errors.stages;
-    [stages.f32, stages.f64, stages.exact].map(|part| match part {
-        0 if stages.total() > 0 => cell("0"),
-        _ => cell(percent(part, stages.total())),
-    })
-}
-
-/// Median alone.
-fn time_alone(spread: &Spread) -> Cell {
-    Cell { range: None, ..time(spread) }
+/// The share of rays that a stage decided.
+fn decided(row: &Row, part: u64) -> Cell {
+    let all = [F32, F64, Exact].map(|stage| row.count(stage)).iter().sum();
+    cell(if part == 0 && all > 0 { "0".into() } else { percent(part, all) })
 }
 
 /// Median with its range.
-fn time(spread: &Spread) -> Cell {
-    match spread.n {
-        0 => cell(NONE),
-        1 => cell(median(spread)),
-        _ => Cell { range: Some(range(spread)), ..cell(median(spread)) },
-    }
+pub fn spread(of: &Spread) -> Cell {
+    let range = (of.n > 1).then(|| range(of));
+    Cell { range, ..cell(median(of)) }
 }

@@ -4,16 +4,16 @@ use std::fmt::Write;
 
 use super::answer::{answer, price};
 use super::figures::{count, list, plain};
+use super::order::SeriesOrder;
 use super::print::{self, WIDTH, markdown_text};
-use super::summary::Cast;
 use super::tables::{self, Table};
-use super::{AdapterEvidence, Baseline, Report};
+use super::{AdapterArithmetic, Baseline, CLOUD_SIZE, LIGHT_SIZE, Report, SWEEPS, Settings};
 use crate::plain::plain_document;
 
 /// The whole report but the pictures and each scene's own figures, at most 110 columns wide.
 pub fn terminal(report: &Report) -> String {
-    let cast = Cast::of(report);
-    let mut parts = vec![evidence(report), wrapped(&answer(report), "")];
+    let order = SeriesOrder::of(report);
+    let mut parts = vec![environment(report), wrapped(&answer(report), "")];
     parts.extend(price(report).map(|price| wrapped(&price, "")));
     parts.extend(report.noise.warning().map(|warning| wrapped(&warning, "")));
     let words = report.baseline.iter().flat_map(Baseline::in_words);
@@ -24,18 +24,18 @@ pub fn terminal(report: &Report) -> String {
         }
     };
     if let Some(baseline) = &report.baseline {
-        add("Changes beyond noise", tables::changes(baseline, &cast));
-        add("Wrong ids that changed", tables::changed_ids(baseline, &cast));
+        add("Changes beyond noise", tables::changes(baseline, &order));
+        add("Wrong ids that changed", tables::changed_ids(baseline, &order));
     }
-    add("How wrong", tables::class_errors(report, &cast));
-    add("How fast", tables::class_costs(report, &cast));
-    add("Many spheres", tables::clouds(report, &cast));
-    add("Light: wrong shadows, and pixels with wrong bytes", tables::light(report, &cast));
+    add("How wrong", tables::class_errors(report, &order));
+    add("How fast", tables::class_costs(report, &order));
+    add("Many spheres", tables::clouds(report, &order));
+    add("Light: wrong shadows, and pixels with wrong bytes", tables::light(report, &order));
     let title = "Scenes: share of wrong ids, and nanoseconds a ray (ids)";
-    add(title, tables::overview(report, &cast));
-    for sweep in &report.sweeps {
+    add(title, tables::overview(report, &order));
+    for sweep in &SWEEPS {
         let title = format!("Sweep “{}”: {}; x: {}", sweep.name, sweep.title, sweep.x_label);
-        add(&title, tables::sweep(sweep, &cast));
+        add(&title, tables::sweep(report, sweep, &order));
     }
     if !report.missing.is_empty() {
         let lines = report.missing.iter().map(|missing| {
@@ -49,66 +49,63 @@ pub fn terminal(report: &Report) -> String {
 /// The classes in a short table, light in another, many spheres in a third, each with what it was measured
 /// on; then what changed since an earlier report.
 pub fn markdown(report: &Report) -> String {
-    let cast = Cast::of(report);
+    let order = SeriesOrder::of(report);
     let measured = measured_on(report);
-    let [width, height] = report.effort.size;
-    let classes = print::markdown(&tables::summary(report, &cast));
-    let mut text = format!("{classes}\nMeasured at {width} × {height} {measured}\n");
+    let mut text = String::new();
+    for (table, [width, height]) in [
+        (tables::summary(report, &order), report.settings.size),
+        (tables::light(report, &order), LIGHT_SIZE),
+        (tables::clouds(report, &order), CLOUD_SIZE),
+    ] {
+        if !table.is_empty() {
+            let table = print::markdown(&table);
+            let _ = write!(text, "\n{table}\nMeasured at {width} × {height} {measured}\n");
+        }
+    }
     if let Some(warning) = report.noise.warning() {
         let _ = write!(text, "\n{warning}\n");
     }
-    if !report.light.is_empty() {
-        let [width, height] = super::LIGHT_SIZE;
-        let light = print::markdown(&tables::light(report, &cast));
-        let _ = write!(text, "\n{light}\nMeasured at {width} × {height} {measured}\n");
-    }
-    if !report.clouds.is_empty() {
-        let [width, height] = super::CLOUD_SIZE;
-        let clouds = print::markdown(&tables::clouds(report, &cast));
-        let _ = write!(text, "\n{clouds}\nMeasured at {width} × {height} {measured}\n");
-    }
     if let Some(baseline) = &report.baseline {
         let _ = write!(text, "\n{}\n", markdown_text(&baseline.in_words().join(" ")));
-        for table in [tables::changes(baseline, &cast), tables::changed_ids(baseline, &cast)] {
+        for table in [tables::changes(baseline, &order), tables::changed_ids(baseline, &order)] {
             if !table.is_empty() {
                 let _ = write!(text, "\n{}", print::markdown(&table));
             }
         }
     }
-    plain_document(&text)
+    plain_document(text.trim_start())
 }
 
-fn measured_on(Report { evidence, .. }: &Report) -> String {
-    let adapter = |AdapterEvidence { facts, .. }: &AdapterEvidence| {
+fn measured_on(Report { environment, .. }: &Report) -> String {
+    let adapter = |AdapterArithmetic { facts, .. }: &AdapterArithmetic| {
         format!("{} ({})", facts.name, facts.driver)
     };
-    let host = format!("{}, {}", evidence.host_cpu, count(evidence.n_cores, "core"));
+    let host = format!("{}, {}", environment.host_cpu, count(environment.n_cores, "core"));
     let machines: Vec<String> =
-        evidence.adapters.iter().map(adapter).chain([host]).map(|m| markdown_text(&m)).collect();
-    let commit = evidence.commit.as_ref().map(|commit| format!(", commit {commit}"));
+        environment.adapters.iter().map(adapter).chain([host]).map(|m| markdown_text(&m)).collect();
+    let commit = environment.commit.as_ref().map(|commit| format!(", commit {commit}"));
     format!(
         "on {} by Kugelblitz {}{}, {}.",
         list(&machines),
-        evidence.version,
+        environment.version,
         markdown_text(&commit.unwrap_or_default()),
-        evidence.date
+        environment.date
     )
 }
 
-fn evidence(report: &Report) -> String {
-    let Report { evidence, effort, .. } = report;
-    let [width, height] = effort.size;
-    let facts = evidence.named_lines();
+fn environment(report: &Report) -> String {
+    let Settings { size: [width, height], samples, seed, rounds, runs, .. } = report.settings;
+    let facts = report.environment.named_lines();
     let facts = facts.iter().map(|(what, fact)| wrapped(&plain(&format!("{what}: {fact}")), "  "));
-    let effort = format!(
+    let settings = format!(
         "{width} × {height} pixels; up to {} of each picture against exact arithmetic (seed {}); \
          {} of {} after a first picture",
-        effort.samples,
-        effort.seed,
-        count(effort.rounds, "round"),
-        count(effort.runs, "run"),
+        samples,
+        seed,
+        count(rounds, "round"),
+        count(runs, "run"),
     );
-    facts.chain([wrapped(&effort, "  ")]).collect()
+    facts.chain([wrapped(&settings, "  ")]).collect()
 }
 
 /// Lines of at most a terminal's width; all but the first begin with `indent`.

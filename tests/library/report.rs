@@ -9,13 +9,13 @@ use kugelblitz::device::{Device, Made};
 use kugelblitz::num::V3;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::report::{
-    CLOUD_SIZE, Case, Class, Contestant, Effort, Errors, Evidence, Fault, LightErrors, LightFault,
-    LightPicture, LightRow, Report, Subject, default_cases, page, plot, text,
+    Benchmark, CLOUD_SIZE, Case, Class, Count, Environment, Fault, Metric, Of, Report, Row, RowKey,
+    SWEEPS, Settings, default_cases, page, plot, text,
 };
 use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Wants};
 use kugelblitz::tracer::{Backend, Tracer};
 
-const EFFORT: Effort = Effort {
+const SETTINGS: Settings = Settings {
     size: [96, 54],
     samples: 4000,
     seed: 7,
@@ -34,84 +34,97 @@ fn cases(names: &[&str]) -> Vec<Case> {
     named
 }
 
-fn measure(cases: &[Case], subjects: &[Subject], effort: Effort) -> (Report, Control) {
-    let evidence = Evidence::collect("kugelblitz report".into(), None, Vec::new());
+fn measure(cases: &[Case], benchmarks: &[Benchmark], settings: Settings) -> (Report, Control) {
+    let environment = Environment::collect("kugelblitz report".into(), None, Vec::new());
     let control = Control::default();
-    let report = Report::measure(evidence, cases, subjects, effort, &control).unwrap();
+    let report = Report::measure(environment, cases, benchmarks, settings, &control).unwrap();
     (report, control)
 }
 
 const KERNELS: [Kernel; 3] = [Kernel::Lecture, Kernel::Stable, Kernel::Certified];
 
-/// Every error figure of a report, in order.
-fn all_errors(report: &Report) -> Vec<&Errors> {
-    let rows = report.scenes.iter().flat_map(|scene| &scene.rows).map(|row| &row.errors);
-    let classes = report.classes.iter().map(|class| &class.errors);
-    let points = report.sweeps.iter().flat_map(|sweep| &sweep.series);
-    let points = points.flat_map(|series| &series.points).filter_map(|point| point.errors.as_ref());
-    let clouds = report.clouds.iter().map(|cloud| &cloud.errors);
-    rows.chain(classes).chain(points).chain(clouds).collect()
+/// What was counted in each row, and its errors.
+fn all_errors(report: &Report) -> Vec<Row> {
+    let is_error =
+        |metric: &Metric| [Metric::TUlp, Metric::TRelative, Metric::NormalDegrees].contains(metric);
+    let mut rows = report.rows.clone();
+    rows.iter_mut().for_each(|row| row.numbers.retain(|metric, _| is_error(metric)));
+    rows
+}
+
+fn all_rays(row: &Row) -> u64 {
+    [Count::F32, Count::F64, Count::Exact].map(|stage| row.count(stage)).iter().sum()
 }
 
 #[test]
 fn errors_repeat_exactly_and_times_have_their_range() {
     let gpu = Device::Gpu(kugelblitz_tests::gpu());
     let devices = [gpu, Device::Cpu];
-    let subjects: Vec<_> = devices
+    let benchmarks: Vec<_> = devices
         .iter()
-        .flat_map(|device| KERNELS.map(|kernel| Subject::new(kernel, device)))
+        .flat_map(|device| KERNELS.map(|kernel| Benchmark::new(kernel, device)))
         .collect();
     let cases = cases(&["figure2", "far_1e8"]);
-    let effort = Effort { sweeps: true, rounds: 1, clouds: vec![3000], ..EFFORT };
-    let (first, control) = measure(&cases, &subjects, effort.clone());
-    let (second, _) = measure(&cases, &subjects, effort.clone());
+    let settings = Settings { sweeps: true, rounds: 1, clouds: vec![3000], ..SETTINGS };
+    let (first, control) = measure(&cases, &benchmarks, settings.clone());
+    let (second, _) = measure(&cases, &benchmarks, settings.clone());
     assert_eq!(all_errors(&first), all_errors(&second));
+    for (i, row) in first.rows.iter().enumerate() {
+        assert!(first.rows[..i].iter().all(|other| other.key != row.key), "{row:?}");
+    }
 
     // Of the worst scenes: here the one in which a kernel is wrong.
-    let pictured = (subjects.len() as u64 / 2 + 1) * 32 * 18;
-    assert_eq!(control.rays_done(), Report::n_rays(&cases, &subjects, &effort) + pictured);
-    assert_eq!(first.scenes.len(), 2);
-    for scene in &first.scenes {
-        assert_eq!(scene.rows.len(), subjects.len());
-        for row in &scene.rows {
-            assert_eq!(row.errors.rays, 4000);
-            assert_eq!(row.errors.stages.total(), 96 * 54);
-            let time = row.cost.trace_ns_per_ray;
-            assert!(time.n == 2 && 0.0 < time.min && time.min <= time.median, "{time:?}");
-            assert!(time.median <= time.max, "{time:?}");
-            assert!(row.cost.bytes_device > 0);
-            if row.contestant.kernel == "certified" {
-                assert_eq!(row.errors.wrong_ids(), 0);
-                assert!(row.errors.t_ulp.unwrap().max <= 0.5);
-            }
+    let n = benchmarks.len();
+    let pictured = (n as u64 / 2 + 1) * 32 * 18;
+    assert_eq!(control.rays_done(), Report::n_rays(&cases, &benchmarks, &settings) + pictured);
+    let of = |is: fn(&Of) -> bool| -> Vec<&Row> {
+        first.rows.iter().filter(|row| is(&row.key.of)).collect()
+    };
+    let scenes = of(|of| matches!(of, Of::Scene { .. }));
+    assert_eq!((first.scenes.len(), scenes.len()), (2, 2 * n));
+    for row in &scenes {
+        assert_eq!((row.count(Count::Rays), all_rays(row)), (4000, 96 * 54));
+        let time = row.number(Metric::TraceNsPerRay).expect("a time");
+        assert!(time.n == 2 && 0.0 < time.min && time.min <= time.median, "{time:?}");
+        assert!(time.median <= time.max, "{time:?}");
+        assert!(row.count(Count::BytesDevice) > 0);
+        if row.key.kernel == "certified" {
+            assert_eq!(row.wrong_ids(), 0);
+            assert!(row.number(Metric::TUlp).is_some_and(|t| t.max <= 0.5));
         }
     }
     // Far from the origin, the plain formulas must fail, or nothing was compared.
-    let lecture = &first.scenes.iter().find(|scene| scene.name == "far_1e8").unwrap().rows[0];
-    assert!(lecture.errors.wrong_share() > 0.05, "{:?}", lecture.errors);
-    assert_eq!(first.classes.len(), 2 * subjects.len());
+    let is_far = |row: &&&Row| matches!(&row.key.of, Of::Scene { scene, .. } if scene == "far_1e8");
+    let lecture = scenes.iter().find(is_far).expect("a row");
+    assert!(lecture.wrong_share() > 0.05, "{lecture:?}");
+    assert_eq!(of(|of| matches!(of, Of::Class { .. })).len(), 2 * n);
     // With certified alone, on each device.
-    assert_eq!(first.clouds.len(), 2);
-    for cloud in &first.clouds {
+    let clouds = of(|of| matches!(of, Of::Cloud { spheres: 3000 }));
+    assert_eq!(clouds.len(), 2);
+    for cloud in clouds {
+        assert_eq!(cloud.key.kernel, "certified");
+        assert_eq!((cloud.count(Count::Rays), cloud.wrong_ids()), (1024, 0), "{cloud:?}");
+        assert!(cloud.number(Metric::TUlp).is_some_and(|t| t.n > 100 && t.max <= 0.5), "{cloud:?}");
         let [width, height] = CLOUD_SIZE.map(u64::from);
-        let errors = &cloud.errors;
-        assert_eq!((cloud.n_spheres, cloud.contestant.kernel.as_str()), (3000, "certified"));
-        assert_eq!((errors.rays, errors.wrong_ids()), (1024, 0), "{errors:?}");
-        assert!(errors.t_ulp.is_some_and(|t| t.n > 100 && t.max <= 0.5), "{errors:?}");
-        assert_eq!(errors.stages.total(), width * height);
-        assert!(errors.stages.f64 + errors.stages.exact > 0, "{errors:?}");
-        assert!(cloud.build_ms.n == 1 && cloud.build_ms.min > 0.0, "{cloud:?}");
-        assert!(cloud.picture_ms.n == 2 && cloud.picture_ms.min > 0.0, "{cloud:?}");
+        assert_eq!(all_rays(cloud), width * height);
+        assert!(cloud.count(Count::F64) + cloud.count(Count::Exact) > 0, "{cloud:?}");
+        let [build, picture] =
+            [Metric::BuildMs, Metric::PictureMs].map(|m| cloud.number(m).unwrap());
+        assert!(
+            build.n == 1 && build.min > 0.0 && picture.n == 2 && picture.min > 0.0,
+            "{cloud:?}"
+        );
     }
-    assert_eq!(first.sweeps.len(), 3);
-    for (sweep, n_points) in first.sweeps.iter().zip([12, 11, 5]) {
-        assert_eq!(sweep.series.len(), subjects.len(), "{}", sweep.name);
-        for series in &sweep.series {
+    for (swept, n_points) in SWEEPS.iter().zip([12, 11, 5]) {
+        for benchmark in &benchmarks {
+            let is_own = |row: &&Row| {
+                matches!(&row.key.of, Of::Sweep { sweep, .. } if sweep == swept.name)
+                    && (&row.key.kernel, &row.key.device) == (&benchmark.name, &benchmark.device)
+            };
             // Clouds with certified alone.
-            let has_clouds = sweep.name == "objects" && series.contestant.kernel == "certified";
-            let n_clouds = if has_clouds { effort.clouds.len() } else { 0 };
-            assert_eq!(series.points.len(), n_points + n_clouds, "{}", sweep.name);
-            assert!(series.points.is_sorted_by(|a, b| a.x < b.x));
+            let has_clouds = swept.name == "objects" && benchmark.name == "certified";
+            let n_rows = first.rows.iter().filter(is_own).count();
+            assert_eq!(n_rows, n_points + usize::from(has_clouds), "{}", swept.name);
         }
     }
 }
@@ -163,8 +176,9 @@ impl Backend for FlippedSign {
 
 /// A kernel with one flipped sign, run through the report.
 fn with_a_flipped_sign() -> Report {
-    let flipped = Subject {
-        contestant: Contestant { kernel: "flipped".into(), device: "CPU".into() },
+    let flipped = Benchmark {
+        name: "flipped".into(),
+        device: "CPU".into(),
         kernel: Kernel::Lecture,
         make: Box::new(|prepared, wants| {
             let backend = FlippedSign { prepared: Arc::clone(prepared), wants };
@@ -172,19 +186,20 @@ fn with_a_flipped_sign() -> Report {
             Ok(Made { tracer, compile: Default::default(), upload: Default::default() })
         }),
     };
-    let subjects = [flipped, Subject::new(Kernel::Lecture, &Device::Cpu)];
-    measure(&cases(&["figure2"]), &subjects, EFFORT).0
+    let benchmarks = [flipped, Benchmark::new(Kernel::Lecture, &Device::Cpu)];
+    measure(&cases(&["figure2"]), &benchmarks, SETTINGS).0
 }
 
 #[test]
 fn a_flipped_sign_shows() {
     let report = with_a_flipped_sign();
-    let [flipped, lecture] = &report.scenes[0].rows[..] else { panic!("two rows") };
-    assert_eq!(lecture.errors.wrong_ids(), 0);
-    assert!(flipped.errors.wrong_share() > 0.1, "{:?}", flipped.errors);
-    assert!(flipped.errors.false_misses > 0, "{:?}", flipped.errors);
+    let [flipped, lecture, ..] = &report.rows[..] else { panic!("two rows") };
+    assert_eq!(lecture.wrong_ids(), 0);
+    assert!(flipped.wrong_share() > 0.1, "{flipped:?}");
+    let false_misses = flipped.count(Count::FalseMisses);
+    assert!(false_misses > 0, "{flipped:?}");
     let picture = &report.pictures[0];
-    assert_eq!(picture.contestant.kernel, "flipped");
+    assert_eq!(picture.key.kernel, "flipped");
     assert!(picture.faults.contains(&Fault::FalseMiss));
     let table = text::terminal(&report);
     let row = table.lines().find(|line| line.starts_with("flipped  ")).unwrap();
@@ -202,60 +217,53 @@ fn a_flipped_sign_shows() {
     assert!(text::markdown(&report).contains("| flipped | CPU | "));
     assert!(page::html(&report).contains("flipped was wrong for "));
     let json = serde_json::to_value(&report).unwrap();
-    let wrong = &json["scenes"][0]["rows"][0]["errors"]["false_misses"];
-    assert_eq!(wrong.as_u64(), Some(flipped.errors.false_misses));
+    assert_eq!(json["rows"][0]["counts"]["false_misses"], false_misses);
 }
 
-/// The light of a kernel with an epsilon in the only scene of a report.
-fn light(report: &Report, kernel: &str, epsilon: Option<f64>) -> LightErrors {
-    let rows = &report.light[0].rows;
-    let of = |row: &&LightRow| (row.contestant.kernel.as_str(), row.epsilon) == (kernel, epsilon);
-    rows.iter().find(of).unwrap_or_else(|| panic!("{kernel}, {epsilon:?}")).errors
+/// The light of a kernel with an epsilon in the only scene of a report: what is wrong of so many.
+fn light(report: &Report, kernel: &str, epsilon: Option<f64>) -> [u64; 4] {
+    let mut rows = report.rows.iter().filter(|row| matches!(row.key.of, Of::Light { .. }));
+    let is_own = |row: &&Row| (row.key.kernel.as_str(), row.key.epsilon) == (kernel, epsilon);
+    let row = rows.find(is_own).unwrap_or_else(|| panic!("{kernel}, {epsilon:?}"));
+    assert_eq!([row.count(Count::Pixels), row.count(Count::Verdicts)], [4000; 2]);
+    [Count::FalseShadows, Count::Leaks, Count::WrongBytes, Count::FarBytes].map(|of| row.count(of))
 }
 
 /// Without an epsilon, and with one that is too small, surfaces shadow themselves; with one that is too
 /// large, light leaks in. What is proven needs none.
 #[test]
 fn acne_leaks_and_neither_of_them_show() {
-    let subjects = Kernel::ALL.map(|kernel| Subject::new(kernel, &Device::Cpu));
+    let benchmarks = Kernel::ALL.map(|kernel| Benchmark::new(kernel, &Device::Cpu));
     let cases = cases(&["contacts_1e-6"]);
-    let (report, control) = measure(&cases, &subjects, EFFORT);
+    let (report, control) = measure(&cases, &benchmarks, SETTINGS);
     // Its rays are no part of the tables of rays.
-    assert!(report.scenes.is_empty() && report.classes.is_empty());
-    assert_eq!((report.light.len(), report.light[0].rows.len()), (1, 10));
+    assert_eq!(report.rows.len(), 10);
     // Of certified one trace and two pictures, of stable one trace and two for each epsilon.
     let pictured = (3 + 7) * 32 * 18;
-    assert_eq!(control.rays_done(), Report::n_rays(&cases, &subjects, &EFFORT) + pictured);
-    for row in &report.light[0].rows {
-        assert_eq!((row.errors.pixels, row.errors.verdicts), (4000, 4000), "{row:?}");
-    }
-    let share = |n: u64| n as f64 / 4000.0;
+    assert_eq!(control.rays_done(), Report::n_rays(&cases, &benchmarks, &SETTINGS) + pictured);
+    let is_much = |n: u64, share: f64| n as f64 > 4000.0 * share;
     for kernel in ["lecture", "stable", "double"] {
         let [none, small, large] = [0.0, 1e-4, 1e-3].map(|e| light(&report, kernel, Some(e)));
-        assert!(share(none.false_shadows) > 0.1 && share(none.wrong_bytes) > 0.1, "{none:?}");
+        assert!(is_much(none[0], 0.1) && is_much(none[2], 0.1), "{none:?}");
         // The whole scene is smaller than either: all shadows are gone.
-        assert!(share(small.leaks) > 0.03 && small.leaks == large.leaks, "{small:?}");
-        assert!(share(small.far_bytes) > 0.03, "{small:?}");
+        assert!(is_much(small[1], 0.03) && small[1] == large[1], "{small:?}");
+        assert!(is_much(small[3], 0.03), "{small:?}");
     }
-    let clean = LightErrors { pixels: 4000, verdicts: 4000, ..LightErrors::default() };
-    assert_eq!(light(&report, "certified", None), clean);
+    assert_eq!(light(&report, "certified", None), [0; 4]);
 
-    let of_picture = |kernel: &str, epsilon| {
-        let of = |picture: &&LightPicture| {
-            (picture.contestant.kernel.as_str(), picture.epsilon) == (kernel, epsilon)
-        };
-        let picture = report.light_pictures.iter().find(of).unwrap();
-        let n = |fault| picture.faults.iter().filter(|other| **other == fault).count();
+    let n_pictured = |kernel: &str, epsilon, fault| {
+        let key = |key: &RowKey| (key.kernel == kernel) && key.epsilon == epsilon;
+        let picture = report.pictures.iter().find(|picture| key(&picture.key)).unwrap();
         assert_eq!(picture.faults.len(), 32 * 18);
-        [LightFault::Right, LightFault::FalseShadow, LightFault::Leak].map(n)
+        picture.faults.iter().filter(|other| **other == fault).count()
     };
-    assert_eq!(of_picture("certified", None), [32 * 18, 0, 0]);
-    assert!(of_picture("stable", Some(0.0))[1] > 50);
-    assert!(of_picture("stable", Some(1e-3))[2] > 20);
+    assert_eq!(n_pictured("certified", None, Fault::Right), 32 * 18);
+    assert!(n_pictured("stable", Some(0.0), Fault::FalseShadow) > 50);
+    assert!(n_pictured("stable", Some(1e-3), Fault::Leak) > 20);
     let json = serde_json::to_value(&report).unwrap();
-    let row = &json["light"][0]["rows"][9];
-    assert_eq!((&row["kernel"], &row["epsilon"]), (&"certified".into(), &serde_json::Value::Null));
-    assert_eq!(row["errors"]["false_shadows"], 0);
+    let row = &json["rows"][9];
+    assert_eq!((&row["of"], &row["kernel"]), (&"light".into(), &"certified".into()));
+    assert!(row["epsilon"].is_null() && row["counts"]["false_shadows"] == 0);
 }
 
 /// A given scene with lights is measured both ways.
@@ -264,10 +272,11 @@ fn given_scenes_with_lights_are_lit() {
     let path = "scenes/lit/hard/terminator.toml";
     let text = kugelblitz_tests::text_of(path);
     let case = Case::new(&text, path.as_ref(), Class::Given, &Control::default()).unwrap();
-    let subjects = [Subject::new(Kernel::Certified, &Device::Cpu)];
-    let (report, _) = measure(&[case], &subjects, EFFORT);
-    assert_eq!((report.scenes.len(), report.light.len()), (1, 1));
-    assert_eq!(light(&report, "certified", None).wrong_bytes, 0);
+    let benchmarks = [Benchmark::new(Kernel::Certified, &Device::Cpu)];
+    let (report, _) = measure(&[case], &benchmarks, SETTINGS);
+    // The scene, its class, its light.
+    assert_eq!(report.rows.len(), 3);
+    assert_eq!(light(&report, "certified", None)[2], 0);
     // No plain kernel was asked for, so there is nothing to be shown beside it.
-    assert!(report.light_pictures.is_empty());
+    assert!(report.pictures.is_empty());
 }

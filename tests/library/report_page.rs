@@ -1,17 +1,18 @@
 //! How a report is shown: the figures on the terminal, in the page and in the plots are those of
 //! the report, whatever it holds.
 
+use std::collections::BTreeMap;
+
 use base64::Engine;
 use kugelblitz::report::{
-    Baseline, Class, CloudResult, Distribution, Earlier, ErrorPicture, Errors, Fault, LightFault,
-    LightPicture, LightResult, Missing, Noise, Report, Spread, Verdict, page, plot, text,
+    Class, Count, Earlier, Fault, Metric, Missing, Noise, Of, Report, Row, SWEEPS, Settings,
+    Spread, Verdict, page, plot, text,
 };
-use kugelblitz_tests::made_report;
-use kugelblitz_tests::made_report::{DEVICES, KERNELS, classes, report};
+use kugelblitz_tests::made_report::{DEVICES, KERNELS, picture, report, row, since, with_classes};
 use roxmltree::{Document, Node};
 
 /// The number that a cell begins with: `12.3 (11.9–14.0)`, `1.2e-6 %`, `1.2 × 10⁻⁶`, `10⁶`, `∞`.
-fn number(cell: &str) -> f64 {
+fn parsed(cell: &str) -> f64 {
     let cell = cell.replace('\u{202f}', "");
     let mut words = cell.split(' ');
     let power = |word: &str| {
@@ -41,27 +42,196 @@ fn pairs<A, B>(a: impl IntoIterator<Item = A>, b: impl IntoIterator<Item = B>) -
 
 /// True where a cell shows `x` to two digits and more.
 fn shows(cell: &str, x: f64) -> bool {
-    let shown = number(cell);
+    let shown = parsed(cell);
     shown == x || (shown - x).abs() <= 0.05 * x.abs()
 }
 
-fn shows_wrong(cell: &str, errors: &Errors) -> bool {
-    match errors.wrong_ids() {
-        0 => cell.replace('\u{202f}', "") == format!("0 of {}", errors.rays),
-        wrong => cell.ends_with('%') && shows(cell, 100.0 * wrong as f64 / errors.rays as f64),
+/// What a cell shows.
+#[derive(Debug)]
+enum Shown {
+    Name(String),
+    Number(f64),
+    /// A share, `0` for none.
+    Share(u64, u64),
+    /// The same, `0 of N` for none.
+    Wrong(u64, u64),
+    Nothing,
+}
+
+use Shown::{Name, Nothing, Number, Share, Wrong};
+
+impl Shown {
+    fn is(&self, cell: &str) -> bool {
+        let plain = cell.replace(['\u{202f}', '\\'], "");
+        let is_share = |wrong: u64, of: u64| {
+            cell.ends_with('%') && shows(cell, 100.0 * wrong as f64 / of as f64)
+        };
+        match self {
+            Name(name) => plain == *name,
+            Number(x) => shows(cell, *x),
+            Share(0, _) => cell == "0",
+            Wrong(0, of) => plain == format!("0 of {of}"),
+            Share(wrong, of) | Wrong(wrong, of) => is_share(*wrong, *of),
+            Nothing => cell == "–",
+        }
     }
 }
 
-fn counts(errors: &Errors) -> [f64; 3] {
-    [errors.false_hits, errors.false_misses, errors.wrong_object].map(|n| n as f64)
+/// The first cell that shows another thing than it should.
+fn misshown(rows: &[Vec<String>], expected: &[Vec<Shown>]) -> Option<String> {
+    let rows = pairs(rows, expected).into_iter().flat_map(|(row, expected)| pairs(row, expected));
+    let mut wrong = rows.filter(|(cell, expected)| !expected.is(cell));
+    wrong.next().map(|(cell, expected)| format!("`{cell}` for {expected:?}"))
 }
 
-fn quantiles(of: &Option<Distribution>) -> [f64; 3] {
-    of.map(|d| [d.median, d.p999, d.max]).expect("a distribution")
+fn name(name: &str) -> Shown {
+    Name(name.split(" (").next().unwrap().into())
 }
 
-fn short(device: &str) -> &str {
-    if device == DEVICES[0] { "llvmpipe" } else { device }
+fn number(row: &Row, metric: Metric, part: fn(Spread) -> f64) -> Shown {
+    row.number(metric).map_or(Nothing, |spread| Number(part(spread)))
+}
+
+fn medians<const N: usize>(row: &Row, metrics: [Metric; N]) -> Vec<Shown> {
+    metrics.map(|metric| number(row, metric, |spread| spread.median)).into()
+}
+
+fn errors(row: &Row, metric: Metric) -> Vec<Shown> {
+    let parts: [fn(Spread) -> f64; 3] =
+        [|spread| spread.median, |spread| spread.p999, |spread| spread.max];
+    parts.map(|part| number(row, metric, part)).into()
+}
+
+fn wrong(row: &Row) -> Shown {
+    Wrong(row.wrong_ids(), row.count(Count::Rays))
+}
+
+fn faults(row: &Row) -> Vec<Shown> {
+    let counted = [Count::FalseHits, Count::FalseMisses, Count::WrongObject];
+    let mut shown = vec![wrong(row)];
+    shown.extend(counted.map(|count| Number(row.count(count) as f64)));
+    shown
+}
+
+fn stages<const N: usize>(row: &Row, stages: [Count; N]) -> Vec<Shown> {
+    let all = [Count::F32, Count::F64, Count::Exact].map(|stage| row.count(stage)).iter().sum();
+    stages.map(|stage| Share(row.count(stage), all)).into()
+}
+
+/// The rows of some things, each with its kernel and device, and then what `cells` says.
+fn of_configs(rows: &[&Row], cells: impl Fn(&Row) -> Vec<Vec<Shown>>) -> Vec<Vec<Shown>> {
+    let names = |row: &Row| [name(&row.key.kernel), name(&row.key.device)];
+    rows.iter()
+        .map(|row| names(row).into_iter().chain(cells(row).into_iter().flatten()).collect())
+        .collect()
+}
+
+fn rows_of(report: &Report, is: impl Fn(&Of) -> bool) -> Vec<&Row> {
+    report.rows.iter().filter(|row| is(&row.key.of)).collect()
+}
+
+const STAGES: [Count; 3] = [Count::F32, Count::F64, Count::Exact];
+
+/// Tables as they must be shown, by their names.
+fn expected(report: &Report) -> BTreeMap<String, Vec<Vec<Shown>>> {
+    let mut tables = BTreeMap::new();
+    let mut add = |name: &str, table| tables.insert(name.to_string(), table);
+    let classes = rows_of(report, |of| matches!(of, Of::Class { .. }));
+    let normal = |row: &Row| vec![number(row, Metric::NormalDegrees, |angle| angle.max)];
+    let times = [Metric::TraceNsPerRay, Metric::SurfaceNsPerRay];
+    add(
+        "wrong",
+        of_configs(&classes, |row| vec![faults(row), errors(row, Metric::TUlp), normal(row)]),
+    );
+    add("fast", of_configs(&classes, |row| vec![medians(row, times), stages(row, STAGES)]));
+    let summary = |row: &&Row| {
+        let Of::Class { class } = row.key.of else { unreachable!() };
+        vec![
+            Name(class.name().into()),
+            name(&row.key.kernel),
+            name(&row.key.device),
+            wrong(row),
+            number(row, Metric::TUlp, |t| t.p999),
+            number(row, Metric::TraceNsPerRay, |time| time.median),
+        ]
+    };
+    add("summary", classes.iter().map(summary).collect());
+    let cloud = |row: &&Row| {
+        let Of::Cloud { spheres } = row.key.of else { unreachable!() };
+        let mut cells = vec![Number(spheres as f64), name(&row.key.device)];
+        cells.extend(medians(row, [Metric::PictureMs, Metric::BuildMs]));
+        cells.extend(stages(row, [Count::F64, Count::Exact]));
+        cells.push(wrong(row));
+        cells
+    };
+    add("clouds", rows_of(report, |of| matches!(of, Of::Cloud { .. })).iter().map(cloud).collect());
+
+    // A line a scene and epsilon, two columns a kernel.
+    let mut light = Vec::new();
+    for own in rows_of(report, |of| matches!(of, Of::Light { .. })).chunks(10) {
+        let Of::Light { scene } = &own[0].key.of else { unreachable!() };
+        for (i, epsilon) in ["no ε", "ε = 10⁻⁴", "ε = 10⁻³"].into_iter().enumerate() {
+            let mut cells = vec![name(scene), Name(epsilon.into())];
+            for kernel in 0..4 {
+                match own.get(3 * kernel + i).filter(|_| kernel < 3 || i == 0) {
+                    Some(row) => cells.extend([
+                        Share(row.wrong_shadows(), row.count(Count::Verdicts)),
+                        Share(row.count(Count::WrongBytes), row.count(Count::Pixels)),
+                    ]),
+                    None => cells.extend([Nothing, Nothing]),
+                }
+            }
+            light.push(cells);
+        }
+    }
+    add("light", light);
+
+    let scenes = rows_of(report, |of| matches!(of, Of::Scene { .. }));
+    let mut overview = Vec::new();
+    for of_device in scenes.chunks(KERNELS.len()) {
+        let Of::Scene { scene, .. } = &of_device[0].key.of else { unreachable!() };
+        let mut cells = vec![name(scene), name(&of_device[0].key.device)];
+        for row in of_device {
+            cells.push(Share(row.wrong_ids(), row.count(Count::Rays)));
+            cells.extend(medians(row, [Metric::TraceNsPerRay]));
+        }
+        overview.push(cells);
+    }
+    add("overview", overview);
+    for (i, own) in scenes.chunks(KERNELS.len() * DEVICES.len()).enumerate() {
+        let rays = |row: &Row| vec![Number(row.count(Count::Rays) as f64)];
+        let bytes = |row: &Row| vec![Number(row.count(Count::BytesDevice) as f64)];
+        let first = |row: &Row| vec![rays(row), faults(row), errors(row, Metric::TUlp)];
+        add(&format!("scene {i} a"), of_configs(own, first));
+        let more = [Metric::TRelative, Metric::NormalDegrees];
+        let second =
+            |row: &Row| vec![errors(row, more[0]), errors(row, more[1]), stages(row, STAGES)];
+        add(&format!("scene {i} b"), of_configs(own, second));
+        let ms =
+            [Metric::DeviceNsPerRay, Metric::ReadbackMs, Metric::CompileMs, Metric::FirstPictureMs];
+        let third = |row: &Row| vec![medians(row, times), medians(row, ms), bytes(row)];
+        add(&format!("scene {i} c"), of_configs(own, third));
+    }
+
+    // Errors are the same on both devices, which share a line; times are not.
+    for sweep in &SWEEPS {
+        let rows =
+            rows_of(report, |of| matches!(of, Of::Sweep { sweep: own, .. } if own == sweep.name));
+        let line = |own: &[&Row]| {
+            let Of::Sweep { x, .. } = own[0].key.of else { unreachable!() };
+            let mut cells = vec![Number(x)];
+            for row in own {
+                match row.number(Metric::TraceNsPerRay) {
+                    Some(time) => cells.push(Number(time.median)),
+                    None if row.key.device == DEVICES[1] => {}
+                    None => cells.extend([wrong(row), number(row, Metric::TUlp, |t| t.p999)]),
+                }
+            }
+            cells
+        };
+        add(sweep.name, rows.chunks(KERNELS.len() * DEVICES.len()).map(line).collect());
+    }
+    tables
 }
 
 fn shown_text(node: Node) -> String {
@@ -90,215 +260,90 @@ fn cells(line: &str) -> Vec<String> {
     line.split("  ").map(str::trim).filter(|cell| !cell.is_empty()).map(str::to_string).collect()
 }
 
-/// Panics with the row where a class's row shows other figures than `result` has.
-fn assert_class_errors(row: &[String], result: &kugelblitz::report::ClassResult) {
-    let errors = &result.errors;
-    assert_eq!(row[0], result.contestant.kernel, "{row:?}");
-    assert_eq!(row[1], short(&result.contestant.device), "{row:?}");
-    assert!(shows_wrong(&row[2], errors), "{row:?}");
-    let [.., normal] = quantiles(&errors.normal_degrees);
-    let expected = [&counts(errors)[..], &quantiles(&errors.t_ulp), &[normal]].concat();
-    for (cell, x) in pairs(&row[3..], expected) {
-        assert!(shows(cell, x), "`{cell}` is not {x}: {row:?}");
-    }
-}
-
-/// Panics with the row where it shows other figures than `cloud` has.
-fn assert_cloud(row: &[impl AsRef<str>], cloud: &CloudResult) {
-    let row: Vec<&str> = row.iter().map(AsRef::as_ref).collect();
-    assert_eq!(row.len(), 7, "{row:?}");
-    assert!(shows(row[0], cloud.n_spheres as f64), "{row:?}");
-    assert_eq!(row[1], short(&cloud.contestant.device), "{row:?}");
-    assert!(shows(row[2], cloud.picture_ms.median), "{row:?}");
-    assert!(shows(row[3], cloud.build_ms.median), "{row:?}");
-    let stages = cloud.errors.stages;
-    let shares = [stages.f64, stages.exact].map(|n| 100.0 * n as f64 / stages.total() as f64);
-    for (cell, share) in pairs(&row[4..6], shares) {
-        assert!(shows(cell, share), "{row:?}");
-    }
-    assert!(shows_wrong(row[6], &cloud.errors), "{row:?}");
-}
-
-/// Panics where the two rows of a lit scene show other figures than `result` has.
-fn assert_light(rows: [&[impl AsRef<str>]; 2], result: &LightResult) {
-    for (row, what) in rows.iter().zip(["shadows", "bytes"]) {
-        let row: Vec<&str> = row.iter().map(AsRef::as_ref).collect();
-        assert_eq!((row[0].replace('\\', "").as_str(), row[1]), (result.scene.as_str(), what));
-        for (cell, of_kernel) in pairs(&row[2..], &result.rows) {
-            let errors = &of_kernel.errors;
-            let (wrong, of) = match what {
-                "shadows" => (errors.false_shadows + errors.leaks, errors.verdicts),
-                _ => (errors.wrong_bytes, errors.pixels),
-            };
-            let share = 100.0 * wrong as f64 / of as f64;
-            assert!(shows(cell, share) && cell.ends_with('%') == (wrong > 0), "{row:?}");
-        }
-    }
-}
-
 #[test]
-fn the_terminal_shows_the_figures() {
+fn terminal_page_and_markdown_show_the_figures() {
     let report = report();
+    let expected = expected(&report);
+    let page = tables(&page::html(&report));
+    let names = ["wrong", "fast", "clouds", "light", "distance", "offset", "objects", "overview"];
+    for (name, table) in names.iter().zip(&page) {
+        assert_eq!(misshown(table, &expected[*name]), None, "{name}");
+    }
+    for (i, table) in page[names.len()..].iter().enumerate() {
+        let part = ["a", "b", "c"][i % 3];
+        let name = format!("scene {} {part}", i / 3);
+        assert_eq!(misshown(table, &expected[&name]), None, "{name}");
+    }
+    assert_eq!(page.len(), names.len() + 3 * 8);
+
     let text = text::terminal(&report);
     assert!(text.lines().all(|line| line.chars().count() <= 110), "{text}");
-    let blocks: Vec<Vec<&str>> = text.split("\n\n").map(|b| b.lines().collect()).collect();
-    let of = |title: &str| {
-        let block = blocks.iter().find(|block| block[0].contains(title));
-        block.unwrap_or_else(|| panic!("no block `{title}` in\n{text}"))
-    };
-    // Below title, two lines of head and the names of the classes.
-    let errors: Vec<_> = of("How wrong")[3..].iter().filter(|line| !line.contains(':')).collect();
-    for (line, result) in pairs(errors, &report.classes) {
-        assert_class_errors(&cells(line), result);
+    for (title, n_heads, name) in [
+        ("How wrong", 2, "wrong"),
+        ("How fast", 2, "fast"),
+        ("Many spheres", 1, "clouds"),
+        ("Light: ", 2, "light"),
+        ("Scenes: ", 2, "overview"),
+    ] {
+        let block = text.split("\n\n").find(|block| block.starts_with(title)).expect(title);
+        let rows = block.lines().skip(1 + n_heads).map(cells);
+        // A class's name stands alone.
+        let rows: Vec<_> = rows.filter(|row| row.len() > 1).collect();
+        assert_eq!(misshown(&rows, &expected[name]), None, "{name}");
     }
-    let costs: Vec<_> = of("How fast")[3..].iter().filter(|line| !line.contains(':')).collect();
-    for (line, result) in pairs(costs, &report.classes) {
-        let row = cells(line);
-        let times = [result.trace_ns_per_ray, result.surface_ns_per_ray];
-        assert!(pairs(&row[2..4], times).iter().all(|(cell, t)| shows(cell, t.median)), "{line}");
-        let stages = result.errors.stages;
-        for (cell, n) in pairs(&row[4..], [stages.f32, stages.f64, stages.exact]) {
-            assert!(shows(cell, 100.0 * n as f64 / stages.total() as f64), "{line}");
-        }
-    }
-    for (line, cloud) in pairs(&of("Many spheres")[2..], &report.clouds) {
-        assert_cloud(&cells(line), cloud);
-    }
-    // Two blocks, for all columns do not fit a line.
-    let at = blocks.iter().position(|block| block[0].starts_with("Light: ")).expect("light");
-    let (left, right) = (&blocks[at][3..], &blocks[at + 1][2..]);
-    let rows = left.iter().zip(right).map(|(a, b)| [cells(a), cells(b)[2..].to_vec()].concat());
-    let rows: Vec<Vec<String>> = rows.collect();
-    for (rows, result) in pairs(rows.chunks(2), &report.light) {
-        assert_light([&rows[0][..], &rows[1][..]], result);
-    }
-    let mut lines = of("Scenes: ")[3..].iter().map(|line| cells(line)).filter(|row| row.len() > 1);
-    for scene in &report.scenes {
-        for device in DEVICES {
-            let row = lines.next().expect("a line");
-            assert_eq!((row[0].as_str(), row[1].as_str()), (scene.name.as_str(), short(device)));
-            let own = scene.rows.iter().filter(|row| row.contestant.device == device);
-            for (pair, of_kernel) in pairs(row[2..].chunks(2), own) {
-                let share = 100.0 * of_kernel.errors.wrong_share();
-                assert!(shows(&pair[0], share), "{row:?}");
-                assert!(shows(&pair[1], of_kernel.cost.trace_ns_per_ray.median), "{row:?}");
-            }
-        }
-    }
-    assert_eq!(lines.next(), None);
     assert!(text.contains("pbrt 4: `pbrt` is not installed"), "{text}");
-}
 
-#[test]
-fn the_page_shows_the_figures() {
-    let report = report();
-    let tables = tables(&page::html(&report));
-    for (row, result) in pairs(&tables[0], &report.classes) {
-        assert_class_errors(row, result);
-    }
-    for (row, result) in pairs(&tables[1], &report.classes) {
-        assert!(shows(&row[2], result.trace_ns_per_ray.median), "{row:?}");
-        assert!(shows(&row[3], result.surface_ns_per_ray.median), "{row:?}");
-    }
-    for (row, cloud) in pairs(&tables[2], &report.clouds) {
-        assert_cloud(row, cloud);
-    }
-    for (rows, result) in pairs(tables[3].chunks(2), &report.light) {
-        assert_light([&rows[0][..], &rows[1][..]], result);
-    }
-    // Class errors, class costs, clouds, light, three sweeps, the overview; then three tables a scene.
-    let sweep = &tables[4];
-    assert_eq!(sweep.len(), report.sweeps[0].series[0].points.len());
-    let alike = report.sweeps[0].series.iter().filter(|s| s.contestant.device == DEVICES[0]);
-    let series: Vec<_> = alike.collect();
-    for (row, i) in sweep.iter().zip(0..) {
-        for (pair, series) in pairs(row[1..].chunks(2), &series) {
-            let point = &series.points[i];
-            let errors = point.errors.as_ref().expect("errors");
-            assert!(shows(&row[0], point.x) && shows_wrong(&pair[0], errors), "{row:?}");
-            assert!(shows(&pair[1], quantiles(&errors.t_ulp)[1]), "{row:?}");
-        }
-    }
-    for (own, scene) in pairs(tables[8..].chunks(3), &report.scenes) {
-        assert!(own.iter().all(|table| table.len() == scene.rows.len()));
-        for (i, row) in scene.rows.iter().enumerate() {
-            let (errors, cost) = (&row.errors, &row.cost);
-            let shown = &own[0][i];
-            assert!(shows_wrong(&shown[3], errors), "{shown:?}");
-            let expected =
-                [&[errors.rays as f64][..], &counts(errors), &quantiles(&errors.t_ulp)].concat();
-            let cells = [&shown[2..3], &shown[4..]].concat();
-            assert!(pairs(&cells, expected).iter().all(|(cell, x)| shows(cell, *x)), "{shown:?}");
-            let shown = &own[1][i];
-            let expected =
-                [quantiles(&errors.t_relative), quantiles(&errors.normal_degrees)].concat();
-            let shown_errors = pairs(&shown[2..8], expected);
-            assert!(shown_errors.iter().all(|(cell, x)| shows(cell, *x)), "{shown:?}");
-            let shown = &own[2][i];
-            let times = [&cost.trace_ns_per_ray, &cost.surface_ns_per_ray];
-            assert!(pairs(&shown[2..4], times).iter().all(|(cell, t)| shows(cell, t.median)));
-            match &cost.device_ns_per_ray {
-                Some(time) => assert!(shows(&shown[4], time.median), "{shown:?}"),
-                None => assert_eq!(shown[4], "–"),
-            }
-            let rest = [&cost.readback_ms, &cost.compile_ms, &cost.first_picture_ms];
-            assert!(pairs(&shown[5..8], rest).iter().all(|(cell, t)| shows(cell, t.median)));
-            assert!(shows(&shown[8], cost.bytes_device as f64), "{shown:?}");
-        }
-    }
-}
-
-#[test]
-fn the_summary_in_markdown_shows_the_figures() {
-    let report = report();
     let markdown = text::markdown(&report);
-    let rows: Vec<Vec<&str>> = markdown
-        .lines()
-        .filter(|line| line.starts_with("| ") && !line.starts_with("| ---"))
-        .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
-        .collect();
-    let (classes, rest) = rows.split_at(1 + report.classes.len());
-    let (light, clouds) = rest.split_at(1 + 2 * report.light.len());
-    assert_eq!(light[0][2..5], ["lecture: no ε", "lecture: ε = 10⁻⁴", "lecture: ε = 10⁻³"]);
-    assert_eq!(light[0].last(), Some(&"certified: no ε"));
-    for (rows, result) in pairs(light[1..].chunks(2), &report.light) {
-        assert_light([&rows[0][..], &rows[1][..]], result);
+    let cells =
+        |line: &str| line.trim_matches('|').split('|').map(|c| c.trim().to_string()).collect();
+    let rows = markdown.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| ---"));
+    let mut rows: Vec<Vec<String>> = rows.map(cells).collect();
+    for name in ["summary", "light", "clouds"] {
+        let rest = rows.split_off(1 + expected[name].len());
+        assert_eq!(misshown(&rows[1..], &expected[name]), None, "{name}");
+        rows = rest;
     }
-    for (row, cloud) in pairs(&clouds[1..], &report.clouds) {
-        assert_cloud(row, cloud);
+    assert!(
+        rows.is_empty() && markdown.contains("22.3.6") && markdown.contains("2 cores"),
+        "{markdown}"
+    );
+}
+
+/// A table's place in the page and its name, and a change of the rows.
+type Sabotage = (usize, &'static str, fn(&mut Row));
+
+#[test]
+fn a_figure_that_is_not_shown_is_noticed() {
+    let page = tables(&page::html(&report()));
+    let sabotages: [Sabotage; 4] = [
+        (0, "wrong", |row| *row.counts.entry(Count::FalseHits).or_default() += 1),
+        (0, "wrong", |row| {
+            row.numbers.get_mut(&Metric::TUlp).into_iter().for_each(|t| t.max *= 1.2)
+        }),
+        (1, "fast", |row| row.key.kernel = "another".into()),
+        (3, "light", |row| *row.counts.entry(Count::WrongBytes).or_default() += 999),
+    ];
+    for (table, name, change) in sabotages {
+        let mut report = report();
+        report.rows.iter_mut().for_each(change);
+        assert!(misshown(&page[table], &expected(&report)[name]).is_some(), "{name}");
     }
-    for (row, result) in pairs(&classes[1..], &report.classes) {
-        assert_eq!(row[1], result.contestant.kernel);
-        assert!(shows_wrong(row[3], &result.errors), "{row:?}");
-        assert!(shows(row[4], quantiles(&result.errors.t_ulp)[1]), "{row:?}");
-        assert!(shows(row[5], result.trace_ns_per_ray.median), "{row:?}");
-    }
-    assert!(markdown.contains("22.3.6") && markdown.contains("2 cores"), "{markdown}");
 }
 
 /// A report of the CPU alone: these kernels in one lecture's scene, so often wrong, at these times.
 fn small(kernels: &[(&str, u64, f64)]) -> Report {
     let mut report = report();
-    report.scenes.truncate(1);
-    let scene = &mut report.scenes[0];
-    scene.rows.retain(|row| row.contestant.device == "CPU");
-    let model = scene.rows[0].clone();
-    scene.rows.clear();
-    for (kernel, wrong_object, ns) in kernels {
-        let mut row = model.clone();
-        row.contestant.kernel = kernel.to_string();
-        row.errors = Errors { rays: 100_000, wrong_object: *wrong_object, ..row.errors };
-        (row.errors.false_hits, row.errors.false_misses) = (0, 0);
-        row.cost.trace_ns_per_ray = Spread { median: *ns, min: *ns, max: *ns, n: 5 };
-        scene.rows.push(row);
-    }
-    report.classes = classes(&report.scenes);
-    report.evidence.adapters.clear();
-    report.sweeps.clear();
-    report.clouds.clear();
-    report.light.clear();
+    let own = |(kernel, wrong, ns): &(&str, u64, f64)| {
+        let of = Of::Scene { scene: "figure1".into(), class: Class::Lecture };
+        let mut row = row(of, kernel, "CPU");
+        row.counts.extend([(Count::Rays, 100_000), (Count::WrongObject, *wrong)]);
+        let time = Spread { median: *ns, p999: *ns, min: *ns, max: *ns, n: 5 };
+        row.numbers.insert(Metric::TraceNsPerRay, time);
+        row
+    };
+    report.rows = with_classes(kernels.iter().map(own).collect());
+    report.environment.adapters.clear();
     report.pictures.clear();
-    report.light_pictures.clear();
     report
 }
 
@@ -386,7 +431,7 @@ fn the_front_has_what_nothing_beats() {
 
 /// All that is drawn of a report.
 fn drawn(report: &Report) -> Vec<String> {
-    let sweeps = report.sweeps.iter().map(|sweep| plot::sweep(report, sweep));
+    let sweeps = SWEEPS.iter().map(|sweep| plot::sweep(report, sweep));
     std::iter::once(plot::plane(report)).chain(sweeps).collect()
 }
 
@@ -451,9 +496,11 @@ fn assert_legible(svg: &str) {
 fn words_are_legible_whatever_the_times_are() {
     for (shorter, longer) in [(1.0, 1.0), (0.7, 3.0), (0.1, 10.0)] {
         let mut report = report();
-        for result in &mut report.classes {
-            result.trace_ns_per_ray.min *= shorter;
-            result.trace_ns_per_ray.max *= longer;
+        for time in
+            report.rows.iter_mut().filter_map(|row| row.numbers.get_mut(&Metric::TraceNsPerRay))
+        {
+            time.min *= shorter;
+            time.max *= longer;
         }
         drawn(&report).iter().for_each(|svg| assert_legible(svg));
     }
@@ -463,95 +510,86 @@ fn words_are_legible_whatever_the_times_are() {
 type Change = (&'static str, fn(&mut Report));
 
 /// Changes to the report that leave little, or odd numbers.
-const CHANGES: [Change; 14] = [
+const CHANGES: [Change; 13] = [
     ("nothing changed", |_| {}),
     ("nothing at all", |report| {
+        report.rows.clear();
         report.scenes.clear();
-        report.classes.clear();
-        report.sweeps.clear();
-        report.clouds.clear();
-        report.light.clear();
         report.missing.clear();
         report.pictures.clear();
-        report.light_pictures.clear();
-        report.evidence.adapters.clear();
+        report.environment.adapters.clear();
     }),
-    ("light of nothing", |report| {
-        let rows = report.light.iter_mut().flat_map(|result| &mut result.rows);
-        rows.for_each(|row| row.errors = Default::default());
+    ("rows of nothing", |report| {
+        for row in &mut report.rows {
+            row.numbers.clear();
+            row.counts.clear();
+        }
     }),
     ("a kernel that lit one scene alone", |report| {
-        report.light[0].rows.retain(|row| row.contestant.kernel == "certified");
+        report.rows.retain(|row| {
+            !matches!(&row.key.of, Of::Light { scene } if scene == "shells")
+                || row.key.kernel == "certified"
+        });
     }),
-    ("one scene", |report| {
-        report.scenes.truncate(1);
-        report.classes = classes(&report.scenes);
-    }),
+    ("one scene", |report| report.rows.truncate(8)),
     ("the CPU alone", |report| {
-        report.evidence.adapters.clear();
-        report.classes.retain(|result| result.contestant.device == "CPU");
-        for scene in &mut report.scenes {
-            scene.rows.retain(|row| row.contestant.device == "CPU");
-        }
-        for sweep in &mut report.sweeps {
-            sweep.series.retain(|series| series.contestant.device == "CPU");
-        }
+        report.environment.adapters.clear();
+        report.rows.retain(|row| row.key.device == "CPU");
     }),
     ("given scenes", |report| {
-        report.scenes.iter_mut().for_each(|scene| scene.class = Class::Given);
-        report.classes = classes(&report.scenes);
+        for row in &mut report.rows {
+            if let Of::Scene { class, .. } | Of::Class { class } = &mut row.key.of {
+                *class = Class::Given;
+            }
+        }
     }),
     ("errors without bound", |report| {
-        each_error(report, |errors| {
-            let infinite = f64::INFINITY;
-            let all = Distribution { median: 1.0, p999: infinite, max: infinite, n: 9 };
-            (errors.t_ulp, errors.t_relative, errors.normal_degrees) = (Some(all), Some(all), None);
-        })
+        each_error(report, |t| (t.p999, t.max) = (f64::INFINITY, f64::INFINITY));
     }),
-    ("errors of nothing", |report| each_error(report, |errors| *errors = Errors::default())),
-    ("no error", |report| {
-        each_error(report, |errors| {
-            let none = Distribution { median: 0.0, p999: 0.0, max: 0.0, n: 9 };
-            *errors = Errors { rays: 9, t_ulp: Some(none), ..Errors::default() };
-        })
-    }),
+    ("no error", no_error),
     ("all wrong", |report| {
-        each_error(report, |errors| {
-            *errors = Errors { rays: 9, false_hits: 9, ..Errors::default() };
-        })
+        for row in &mut report.rows {
+            row.counts.extend([(Count::Rays, 9), (Count::FalseHits, 9), (Count::FalseMisses, 0)]);
+            row.counts.insert(Count::WrongObject, 0);
+        }
     }),
     ("times of nothing", |report| {
-        report.classes.iter_mut().for_each(|result| result.trace_ns_per_ray = Spread::default());
-        let points = report.sweeps.iter_mut().flat_map(|sweep| &mut sweep.series);
-        for point in points.flat_map(|series| &mut series.points) {
-            point.trace_ns_per_ray = point.trace_ns_per_ray.map(|_| Spread::default());
-        }
-        for cloud in &mut report.clouds {
-            (cloud.build_ms, cloud.picture_ms) = (Spread::default(), Spread::default());
-        }
+        let numbers = report.rows.iter_mut().flat_map(|row| row.numbers.values_mut());
+        numbers.for_each(|time| *time = Spread { n: time.n, ..Spread::default() });
     }),
     ("sweeps of one point", |report| {
-        let series = report.sweeps.iter_mut().flat_map(|sweep| &mut sweep.series);
-        series.for_each(|series| series.points.truncate(1));
+        report.rows.retain(|row| !matches!(row.key.of, Of::Sweep { x, .. } if x > 1.0));
     }),
     ("odd places", |report| {
-        let series = report.sweeps.iter_mut().flat_map(|sweep| &mut sweep.series);
-        for series in series {
-            series.points[0].x = 0.0;
-            series.points[1].x = -1e300;
-            series.points[2].x = f64::INFINITY;
+        for row in &mut report.rows {
+            if let Of::Sweep { x, .. } = &mut row.key.of {
+                *x = match *x {
+                    1.0 => 0.0,
+                    10.0 => -1e300,
+                    100.0 => f64::INFINITY,
+                    x => x,
+                };
+            }
         }
     }),
 ];
 
-fn each_error(report: &mut Report, change: fn(&mut Errors)) {
-    let in_scenes = report.scenes.iter_mut().flat_map(|scene| &mut scene.rows);
-    in_scenes.for_each(|row| change(&mut row.errors));
-    report.classes.iter_mut().for_each(|result| change(&mut result.errors));
-    let series = report.sweeps.iter_mut().flat_map(|sweep| &mut sweep.series);
-    let points = series.flat_map(|series| &mut series.points);
-    points.for_each(|point| point.errors.iter_mut().for_each(change));
-    report.clouds.iter_mut().for_each(|cloud| change(&mut cloud.errors));
+fn each_error(report: &mut Report, change: fn(&mut Spread)) {
+    let errors = [Metric::TUlp, Metric::TRelative, Metric::NormalDegrees];
+    for (metric, spread) in report.rows.iter_mut().flat_map(|row| &mut row.numbers) {
+        if errors.contains(metric) {
+            change(spread);
+        }
+    }
+}
+
+fn no_error(report: &mut Report) {
+    each_error(report, |errors| *errors = Spread { n: 9, ..Spread::default() });
+    for row in &mut report.rows {
+        row.counts.retain(|count, _| {
+            ![Count::FalseHits, Count::FalseMisses, Count::WrongObject].contains(count)
+        });
+    }
 }
 
 #[test]
@@ -571,26 +609,31 @@ fn whatever_the_report_holds_can_be_shown() {
     }
 }
 
-#[test]
-fn errors_without_bound_stand_above_the_axis() {
-    let mut report = report();
-    let sweep = plot::sweep(&report, &report.sweeps[0]);
-    assert!(!sweep.contains('∞'), "{sweep}");
-    let points = &mut report.sweeps[0].series[0].points;
-    let errors = points[8].errors.as_mut().expect("errors");
-    errors.t_ulp = errors.t_ulp.map(|t| Distribution { p999: f64::INFINITY, ..t });
-    assert!(plot::sweep(&report, &report.sweeps[0]).contains('∞'));
-    assert!(text::terminal(&report).contains('∞') && page::html(&report).contains('∞'));
+/// Changes of the rows of the sweep over distance.
+fn along_distance(report: &mut Report) -> impl Iterator<Item = &mut Row> {
+    let is_own =
+        |row: &&mut Row| matches!(&row.key.of, Of::Sweep { sweep, .. } if sweep == "distance");
+    report.rows.iter_mut().filter(is_own)
+}
+
+fn distance(report: &Report) -> String {
+    plot::sweep(report, &SWEEPS[0])
 }
 
 #[test]
-fn a_line_has_a_gap_where_nothing_was_measured() {
+fn a_line_has_a_gap_and_what_has_no_bound_stands_above_the_axis() {
     let mut report = report();
-    let curves =
-        |report: &Report| plot::sweep(report, &report.sweeps[0]).matches("<polyline").count();
-    let whole = curves(&report);
-    for series in report.sweeps[0].series.iter_mut().step_by(KERNELS.len()) {
-        series.points[4].errors.as_mut().expect("errors").t_ulp = None;
+    let curves = |report: &Report| distance(report).matches("<polyline").count();
+    let (whole, n_alike) = (curves(&report), 2 * KERNELS.len());
+    assert!(!distance(&report).contains('∞'));
+    for row in along_distance(&mut report).skip(8 * n_alike) {
+        row.numbers.get_mut(&Metric::TUlp).expect("errors").p999 = f64::INFINITY;
+    }
+    assert!(distance(&report).contains('∞'));
+    assert!(text::terminal(&report).contains('∞') && page::html(&report).contains('∞'));
+    // Of the first kernel, on both devices.
+    for row in along_distance(&mut report).skip(4 * n_alike).step_by(KERNELS.len()).take(2) {
+        row.numbers.remove(&Metric::TUlp);
     }
     assert_eq!(curves(&report), whole + 1);
 }
@@ -599,19 +642,17 @@ fn a_line_has_a_gap_where_nothing_was_measured() {
 fn devices_share_a_line_where_they_are_alike_to_the_last_bit() {
     let mut report = report();
     let lines = |report: &Report| {
-        let svg = plot::sweep(report, &report.sweeps[0]);
-        let document = Document::parse(&svg).expect("XML");
-        let curves = document.descendants().filter(|node| node.has_tag_name("polyline")).count();
+        let svg = distance(report);
         // Two panels.
-        (curves / 2, svg.contains("the same to the last bit"))
+        (svg.matches("<polyline").count() / 2, svg.contains("the same to the last bit"))
     };
     assert_eq!(lines(&report), (KERNELS.len(), true));
-    let errors = report.sweeps[0].series[0].points[3].errors.as_mut().expect("errors");
-    let t_ulp = errors.t_ulp.as_mut().expect("a distribution");
+    let row = along_distance(&mut report).nth(3 * 8).expect("a row");
+    let t_ulp = row.numbers.get_mut(&Metric::TUlp).expect("errors");
     t_ulp.median = t_ulp.median.next_up();
     assert_eq!(lines(&report), (KERNELS.len() + 1, true));
-    for series in report.sweeps[0].series.iter_mut().take(KERNELS.len()) {
-        series.points.iter_mut().filter_map(|p| p.errors.as_mut()).for_each(|e| e.rays += 1);
+    for row in along_distance(&mut report).filter(|row| row.key.device == DEVICES[0]) {
+        *row.counts.get_mut(&Count::Rays).expect("rays") += 1;
     }
     assert_eq!(lines(&report), (2 * KERNELS.len(), false));
 }
@@ -622,46 +663,27 @@ const HOSTILE: &str =
 #[test]
 fn hostile_names_stay_names() {
     let mut report = report();
-    for scene in &mut report.scenes {
-        scene.name = HOSTILE.into();
-        scene.about = HOSTILE.into();
-        for row in &mut scene.rows {
-            row.contestant.kernel += HOSTILE;
-            row.contestant.device += HOSTILE;
+    let spoil = |key: &mut kugelblitz::report::RowKey| {
+        key.kernel += HOSTILE;
+        key.device += HOSTILE;
+        if let Of::Scene { scene, .. } | Of::Light { scene } = &mut key.of {
+            *scene += HOSTILE;
         }
-    }
-    for result in &mut report.classes {
-        result.contestant.kernel += HOSTILE;
-        result.contestant.device += HOSTILE;
-    }
-    for series in report.sweeps.iter_mut().flat_map(|sweep| &mut sweep.series) {
-        series.contestant.kernel += HOSTILE;
-        series.contestant.device += HOSTILE;
-    }
-    for picture in &mut report.pictures {
-        picture.scene = HOSTILE.into();
-        picture.contestant.kernel += HOSTILE;
-    }
-    for cloud in &mut report.clouds {
-        cloud.contestant.device += HOSTILE;
-    }
-    for result in &mut report.light {
-        result.scene += HOSTILE;
-        result.about = HOSTILE.into();
-        result.rows.iter_mut().for_each(|row| row.contestant.kernel += HOSTILE);
-    }
-    for picture in &mut report.light_pictures {
-        picture.scene += HOSTILE;
-        picture.contestant.kernel += HOSTILE;
+    };
+    report.rows.iter_mut().for_each(|row| spoil(&mut row.key));
+    report.pictures.iter_mut().for_each(|picture| spoil(&mut picture.key));
+    for scene in &mut report.scenes {
+        scene.name += HOSTILE;
+        scene.about = HOSTILE.into();
     }
     report.missing = vec![Missing { what: HOSTILE.into(), why: HOSTILE.into() }];
-    let evidence = &mut report.evidence;
-    evidence.commit = Some(HOSTILE.into());
-    for text in [&mut evidence.command, &mut evidence.host_cpu, &mut evidence.system] {
+    let environment = &mut report.environment;
+    environment.commit = Some(HOSTILE.into());
+    for text in [&mut environment.command, &mut environment.host_cpu, &mut environment.system] {
         *text = HOSTILE.into();
     }
-    evidence.adapters[0].facts.name = HOSTILE.into();
-    evidence.adapters[0].facts.driver = HOSTILE.into();
+    environment.adapters[0].facts.name = HOSTILE.into();
+    environment.adapters[0].facts.driver = HOSTILE.into();
 
     let page = page::html(&report);
     assert!(!page.contains("<script") && !page.contains("<img src=x"), "{page}");
@@ -676,15 +698,13 @@ fn hostile_names_stay_names() {
         let unsafe_character = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
         assert!(!shown.contains(unsafe_character), "{shown}");
     }
-    let rows: Vec<&str> = markdown.lines().filter(|line| line.starts_with('|')).collect();
-    let n_bars = |row: &&str| row.replace("\\|", "").matches('|').count();
-    let (classes, rest) = rows.split_at(2 + report.classes.len());
-    let (light, clouds) = rest.split_at(2 + 2 * report.light.len());
-    assert_eq!(clouds.len(), 2 + report.clouds.len(), "{markdown}");
-    assert!(classes.iter().all(|row| n_bars(row) == 7), "{markdown}");
-    assert!(light.iter().all(|row| n_bars(row) == 13), "{markdown}");
-    assert!(clouds.iter().all(|row| n_bars(row) == 8), "{markdown}");
     assert!(!markdown.contains("<script"), "{markdown}");
+    // Summary, light and clouds: as many cells as columns.
+    let rows = markdown.lines().filter(|line| line.starts_with('|'));
+    let mut n_bars: Vec<usize> =
+        rows.map(|row| row.replace("\\|", "").matches('|').count()).collect();
+    n_bars.dedup();
+    assert_eq!(n_bars, [7, 11, 8], "{markdown}");
 }
 
 #[test]
@@ -719,117 +739,91 @@ fn images(page: &str) -> Vec<image::RgbaImage> {
 
 #[test]
 fn pictures_and_their_errors_are_shown_pixel_by_pixel() {
-    let mut report = small(&[("lecture", 1, 5.0)]);
-    let right = |t_ulp| Fault::Right { t_ulp };
-    report.pictures = vec![ErrorPicture {
-        scene: "figure1".into(),
-        contestant: report.classes[0].contestant.clone(),
-        width: 4,
-        height: 2,
-        srgb: (0..8).map(|i| [i, 2 * i, 3 * i]).collect(),
-        faults: vec![
-            Fault::Background,
-            Fault::FalseHit,
-            Fault::FalseMiss,
-            Fault::WrongObject,
-            right(0.1),
-            right(100.0),
-            right(1e9),
-            right(f64::INFINITY),
-        ],
-    }];
-    let page = page::html(&report);
-    let images = images(&page);
-    let pixel = |image: usize, i: u32| images[image].get_pixel(i % 4, i / 4).0;
-    for i in 0..8u8 {
-        assert_eq!(pixel(0, i.into()), [i, 2 * i, 3 * i, 255]);
+    let ray = Fault::TUlp;
+    let of_rays = [
+        Fault::Right,
+        Fault::FalseHit,
+        Fault::FalseMiss,
+        Fault::WrongObject,
+        ray(0.1),
+        ray(100.0),
+        ray(1e9),
+        ray(f64::INFINITY),
+    ];
+    let byte = Fault::Levels;
+    let of_light = [
+        Fault::Right,
+        Fault::FalseShadow,
+        Fault::Leak,
+        Fault::Leak,
+        byte(1),
+        byte(12),
+        byte(64),
+        byte(255),
+    ];
+    let made = report();
+    let of_kernel = |row: &&Row| row.key.kernel == "stable" && row.key.epsilon == Some(1e-3);
+    let lit = made.rows.iter().find(of_kernel).expect("a row of light");
+    for (key, faults, words) in [
+        (&made.rows[1].key, of_rays, &["3 wrong pixels (38 %)", "kernel stable: its errors"][..]),
+        (
+            &lit.key,
+            of_light,
+            &[
+                "3 wrong shadows (38 %)",
+                "4 other wrong pixels (50 %)",
+                "kernel stable, ε = 10⁻³: its errors",
+            ][..],
+        ),
+    ] {
+        let mut report = report();
+        report.pictures = vec![picture(key, [4, 2], &faults)];
+        let page = page::html(&report);
+        let images = images(&page);
+        let pixel = |image: usize, i: u32| images[image].get_pixel(i % 4, i / 4).0;
+        for i in 0..8u8 {
+            assert_eq!(pixel(0, i.into()), [i, 2 * i, 3 * i, 255]);
+        }
+        assert_eq!(pixel(1, 0)[3], 0, "what is right is transparent");
+        assert_eq!(pixel(1, 6), pixel(1, 7), "beyond the scale");
+        for i in 1..7 {
+            let alike = (i + 1..7).filter(|j| pixel(1, i) == pixel(1, *j)).count() as u32;
+            assert_eq!(alike, u32::from(i < 4 && faults[i as usize] == faults[i as usize + 1]));
+        }
+        assert!([4, 5, 6].map(|i| pixel(1, i)[3]).is_sorted_by(|a, b| a < b));
+        // The legend has the same colours.
+        for [r, g, b, _] in [1, 2, 3].map(|i| pixel(1, i)) {
+            assert!(page.contains(&format!("background:#{r:02x}{g:02x}{b:02x}")));
+        }
+        for words in words {
+            assert!(page.contains(words), "{words}");
+        }
     }
-    assert_eq!(pixel(1, 0)[3], 0, "the background is transparent");
-    let colors: Vec<[u8; 4]> = (1..7).map(|i| pixel(1, i)).collect();
-    for (i, color) in colors.iter().enumerate() {
-        assert!(!colors[..i].contains(color), "{colors:?}");
-    }
-    assert_eq!(pixel(1, 6), pixel(1, 7), "beyond the scale");
-    assert!(pixel(1, 4)[3] < pixel(1, 5)[3] && pixel(1, 5)[3] < pixel(1, 6)[3], "{colors:?}");
-    // The legend has the same colours.
-    for [r, g, b, _] in &colors[..3] {
-        assert!(page.contains(&format!("background:#{r:02x}{g:02x}{b:02x}")), "{colors:?}");
-    }
-    assert!(page.contains("3 wrong pixels (38 %)"), "{page}");
-}
-
-#[test]
-fn acne_and_leaks_are_shown_pixel_by_pixel() {
-    let mut report = small(&[("lecture", 1, 5.0)]);
-    let bytes = |levels| LightFault::Bytes { levels };
-    report.light = made_report::report().light;
-    report.light_pictures = vec![LightPicture {
-        scene: report.light[0].scene.clone(),
-        contestant: report.light[0].rows[3].contestant.clone(),
-        epsilon: Some(1e-3),
-        width: 4,
-        height: 2,
-        srgb: (0..8).map(|i| [i, 2 * i, 3 * i]).collect(),
-        faults: vec![
-            LightFault::Right,
-            LightFault::FalseShadow,
-            LightFault::Leak,
-            bytes(1),
-            bytes(12),
-            bytes(64),
-            bytes(255),
-            LightFault::Leak,
-        ],
-    }];
-    let page = page::html(&report);
-    let images = images(&page);
-    let pixel = |image: usize, i: u32| images[image].get_pixel(i % 4, i / 4).0;
-    for i in 0..8u8 {
-        assert_eq!(pixel(0, i.into()), [i, 2 * i, 3 * i, 255]);
-    }
-    assert_eq!(pixel(1, 0)[3], 0, "what is right is transparent");
-    let colors: Vec<[u8; 4]> = (1..6).map(|i| pixel(1, i)).collect();
-    for (i, color) in colors.iter().enumerate() {
-        assert!(!colors[..i].contains(color), "{colors:?}");
-    }
-    assert_eq!((pixel(1, 5), pixel(1, 2)), (pixel(1, 6), pixel(1, 7)));
-    assert!(pixel(1, 3)[3] < pixel(1, 4)[3] && pixel(1, 4)[3] < pixel(1, 5)[3], "{colors:?}");
-    for [r, g, b, _] in &colors[..2] {
-        assert!(page.contains(&format!("background:#{r:02x}{g:02x}{b:02x}")), "{colors:?}");
-    }
-    assert!(page.contains("3 wrong shadows (38 %)"), "{page}");
-    assert!(page.contains("4 other wrong pixels (50 %)"), "{page}");
-    assert!(page.contains("kernel stable, ε = 10⁻³: its errors"), "{page}");
 }
 
 #[test]
 fn a_panel_without_numbers_has_no_axis_and_a_section_without_data_no_place() {
     let mut report = report();
     let height = |report: &Report| {
-        let svg = plot::sweep(report, &report.sweeps[0]);
+        let svg = distance(report);
         let document = Document::parse(&svg).expect("XML");
         document.root_element().attribute("height").unwrap().parse::<f64>().unwrap()
     };
     let whole = height(&report);
-    each_error(&mut report, |errors| {
-        let none = Distribution { median: 0.0, p999: 0.0, max: 0.0, n: 9 };
-        *errors = Errors { rays: 9, t_ulp: Some(none), ..Errors::default() };
-    });
+    no_error(&mut report);
     // Both panels are strips of zeros.
     assert!(height(&report) < whole - 300.0, "{whole} {}", height(&report));
-    let svg = plot::sweep(&report, &report.sweeps[0]);
+    let svg = distance(&report);
     assert!(svg.contains("class=\"band\"") && !svg.contains("10⁻"), "{svg}");
-    each_error(&mut report, |errors| *errors = Errors::default());
+    for row in along_distance(&mut report) {
+        row.numbers.clear();
+        row.counts.clear();
+    }
     let page = page::html(&report);
     assert!(!page.contains("Sweep: distance") && page.contains("Sweep: objects"));
 
-    let lit_alone = {
-        let mut report = made_report::report();
-        report.scenes.clear();
-        report.classes.clear();
-        report.sweeps.clear();
-        page::html(&report)
-    };
+    report.rows.retain(|row| matches!(row.key.of, Of::Light { .. }));
+    let lit_alone = page::html(&report);
     for title in ["Time and error of each kernel", "Classes of scenes", "Sweep:", "<h2>Scenes</h2>"]
     {
         assert!(!lit_alone.contains(title), "{title}");
@@ -851,86 +845,73 @@ fn a_noisy_machine_is_told_of() {
     }
     // As it is measured: a range of a fifth of each median, then of a half in most of them.
     let times = |report: &mut Report, n_wide: usize| {
-        let rows = report.scenes.iter_mut().flat_map(|scene| &mut scene.rows);
-        for (i, row) in rows.enumerate() {
+        for (i, row) in report.rows.iter_mut().enumerate() {
             let max = if i < n_wide { 15.0 } else { 12.0 };
-            row.cost.trace_ns_per_ray = Spread { median: 10.0, min: 10.0, max, n: 9 };
+            let time = Spread { median: 10.0, p999: max, min: 10.0, max, n: 9 };
+            row.numbers.insert(Metric::TraceNsPerRay, time);
         }
-        Noise::of(&report.scenes)
+        Noise::of(&report.rows)
     };
     let noise = times(&mut report, 10);
-    assert_eq!(noise, Noise { times: 160, wide: 10, typical_range: 0.2 });
-    assert!(noise.warning().is_none() && times(&mut report, 90).warning().is_some());
-}
-
-/// The report, and one before it in which the first kernel was three times slower in the first scene, the
-/// second three times faster, and the third wrong five times more.
-fn since_before(change: fn(&mut serde_json::Value)) -> Report {
-    let mut report = report();
-    let mut earlier = serde_json::to_value(&report).unwrap();
-    (earlier["schema"], earlier["command"]) = (1.into(), "report".into());
-    let rows = &mut earlier["scenes"][0]["rows"];
-    for (i, factor) in [(0, 3.0), (1, 1.0 / 3.0)] {
-        let time = &mut rows[i]["cost"]["trace_ns_per_ray"];
-        for part in ["median", "min", "max"] {
-            time[part] = (factor * time[part].as_f64().unwrap()).into();
-        }
-    }
-    let wrong = &mut rows[2]["errors"]["wrong_object"];
-    *wrong = (wrong.as_u64().unwrap() + 5).into();
-    change(&mut earlier);
-    let earlier = Earlier::parse(&earlier.to_string()).unwrap();
-    earlier.check(&report.effort).unwrap();
-    report.baseline = Some(Baseline::new("before.json".into(), &earlier, &report));
-    report
+    assert_eq!(noise, Noise { times: 64, wide: 10, typical_range: 0.2 });
+    assert!(noise.warning().is_none() && times(&mut report, 40).warning().is_some());
 }
 
 #[test]
 fn what_changed_since_a_baseline_is_marked() {
-    let report = since_before(|_| {});
-    let baseline = report.baseline.as_ref().unwrap();
-    // Ids and surfaces of 20 scenes, 8 contestants, and the clouds.
-    assert_eq!(baseline.times.len(), 20 * 8 * 2 + 6);
-    assert_eq!((baseline.count(Verdict::Faster), baseline.count(Verdict::Slower)), (1, 1));
-    assert_eq!(baseline.count(Verdict::TooFewRuns), 0);
-    assert!(baseline.different.is_empty(), "{:?}", baseline.different);
-    let wrong = &baseline.wrong_ids[..];
-    assert!(wrong.len() == 1 && wrong[0].before == wrong[0].now + 5, "{wrong:?}");
-    let terminal = text::terminal(&report);
-    let row =
-        |mark: &str| terminal.lines().find(|line| line.contains(mark)).expect(mark).to_string();
-    assert!(row("▼ faster").starts_with("figure1  lecture") && row("▼ faster").contains("× 0.33"));
-    assert!(row("▲ slower").starts_with("figure1  stable") && row("▲ slower").contains("× 3.0"));
-    for shown in [terminal.replace('\n', " "), text::markdown(&report), page::html(&report)] {
-        assert!(shown.contains("1 got faster and 1 slower by more than noise"), "{shown}");
-        assert!(shown.contains("▲ slower") && shown.contains("wrong before"), "{shown}");
-        assert!(shown.contains("Against before.json"), "{shown}");
+    for (factor, mark, ratio, words) in [
+        (3.0, "▼ faster", "× 0.33", "1 got faster and 0 slower by more than noise"),
+        (1.0 / 3.0, "▲ slower", "× 3.0", "0 got faster and 1 slower by more than noise"),
+    ] {
+        let report = since(factor, |_| {});
+        let baseline = report.baseline.as_ref().unwrap();
+        // Ids and surfaces of 8 scenes and 8 configurations, the sweep of times, and the clouds.
+        assert_eq!(baseline.times.len(), 8 * 8 * 2 + 9 * 8 + 6);
+        assert_eq!(baseline.count(Verdict::TooFewRuns), 0);
+        assert!(baseline.different.is_empty(), "{:?}", baseline.different);
+        let wrong = &baseline.wrong_ids[..];
+        assert!(wrong.len() == 1 && wrong[0].before == wrong[0].now + 5, "{wrong:?}");
+        let terminal = text::terminal(&report);
+        let row = terminal.lines().find(|line| line.contains(mark)).expect(mark);
+        assert!(row.starts_with("figure1  lecture") && row.contains(ratio), "{row}");
+        for shown in [terminal.replace('\n', " "), text::markdown(&report), page::html(&report)] {
+            assert!(shown.contains(words) && shown.contains("Against before.json"), "{shown}");
+            assert!(shown.contains(mark) && shown.contains("wrong before"), "{shown}");
+        }
     }
-    assert!(!text::terminal(&made_report::report()).contains("Against"));
+    assert!(!text::terminal(&report()).contains("Against"));
 
     // Of one run each nobody can tell.
-    let few = since_before(|earlier| {
-        earlier["scenes"][0]["rows"][0]["cost"]["trace_ns_per_ray"]["n"] = 1.into();
-    });
+    let few =
+        since(3.0, |earlier| earlier["rows"][0]["numbers"]["trace_ns_per_ray"]["n"] = 1.into());
     let count = |verdict| few.baseline.as_ref().unwrap().count(verdict);
     assert_eq!((count(Verdict::Faster), count(Verdict::TooFewRuns)), (0, 1));
     assert!(text::markdown(&few).contains("give more --rounds"));
-    // Another machine, other pixels, another scene.
-    let other = since_before(|earlier| {
-        earlier["evidence"]["n_cores"] = 64.into();
-        earlier["evidence"]["adapters"][0]["driver"] = "another".into();
-        earlier["effort"]["seed"] = 2.into();
-        earlier["scenes"][1]["name"] = "renamed".into();
+    // Another machine, other pixels, a row of another scene.
+    let other = since(3.0, |earlier| {
+        earlier["environment"]["n_cores"] = 64.into();
+        earlier["environment"]["adapters"][0]["driver"] = "another".into();
+        earlier["settings"]["seed"] = 2.into();
+        earlier["rows"][0]["scene"] = "renamed".into();
     });
     let baseline = other.baseline.as_ref().unwrap();
-    assert_eq!((baseline.times.len(), baseline.wrong_ids.len()), (19 * 8 * 2 + 6, 0));
+    assert_eq!((baseline.times.len(), baseline.wrong_ids.len()), (8 * 8 * 2 + 9 * 8 + 6 - 2, 0));
     assert_eq!(baseline.different.len(), 2, "{:?}", baseline.different);
     assert!(page::html(&other).contains("Times tell of more than the program"));
-    let earlier = serde_json::to_value(made_report::report()).unwrap().to_string();
-    let earlier = earlier.replacen('{', "{\"schema\":1,\"command\":\"report\",", 1);
-    let why = Earlier::parse(&earlier).unwrap().check(&Default::default());
-    assert!(why.is_ok(), "the same size");
-    let effort = kugelblitz::report::Effort { size: [320, 180], ..Default::default() };
-    let why = Earlier::parse(&earlier).unwrap().check(&effort).unwrap_err();
+}
+
+#[test]
+fn an_earlier_report_is_read_back_and_another_size_is_refused() {
+    let mut made = report();
+    // JSON has no infinity.
+    each_error(&mut made, |errors| errors.max = f64::INFINITY);
+    let mut earlier = serde_json::to_value(&made).unwrap();
+    assert!(earlier["rows"][0]["numbers"]["t_ulp"]["max"].is_null());
+    let rows: Vec<Row> = serde_json::from_value(earlier["rows"].clone()).unwrap();
+    assert_eq!(rows, made.rows);
+    (earlier["schema"], earlier["command"]) = (2.into(), "report".into());
+    let earlier = Earlier::parse(&earlier.to_string()).unwrap();
+    assert!(earlier.check(&Settings::default()).is_ok(), "the same size");
+    let why = earlier.check(&Settings { size: [320, 180], ..Settings::default() }).unwrap_err();
     assert!(why.contains("give --size 1280x720"), "{why}");
 }

@@ -8,7 +8,7 @@ use kugelblitz::device::Device;
 use kugelblitz::gpu::AdapterFacts;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::render::Rendered;
-use kugelblitz::report::SCHEMA;
+use kugelblitz::report;
 use kugelblitz::scene::Scene;
 use kugelblitz::shade::ColorCounts;
 use kugelblitz::trace::StageCounts;
@@ -20,6 +20,9 @@ use crate::Run;
 use crate::args::{Cli, TalkArgs};
 use crate::output::{json, ms, objects, print, print_text};
 use crate::show::JsonEntry;
+
+/// The version of `docs/json.md`; a report has its own.
+const SCHEMA: u32 = 1;
 
 /// Every summary: its head, then the fields of the command.
 #[derive(Serialize)]
@@ -38,7 +41,8 @@ struct Summary<'a, Fields> {
 /// As [`json`].
 pub fn summary(command: &'static str, fields: &impl Serialize) -> Result<Vec<u8>> {
     let version = env!("CARGO_PKG_VERSION");
-    json(&Summary { schema: SCHEMA, version, command: Some(command), fields })
+    let schema = if command == "report" { report::SCHEMA } else { SCHEMA };
+    json(&Summary { schema, version, command: Some(command), fields })
 }
 
 /// True once a summary is on standard output, which has one at most.

@@ -11,8 +11,8 @@ use kugelblitz::input;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::Shown;
 use kugelblitz::report::{
-    AdapterEvidence, Baseline, Case, Class, Earlier, Effort, Evidence, Missing, Report, Subject,
-    default_cases, page, plot, text,
+    AdapterArithmetic, Baseline, Benchmark, Case, Class, Earlier, Environment, Missing, Report,
+    Settings, default_cases, page, plot, text,
 };
 use kugelblitz::scene::read_scene_text;
 use kugelblitz::trace::Kernel;
@@ -29,22 +29,22 @@ use crate::{Run, device, version};
 pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
     let cases = cases(args, run)?;
     refuse_overwriting(args, &cases)?;
-    let effort = effort(args);
-    let earlier = earlier(args, &effort)?;
+    let settings = settings(args);
+    let earlier = earlier(args, &settings)?;
     let mut outputs = outputs(&args.output)?;
     let mut missing = Vec::new();
     let devices = devices(args, &mut missing)?;
     let adapters = devices.iter().filter_map(|device| match device {
-        Device::Gpu(gpu) => Some(AdapterEvidence::of(gpu)),
+        Device::Gpu(gpu) => Some(AdapterArithmetic::of(gpu)),
         Device::Cpu => None,
     });
     let adapters = adapters.collect::<Result<Vec<_>>>()?;
-    let evidence = Evidence::collect(command_line(), version::COMMIT, adapters);
-    let subjects = subjects(&devices, kernels(args), &mut missing)?;
+    let environment = Environment::collect(command_line(), version::COMMIT, adapters);
+    let benchmarks = benchmarks(&devices, kernels(args), &mut missing)?;
 
-    let n_rays = Report::n_rays(&cases, &subjects, &effort);
+    let n_rays = Report::n_rays(&cases, &benchmarks, &settings);
     let progress = Progress::start(&args.talk, &run.control, n_rays);
-    let mut report = Report::measure(evidence, &cases, &subjects, effort, &run.control)?;
+    let mut report = Report::measure(environment, &cases, &benchmarks, settings, &run.control)?;
     drop(progress);
     report.missing.extend(missing);
     report.baseline = earlier.map(|(file, earlier)| Baseline::new(file, &earlier, &report));
@@ -112,13 +112,13 @@ fn refuse_overwriting(args: &ReportArgs, cases: &[Case]) -> Result<()> {
 }
 
 /// The report of --baseline, with its name.
-fn earlier(args: &ReportArgs, effort: &Effort) -> Result<Option<(String, Earlier)>> {
+fn earlier(args: &ReportArgs, settings: &Settings) -> Result<Option<(String, Earlier)>> {
     let Some(path) = &args.baseline else { return Ok(None) };
     let advice = "give what `kugelblitz report -o NAME.json` wrote";
     let text = input::read_text(path, "a report", advice)?;
     let wrong = |message| Error::Input { path: path.clone(), message };
     let earlier = Earlier::parse(&text).map_err(wrong)?;
-    earlier.check(effort).map_err(wrong)?;
+    earlier.check(settings).map_err(wrong)?;
     Ok(Some((path.display().to_string(), earlier)))
 }
 
@@ -134,27 +134,32 @@ fn command_line() -> String {
         .join(" ")
 }
 
+/// The scenes, by their files' names, or by their paths where two files have the same name.
 fn cases(args: &ReportArgs, run: &Run) -> Result<Vec<Case>> {
     if args.scenes.is_empty() {
         return default_cases();
     }
     let _progress = Progress::of_bytes(&args.talk, &run.control);
-    args.scenes
-        .iter()
-        .map(|path| Case::new(&read_scene_text(path)?, path, Class::Given, &run.control))
-        .collect()
+    let case = |path: &PathBuf| {
+        let mut case = Case::new(&read_scene_text(path)?, path, Class::Given, &run.control)?;
+        if args.scenes.iter().filter(|other| other.file_stem() == path.file_stem()).count() > 1 {
+            case.name = path.to_string_lossy().into_owned();
+        }
+        Ok(case)
+    };
+    args.scenes.iter().map(case).collect()
 }
 
-fn effort(args: &ReportArgs) -> Effort {
-    let mut effort = Effort { seed: args.seed, ..Effort::default() };
+fn settings(args: &ReportArgs) -> Settings {
+    let mut settings = Settings { seed: args.seed, ..Settings::default() };
     if !args.scenes.is_empty() {
-        effort.sweeps = false;
-        effort.clouds.clear();
+        settings.sweeps = false;
+        settings.clouds.clear();
     }
-    effort.size = args.size.unwrap_or(effort.size);
-    effort.samples = args.samples.map_or(effort.samples, NonZeroUsize::get);
-    effort.rounds = args.rounds.map_or(effort.rounds, NonZeroUsize::get);
-    effort
+    settings.size = args.size.unwrap_or(settings.size);
+    settings.samples = args.samples.map_or(settings.samples, NonZeroUsize::get);
+    settings.rounds = args.rounds.map_or(settings.rounds, NonZeroUsize::get);
+    settings
 }
 
 /// The devices that --device names; without it every adapter, the best first, and the CPU.
@@ -186,17 +191,17 @@ fn devices(args: &ReportArgs, missing: &mut Vec<Missing>) -> Result<Vec<Device>>
     Ok(devices)
 }
 
-fn subjects(
+fn benchmarks(
     devices: &[Device],
     kernels: &[Kernel],
     missing: &mut Vec<Missing>,
-) -> Result<Vec<Subject>> {
-    let mut subjects = Vec::new();
+) -> Result<Vec<Benchmark>> {
+    let mut benchmarks = Vec::new();
     for device in devices {
         for &kernel in kernels {
-            let subject = Subject::new(kernel, device);
+            let benchmark = Benchmark::new(kernel, device);
             match why_not(kernel, device)? {
-                None => subjects.push(subject),
+                None => benchmarks.push(benchmark),
                 Some(why) => missing.push(Missing {
                     what: format!("{} on {}", kernel.name(), device.label()),
                     why,
@@ -204,7 +209,7 @@ fn subjects(
             }
         }
     }
-    Ok(subjects)
+    Ok(benchmarks)
 }
 
 /// Why a kernel would not run on the device itself.

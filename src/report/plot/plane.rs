@@ -2,9 +2,10 @@
 
 use super::chart::{Chart, Line, Mark, Panel, Point};
 use super::theme::kernel_class;
-use crate::report::figures::{count, typeset, with_range, wrong};
-use crate::report::summary::{Cast, classes, time_of};
-use crate::report::{Class, ClassResult, Report};
+use crate::report::figures::{count, typeset, wrong};
+use crate::report::order::{Series, SeriesOrder};
+use crate::report::tables::spread;
+use crate::report::{Class, Count, Metric, Of, Report, Row, Spread};
 
 /// The plane as an SVG file.
 pub fn plane(report: &Report) -> String {
@@ -17,21 +18,26 @@ pub fn has_plane(report: &Report) -> bool {
 }
 
 fn chart(report: &Report) -> Chart<'static> {
-    let cast = Cast::of(report);
-    let rows = by_contestant(report);
-    let classes = classes(report);
-    let key = |(class, dash): (&Class, &str)| {
-        let of_class = report.classes.iter().find(|row| row.class == *class);
-        let rays = count(of_class.map_or(0, |row| row.errors.rays) as usize, "ray");
+    let order = SeriesOrder::of(report);
+    let lines = Series::each(&report.rows_of(|of| matches!(of, Of::Class { .. })));
+    let classes = report.classes();
+    let key = |((class, rows), dash): (&(Class, Vec<&Row>), &str)| {
+        let rays = count(rows[0].count(Count::Rays) as usize, "ray");
         let mark = if is_open(*class) { "○" } else { "●" };
         format!("{mark} {dash} {} ({}) and their Pareto front", class.name(), typeset(&rays))
+    };
+    let line = |line: &Series| Line {
+        name: order.label(line.key()),
+        color: kernel_class(&line.key().kernel),
+        device: order.device_index(&line.key().device),
+        marks: line.rows.iter().map(|row| mark(row)).collect(),
     };
     let panel = Panel {
         title: "rays with a wrong object, %",
         height: 320.0,
-        lines: rows.iter().map(|rows| line(rows, &cast)).collect(),
+        lines: lines.iter().map(line).collect(),
         is_joined: false,
-        steps: classes.iter().map(|class| front(&rows, *class)).collect(),
+        steps: classes.iter().map(|(class, _)| front(&lines, *class)).collect(),
     };
     Chart {
         description: "Time to trace one ray against the share of rays with a wrong object, one \
@@ -42,58 +48,36 @@ fn chart(report: &Report) -> Chart<'static> {
     }
 }
 
-/// The rows of each kernel and device.
-fn by_contestant(report: &Report) -> Vec<Vec<&ClassResult>> {
-    let mut groups: Vec<Vec<&ClassResult>> = Vec::new();
-    for row in &report.classes {
-        match groups.iter_mut().find(|rows| rows[0].contestant == row.contestant) {
-            Some(rows) => rows.push(row),
-            None => groups.push(vec![row]),
-        }
-    }
-    groups
-}
-
-fn line(rows: &[&ClassResult], cast: &Cast) -> Line {
-    let contestant = &rows[0].contestant;
-    Line {
-        name: cast.label(contestant),
-        color: kernel_class(&contestant.kernel),
-        device: cast.device_index(&contestant.device),
-        marks: rows.iter().map(|row| mark(row)).collect(),
-    }
-}
-
 fn is_open(class: Class) -> bool {
     class == Class::Hard
 }
 
 /// Nanoseconds and percent.
-fn point(row: &ClassResult) -> Option<Point> {
-    let time = time_of(&row.trace_ns_per_ray)?;
-    (row.errors.rays > 0).then(|| (time, 100.0 * row.errors.wrong_share()))
+fn point(row: &Row) -> Option<Point> {
+    let time = row.number(Metric::TraceNsPerRay).filter(Spread::is_drawable)?;
+    (row.count(Count::Rays) > 0).then(|| (time.median, 100.0 * row.wrong_share()))
 }
 
-fn mark(row: &ClassResult) -> Option<Mark> {
-    let at = point(row)?;
-    let time = &row.trace_ns_per_ray;
-    let (class, wrong, ns) = (row.class.name(), wrong(&row.errors), with_range(time));
+fn mark(row: &Row) -> Option<Mark> {
+    let (at, time) = (point(row)?, row.number(Metric::TraceNsPerRay)?);
+    let Of::Class { class } = row.key.of else { return None };
+    let (wrong, ns) = (wrong(row), spread(&time).whole());
     Some(Mark {
         at,
         range: [(time.min, at.1), (time.max, at.1)],
-        is_open: is_open(row.class),
-        title: format!("{class}: {} wrong, {} ns a ray", typeset(&wrong), typeset(&ns)),
+        is_open: is_open(class),
+        title: format!("{}: {} wrong, {} ns a ray", class.name(), typeset(&wrong), typeset(&ns)),
     })
 }
 
 /// The Pareto front of a class: from the fastest to the right, and down to each that is less wrong
 /// than all faster ones.
-fn front(rows: &[Vec<&ClassResult>], class: Class) -> Vec<(usize, Point)> {
-    let of_class = |(line, rows): (usize, &Vec<&ClassResult>)| {
-        let row = rows.iter().find(|row| row.class == class)?;
-        Some((line, point(row)?))
+fn front(lines: &[Series], class: Class) -> Vec<(usize, Point)> {
+    let of_class = |(i, line): (usize, &Series)| {
+        let row = line.rows.iter().find(|row| row.key.of == Of::Class { class })?;
+        Some((i, point(row)?))
     };
-    let mut points: Vec<(usize, Point)> = rows.iter().enumerate().filter_map(of_class).collect();
+    let mut points: Vec<(usize, Point)> = lines.iter().enumerate().filter_map(of_class).collect();
     points.sort_by(|(_, a), (_, b)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let mut corners: Vec<(usize, Point)> = Vec::new();
     for (line, (x, y)) in points {

@@ -761,11 +761,12 @@ fn report_measures_what_it_is_given_and_writes_every_form() {
     let printed = run(&arguments, 0).json();
     let written: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
     assert_eq!(printed, written);
-    assert_eq!((&printed["schema"], &printed["command"]), (&1.into(), &"report".into()));
-    let rows = printed["scenes"][0]["rows"].as_array().unwrap();
+    assert_eq!((&printed["schema"], &printed["command"]), (&2.into(), &"report".into()));
+    let rows = printed["rows"].as_array().unwrap();
+    let rows: Vec<_> = rows.iter().filter(|row| row["of"] == "scene").collect();
     let kernels: Vec<_> = rows.iter().map(|row| row["kernel"].as_str().unwrap()).collect();
     assert_eq!(kernels, ["stable", "certified"]);
-    assert_eq!(rows[1]["errors"]["rays"], 48 * 27);
+    assert_eq!(rows[1]["counts"]["rays"], 48 * 27);
     assert!(fs::read_to_string(&html).unwrap().starts_with("<!DOCTYPE html>"));
     assert!(fs::read_to_string(&svg).unwrap().starts_with("<svg"));
     assert!(fs::read_to_string(&md).unwrap().contains("| certified | CPU |"));

@@ -2,18 +2,52 @@
 
 use std::time::SystemTime;
 
-use super::figures::count;
-use super::{AdapterEvidence, Evidence};
-use crate::error::Result;
-use crate::gpu::Gpu;
+use serde::Serialize;
 
-impl AdapterEvidence {
+use super::figures::count;
+use crate::error::Result;
+use crate::gpu::{AdapterFacts, Arithmetic, Gpu};
+
+/// The machine and the program.
+#[derive(Clone, Debug, Serialize)]
+pub struct Environment {
+    /// The program's version.
+    pub version: String,
+    /// The commit that it was built from, where the build was told.
+    pub commit: Option<String>,
+    /// Date and time of the start, UTC, as in `2026-11-21T07:00:00Z`.
+    pub date: String,
+    /// The command line.
+    pub command: String,
+    /// The host's operating system.
+    pub system: String,
+    /// The host's CPU.
+    pub host_cpu: String,
+    /// Its logical cores.
+    pub n_cores: usize,
+    /// The adapters, the best first.
+    pub adapters: Vec<AdapterArithmetic>,
+}
+
+/// An adapter and what its arithmetic really does.
+#[derive(Clone, Debug, Serialize)]
+pub struct AdapterArithmetic {
+    /// The adapter's own account of itself.
+    #[serde(flatten)]
+    pub facts: AdapterFacts,
+    /// The self-test's findings in f32.
+    pub arithmetic_f32: Arithmetic,
+    /// Those in f64; `None` where the device has none.
+    pub arithmetic_f64: Option<Arithmetic>,
+}
+
+impl AdapterArithmetic {
     /// Measures what the device's arithmetic does.
     ///
     /// # Errors
     /// Those of [`Gpu::arithmetic`].
-    pub fn of(gpu: &Gpu) -> Result<AdapterEvidence> {
-        Ok(AdapterEvidence {
+    pub fn of(gpu: &Gpu) -> Result<AdapterArithmetic> {
+        Ok(AdapterArithmetic {
             facts: gpu.facts.clone(),
             arithmetic_f32: gpu.arithmetic()?,
             arithmetic_f64: gpu.arithmetic_f64()?,
@@ -21,17 +55,17 @@ impl AdapterEvidence {
     }
 }
 
-impl Evidence {
+impl Environment {
     /// Of this machine, now. `command` is what the user typed; `commit` is what the program was
     /// built from.
     pub fn collect(
         command: String,
         commit: Option<&str>,
-        adapters: Vec<AdapterEvidence>,
-    ) -> Evidence {
+        adapters: Vec<AdapterArithmetic>,
+    ) -> Environment {
         let unknown = || "unknown".to_string();
         let n_cores = std::thread::available_parallelism().map_or(1, usize::from);
-        Evidence {
+        Environment {
             version: env!("CARGO_PKG_VERSION").into(),
             commit: commit.map(str::to_string),
             date: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
@@ -54,7 +88,7 @@ impl Evidence {
             ("Begun", self.date.clone()),
             ("CPU", format!("{}, {cores}, {}", self.host_cpu, self.system)),
         ];
-        for AdapterEvidence { facts: adapter, arithmetic_f32, arithmetic_f64 } in &self.adapters {
+        for AdapterArithmetic { facts: adapter, arithmetic_f32, arithmetic_f64 } in &self.adapters {
             let f64 = arithmetic_f64.as_ref().map_or("none".to_string(), ToString::to_string);
             lines.extend([
                 ("Adapter", format!("{} ({}), {}", adapter.name, adapter.kind, adapter.driver)),
