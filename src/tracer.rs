@@ -5,8 +5,6 @@ use std::sync::Arc;
 use crate::control::Control;
 use crate::cpu;
 use crate::error::Result;
-#[cfg(feature = "view")]
-use crate::gpu::Words;
 use crate::prepare::{CertifiedLighting, PlainLighting, Prepared};
 use crate::rays::Pixels;
 use crate::trace::{Hits, Rays, SampleIds, Timing, Wants};
@@ -23,15 +21,6 @@ pub trait Backend: Send {
         control: &Control,
         hits: &mut Hits,
     ) -> Result<Option<Timing>>;
-
-    /// The same with the ids alone, which stay on the device; false where the CPU has to.
-    ///
-    /// # Errors
-    /// Those of [`Tracer::trace`].
-    #[cfg(feature = "view")]
-    fn propose_resident(&mut self, _: &Rays, _: &Control, _: &Words) -> Result<bool> {
-        Ok(false)
-    }
 
     /// Replaces `lights` by the light that each of a picture's rays finds on what it hits, in the arithmetic of the
     /// kernel, which is one without a proof. False where that is left to the CPU; `lights` then mean nothing.
@@ -124,32 +113,6 @@ impl Tracer {
             return Ok(timing);
         }
         cpu::propose(&self.prepared, self.wants, rays, control, hits)
-    }
-
-    /// The same with the ids alone, into words on a device; nothing is proposed where [`Prepared::starts_in_f64`].
-    ///
-    /// # Errors
-    /// Those of [`Tracer::trace`].
-    #[cfg(feature = "view")]
-    pub(crate) fn propose_resident(
-        &mut self,
-        rays: &Rays,
-        control: &Control,
-        ids: &Words,
-    ) -> Result<()> {
-        if self.prepared.starts_in_f64() {
-            ids.write(0, &vec![crate::num::OPEN; rays.len()]);
-            return Ok(());
-        }
-        if let Some(backend) = &mut self.backend
-            && backend.propose_resident(rays, control, ids)?
-        {
-            return Ok(());
-        }
-        let mut hits = Hits::default();
-        cpu::propose(&self.prepared, self.wants, rays, control, &mut hits)?;
-        ids.write(0, &hits.id);
-        Ok(())
     }
 
     /// Traces all `rays` into `hits`, whose values mean nothing after an error. Nothing is proposed where

@@ -25,6 +25,8 @@ pub use light::{
     Channel, ColorExplanation, LightExplanation, MeanExplanation, PointExplanation, Shading,
     SkyExplanation, Verdict,
 };
+#[cfg(feature = "view")]
+pub(crate) use numbers::six_digits;
 pub use numbers::{Approximation, Exact, Quantity, Short};
 pub use words::{Lang, Remark};
 

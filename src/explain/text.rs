@@ -41,7 +41,7 @@ pub fn text(explanation: &Explanation) -> String {
             let _ = writeln!(text, "{}", Remark::new(words.all_shows, [MOST_OBJECTS.to_string()]));
         }
     }
-    verdict(explanation, words, &mut text);
+    seen_and_shown(explanation, words, &mut text);
     if let Some(shading) = &explanation.shading {
         of_shading(shading, words, &mut text);
     }
@@ -185,18 +185,22 @@ fn rough(x: f64) -> String {
     }
 }
 
-fn verdict(explanation: &Explanation, words: &'static Words, text: &mut String) {
-    text.push('\n');
+/// What the ray sees, in one or two lines.
+pub fn verdict(explanation: &Explanation) -> String {
+    let words = explanation.lang.words();
     match &explanation.winner {
-        None => {
-            let _ = writeln!(text, "{}", Remark::plain(words.sees_background));
-        }
+        None => format!("{}\n", Remark::plain(words.sees_background)),
         Some(winner) => {
             let Winner { label, t, .. } = winner;
-            let _ = writeln!(text, "{}", Remark::new(words.sees, [label, t]));
-            remarks(&[Remark::plain(side(words, winner))], text);
+            let mut text = format!("{}\n", Remark::new(words.sees, [label, t]));
+            remarks(&[Remark::plain(side(words, winner))], &mut text);
+            text
         }
     }
+}
+
+fn seen_and_shown(explanation: &Explanation, words: &'static Words, text: &mut String) {
+    let _ = write!(text, "\n{}", verdict(explanation));
     if let Some(point) = &explanation.point {
         formulas(&point.lines, text);
         table(&point.quantities, words, text);

@@ -7,7 +7,6 @@ use crate::markup::document;
 
 use super::Figure;
 use super::labels::{Label, Place, placed};
-use super::projection::project;
 use super::words::Words;
 use crate::rays::Pixels;
 
@@ -64,7 +63,7 @@ impl Drawing {
 
     /// Where a point of the world is; `None` for one that is behind the camera or far off the picture.
     fn at(&self, point: DVec3) -> Option<DVec2> {
-        let at = project(&self.pixels, point)?;
+        let at = self.pixels.seen_at(point)?;
         let size = self.size();
         let far_off = 10.0 * size.max_element();
         ((at - size / 2.0).abs().max_element() < far_off).then_some(at)

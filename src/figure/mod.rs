@@ -15,7 +15,6 @@ mod sphere;
 mod words;
 
 pub use legend::{legend_svg, svg_of_colorings};
-pub use projection::project;
 
 use crate::error::{Error, Result};
 use crate::explain::Lang;

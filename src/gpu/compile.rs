@@ -25,10 +25,6 @@ const PLAIN_LIGHT: Part = part!("plain_light.wgsl");
 const PRINTED_LIGHT: Part = part!("printed/light.wgsl");
 const LIT: Part = part!("lit.wgsl");
 const TREE: Part = part!("tree.wgsl");
-#[cfg(feature = "view")]
-const UNDECIDED_RAYS: Part = part!("undecided.wgsl");
-#[cfg(feature = "view")]
-const PRESENT: Part = part!("present.wgsl");
 const SELF_TEST: Part = part!("self_test.wgsl");
 
 /// A validated shader.
@@ -77,19 +73,6 @@ pub fn compile_self_test(float: &str) -> Result<Shader> {
     let constants =
         format!("alias FLOAT = {float};\nconst NUMERATOR = FLOAT({:?});\n", f64::from(NUMERATOR));
     compile_parts(&[SELF_TEST], &Choices { constants, ..Choices::default() })
-}
-
-/// The shader that lists and settles the undecided rays of a picture on the device.
-#[cfg(feature = "view")]
-pub fn compile_undecided() -> Result<Shader> {
-    let constants = format!("{}const UNDECIDED = {OPEN}u;\n", workgroup());
-    compile_parts(&[UNDECIDED_RAYS], &Choices { constants, ..Choices::default() })
-}
-
-/// The shader that shows a picture in the window.
-#[cfg(feature = "view")]
-pub fn compile_present() -> Result<Shader> {
-    compile_parts(&[PRESENT], &Choices::default())
 }
 
 /// The answers to the directives, and the constants of the parts.

@@ -1,6 +1,6 @@
 //! The bare device: open, hand over, wait, map, and tell its errors.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::adapter::{AdapterFacts, INSTALL_HINT};
@@ -23,8 +23,6 @@ pub struct OpenDevice {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     errors: Arc<Mutex<Vec<Failure>>>,
-    /// Held while commands are handed over: a surface must not be configured meanwhile.
-    handing_over: Mutex<()>,
     /// A test's stand-in for a driver that does otherwise.
     pub(super) edit_spirv: Option<EditSpirv>,
     /// The adapter's own account of itself.
@@ -79,8 +77,7 @@ impl OpenDevice {
                 errors.push(Failure::Other(format!("device lost: {message}")));
             }
         });
-        let handing_over = Mutex::new(());
-        Ok(OpenDevice { device, queue, errors, handing_over, edit_spirv: None, facts })
+        Ok(OpenDevice { device, queue, errors, edit_spirv: None, facts })
     }
 
     /// The words of a shader that is passed through, as they are but for a test's change.
@@ -91,14 +88,8 @@ impl OpenDevice {
         }
     }
 
-    /// While this is held, no other thread hands over commands.
-    pub(crate) fn hold(&self) -> MutexGuard<'_, ()> {
-        self.handing_over.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Hands commands over to the device.
     pub(crate) fn submit(&self, commands: wgpu::CommandBuffer) -> wgpu::SubmissionIndex {
-        let _held = self.hold();
         self.queue.submit([commands])
     }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::open::Gpu;
-use super::pass::{Output, Pass};
+use super::pass::Pass;
 use super::pipeline::Named;
 use super::tiles::Tile;
 use crate::control::Control;
@@ -89,7 +89,7 @@ impl CertifiedLight {
         let mut take =
             |_: &Tile, arrays: &[&[u8]]| codes.extend_from_slice(bytemuck::cast_slice(arrays[0]));
         let rays = Rays::Pixels(*pixels);
-        self.pass.run(prepared, &rays, control, Output::Host(&mut take)).map(drop)
+        self.pass.run(prepared, &rays, control, &mut take).map(drop)
     }
 }
 

@@ -5,8 +5,6 @@ use std::time::Instant;
 
 use super::clock::Clock;
 use super::layout::{Params, ParamsDouble};
-#[cfg(feature = "view")]
-use super::live::Words;
 use super::open::Gpu;
 use super::pipeline::{Named, whole};
 use super::program::Program;
@@ -36,14 +34,8 @@ fn results_of(key: &ShaderKey) -> Vec<PerRay> {
     }
 }
 
-/// Where the results of a tile go.
-pub enum Output<'a> {
-    /// To the host, array by array.
-    Host(&'a mut dyn FnMut(&Tile, &[&[u8]])),
-    /// The first array stays on the device.
-    #[cfg(feature = "view")]
-    Device(&'a Words),
-}
+/// Takes the results of a tile, array by array.
+pub type Take<'a> = &'a mut dyn FnMut(&Tile, &[&[u8]]);
 
 /// A shader and what it needs to run.
 pub struct Pass {
@@ -149,7 +141,7 @@ impl Pass {
         prepared: &Prepared,
         rays: &Rays,
         control: &Control,
-        mut output: Output,
+        take: Take,
     ) -> Result<Timing> {
         match rays {
             Rays::Pixels(pixels) => {
@@ -166,7 +158,7 @@ impl Pass {
                 Some(room) => room,
                 None => self.make_room(tile.n_rays)?,
             };
-            timing.add(self.run_tile(prepared, rays, &tile, &room, &mut output)?);
+            timing.add(self.run_tile(prepared, rays, &tile, &room, take)?);
             self.room = Some(room);
             self.tile_size.adapt(tile.n_rays, start.elapsed());
             first += tile.n_rays;
@@ -180,7 +172,7 @@ impl Pass {
         rays: &Rays,
         tile: &Tile,
         room: &Room,
-        output: &mut Output,
+        take: Take,
     ) -> Result<Timing> {
         let start = Instant::now();
         match self.float {
@@ -198,34 +190,7 @@ impl Pass {
                 }
             }
         }
-        let encoder = self.dispatch(room, tile.workgroups());
-        match output {
-            #[cfg(feature = "view")]
-            Output::Device(words) => {
-                let (gpu, mut encoder) = (&self.gpu, encoder);
-                let (_, n_bytes) = self.results[0];
-                let [offset, size] = [tile.first, tile.n_rays].map(|n| (n * n_bytes) as u64);
-                let to = words.buffer();
-                encoder.copy_buffer_to_buffer(&room.results[0], 0, to, offset, Some(size));
-                let submission = gpu.submit(encoder.finish());
-                gpu.wait(submission).map_err(|reason| self.lost(tile.n_rays, &reason))?;
-                gpu.check()?;
-                Ok(Timing { trace: start.elapsed(), ..Timing::default() })
-            }
-            Output::Host(take) => self.to_host(encoder, room, tile, start, *take),
-        }
-    }
-
-    /// Submits the commands of a tile, and hands its results on.
-    fn to_host(
-        &self,
-        mut encoder: wgpu::CommandEncoder,
-        room: &Room,
-        tile: &Tile,
-        start: Instant,
-        take: &mut dyn FnMut(&Tile, &[&[u8]]),
-    ) -> Result<Timing> {
-        let gpu = &self.gpu;
+        let (gpu, mut encoder) = (&self.gpu, self.dispatch(room, tile.workgroups()));
         let mut end = 0;
         let ranges: Vec<_> = self
             .results

@@ -50,19 +50,7 @@ impl Bindings {
     /// [`Error::TooLarge`] when the shader binds more than the device takes, [`Error::Shader`] when it
     /// refuses the layout.
     pub fn new(gpu: &OpenDevice, shader: &Shader) -> Result<Bindings> {
-        Bindings::for_stages(gpu, shader, wgpu::ShaderStages::COMPUTE)
-    }
-
-    /// The same for other stages.
-    ///
-    /// # Errors
-    /// Those of [`Bindings::new`].
-    pub fn for_stages(
-        gpu: &OpenDevice,
-        shader: &Shader,
-        visibility: wgpu::ShaderStages,
-    ) -> Result<Bindings> {
-        let entries = entries(shader, visibility);
+        let entries = entries(shader);
         check_limits(gpu, shader, &entries)?;
         let layout = unless_refused(gpu, || {
             gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
@@ -170,7 +158,7 @@ fn check_limits(
     }
 }
 
-fn entries(shader: &Shader, visibility: wgpu::ShaderStages) -> Vec<wgpu::BindGroupLayoutEntry> {
+fn entries(shader: &Shader) -> Vec<wgpu::BindGroupLayoutEntry> {
     let mut entries: Vec<_> = shader
         .module
         .global_variables
@@ -197,6 +185,7 @@ fn entries(shader: &Shader, visibility: wgpu::ShaderStages) -> Vec<wgpu::BindGro
                 _ => return None,
             };
             let binding = variable.binding.as_ref()?.binding;
+            let visibility = wgpu::ShaderStages::COMPUTE;
             Some(wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None })
         })
         .collect();
@@ -331,7 +320,7 @@ mod tests {
             max_storage_buffers_per_shader_stage: 2,
             ..limits
         });
-        let entries = entries(&compile_self_test("f32").unwrap(), wgpu::ShaderStages::COMPUTE);
+        let entries = entries(&compile_self_test("f32").unwrap());
         let layout = unless_refused(&gpu, || {
             let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
                 label: None,

@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::compile::{MOST_TURNS_IN_SOFTWARE, turns_of_ray};
 use super::open::Gpu;
-use super::pass::{Output, Pass};
+use super::pass::Pass;
 use super::pipeline::Named;
 use super::tiles::Tile;
 use crate::control::Control;
@@ -97,7 +97,7 @@ impl PlainLight {
             }
             Float::F64 => lights.extend_from_slice(bytemuck::cast_slice(arrays[0])),
         };
-        self.pass.run(prepared, &rays, control, Output::Host(&mut take)).map(drop)
+        self.pass.run(prepared, &rays, control, &mut take).map(drop)
     }
 }
 

@@ -6,11 +6,9 @@ use std::time::{Duration, Instant};
 use super::compile::{MOST_TURNS_IN_SOFTWARE, turns_of_ray};
 use super::hierarchy::DeviceHierarchy;
 use super::light::CertifiedLight;
-#[cfg(feature = "view")]
-use super::live::Words;
 use super::objects::{check_limits, check_memory, object_bytes, storage};
 use super::open::Gpu;
-use super::pass::{Output, Pass};
+use super::pass::Pass;
 use super::pipeline::{Named, Resource};
 use super::plain_light::PlainLight;
 use super::tiles::Tile;
@@ -97,15 +95,6 @@ impl GpuTracer {
             bound(&self.objects, self.hierarchy.as_ref()),
         )
     }
-
-    fn propose_into(&mut self, rays: &Rays, control: &Control, output: Output) -> Result<Timing> {
-        let mut pass = match self.pass.take() {
-            Some(pass) => pass,
-            None => self.make_pass()?,
-        };
-        pass.use_clock(self.has_clock);
-        self.pass.insert(pass).run(&self.prepared, rays, control, output)
-    }
 }
 
 /// What a shader binds of a scene.
@@ -158,17 +147,12 @@ impl Backend for GpuTracer {
             store(coordinates, rays, tile, arrays, hits);
             control.advance(tile.n_rays as u64);
         };
-        self.propose_into(rays, control, Output::Host(&mut take)).map(Some)
-    }
-
-    #[cfg(feature = "view")]
-    fn propose_resident(&mut self, rays: &Rays, control: &Control, ids: &Words) -> Result<bool> {
-        if self.leaves_to_cpu {
-            return Ok(false);
-        }
-        self.propose_into(rays, control, Output::Device(ids))?;
-        control.advance(rays.len() as u64);
-        self.gpu.check().map(|()| true)
+        let mut pass = match self.pass.take() {
+            Some(pass) => pass,
+            None => self.make_pass()?,
+        };
+        pass.use_clock(self.has_clock);
+        self.pass.insert(pass).run(&self.prepared, rays, control, &mut take).map(Some)
     }
 
     fn light_plainly(

@@ -4,7 +4,7 @@
 //! `across = i·(h/H)·right + j·(h/H)·true_up` in the picture's plane. A perspective camera adds it
 //! to the direction, an orthographic one to the origin.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::Bundle;
 use crate::num::{Float, Ray, Real, V3};
@@ -159,6 +159,28 @@ impl Pixels {
         (self.x + (index % width) as u32, self.y + (index / width) as u32)
     }
 
+    /// Where a point of the world is in the picture, in pixels from its top left corner; `None` for one that
+    /// is not before the camera. The centre of pixel `(x, y)` is `(x + ½, y + ½)`.
+    ///
+    /// A pixel's ray has `d = forward + across`, so the point at depth `t` along it is `t·across` off the
+    /// axis; with an orthographic camera it is `across`.
+    pub fn seen_at(&self, point: DVec3) -> Option<DVec2> {
+        let view = &self.view;
+        let from_eye = point - view.position;
+        let depth = from_eye.dot(view.forward);
+        if depth.is_nan() || depth <= 0.0 {
+            return None;
+        }
+        let scale = match view.lens {
+            Lens::Perspective => depth * view.h,
+            Lens::Orthographic => view.h,
+        };
+        let (width, height) = (f64::from(self.image_width), f64::from(self.image_height));
+        let across = DVec2::new(from_eye.dot(view.right), -from_eye.dot(view.true_up)) / scale;
+        let at = DVec2::new(width, height) / 2.0 + across * (height / 2.0);
+        at.is_finite().then_some(at)
+    }
+
     /// Twice the offset of pixel `(x, y)` from the picture's centre, in pixels, right and up:
     /// `(2x + 1 − W, H − 2y − 1)`.
     pub fn offset2(&self, x: u32, y: u32) -> (i64, i64) {
@@ -245,6 +267,32 @@ impl<F: Float> Frame<F> {
         match self.lens {
             Lens::Perspective => Ray::new(V3([R::lit(0.0); 3]), self.camera_direction(across, up)),
             Lens::Orthographic => Ray::new(self.camera_origin(across, up), V3::splat(self.forward)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The points of a pixel's ray are seen at its centre.
+    #[test]
+    fn points_are_seen_at_the_pixel_whose_ray_meets_them() {
+        let mut camera = Camera::new(DVec3::new(4.0, 2.2, 7.5), DVec3::new(0.8, 0.6, 0.0));
+        for height in [None, Some(3.0)] {
+            if let Some(height) = height {
+                camera.projection = Projection::Orthographic { height };
+            }
+            let pixels = Pixels::whole(View::new(&camera), 641, 360);
+            for (x, y) in [(0, 0), (320, 180), (640, 359), (17, 203)] {
+                let ray = pixels.ray(x, y);
+                for t in [0.01, 1.0, 70.0] {
+                    let at = pixels.seen_at(ray.origin + ray.direction * t).unwrap();
+                    let expected = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                    assert!((at - expected).length() < 1e-9, "{at}, {expected}");
+                }
+                assert_eq!(pixels.seen_at(ray.origin - ray.direction), None);
+            }
         }
     }
 }

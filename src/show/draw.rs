@@ -108,7 +108,7 @@ pub fn keep(
 }
 
 /// The colours of a band.
-fn paint(
+pub(crate) fn paint(
     session: &mut Session,
     show: Show,
     band: &Pixels,
@@ -158,7 +158,7 @@ pub fn range_of_t(
 }
 
 /// A range of `t` that holds those of `hits` as well.
-pub fn wider(range: Option<[f32; 2]>, hits: &Hits) -> Option<[f32; 2]> {
+fn wider(range: Option<[f32; 2]>, hits: &Hits) -> Option<[f32; 2]> {
     let ts = hits.t.iter().copied().filter(|t| t.is_finite() && *t > 0.0);
     ts.fold(range, |range, t| match range {
         None => Some([t; 2]),
@@ -214,7 +214,7 @@ pub fn side_by_side(
     Ok(colors)
 }
 
-fn union([low, high]: [f32; 2], [other_low, other_high]: [f32; 2]) -> [f32; 2] {
+pub(crate) fn union([low, high]: [f32; 2], [other_low, other_high]: [f32; 2]) -> [f32; 2] {
     [low.min(other_low), high.max(other_high)]
 }
 

@@ -8,7 +8,9 @@ mod tint;
 
 use std::fmt;
 
-pub use draw::{Shown, draw, keep, n_steps, range_of_t, side_by_side, wider};
+pub use draw::{Shown, draw, keep, n_steps, range_of_t, side_by_side};
+#[cfg(feature = "view")]
+pub(crate) use draw::{paint, union};
 pub use legend::{Entry, Tally};
 pub use tint::{Rgb, Tint, error, id_color, palette, tints};
 

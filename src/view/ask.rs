@@ -4,15 +4,14 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::tracing::hits_of;
 use super::worker::Worker;
 use crate::device::Device;
 use crate::error::{Error, Result};
-use crate::explain::{DEFAULT_OBJECTS, explain, label, text};
+use crate::explain::{Lang, Style, explain_as, label, text};
 use crate::rays::{Pixels, View};
 use crate::scene::Scene;
 use crate::session::Session;
-use crate::trace::{Kernel, Rays};
+use crate::trace::{Kernel, Rays, Wants};
 
 /// A pixel of a picture, with all that the picture is made from.
 #[derive(Clone)]
@@ -33,6 +32,13 @@ impl Question {
     /// The pixel alone.
     pub fn pixel(&self) -> Pixels {
         Pixels { x: self.x, y: self.y, width: 1, height: 1, ..self.pixels }
+    }
+
+    /// True where `other` asks the same.
+    pub fn is(&self, other: &Question) -> bool {
+        Arc::ptr_eq(&self.scene, &other.scene)
+            && (self.pixels, self.kernel, self.x, self.y)
+                == (other.pixels, other.kernel, other.x, other.y)
     }
 }
 
@@ -63,39 +69,53 @@ pub fn start_hover(
 ) -> Result<Worker<Question>> {
     let mut session = Session::new(Scene::default(), device, Kernel::Certified);
     Worker::start("hover", say, move |question: Question, turn, say| {
-        let &Question { ref scene, pixels, kernel, x, y } = &question;
-        let hits = hits_of(&mut session, scene, kernel, question.pixel(), &turn.control)?;
+        let Question { scene, pixels, kernel, x, y } = &question;
+        session.set_scene(Arc::clone(scene));
+        session.set_kernel(*kernel);
+        let wants = Wants { surface: true, level: false };
+        let hits = session.hits(&question.pixel(), wants, &turn.control)?;
         let (id, t) = (hits.id[0], hits.t[0]);
-        let ray = pixels.ray(x, y);
+        let ray = pixels.ray(*x, *y);
         let position = ray.origin + ray.direction * f64::from(t);
-        say(Answer { pixel: [x, y], view: pixels.view, id, label: label(scene, id), t, position });
+        let (pixel, label) = ([*x, *y], label(scene, id));
+        say(Answer { pixel, view: pixels.view, id, label, t, position });
         Ok(())
     })
 }
 
-/// Starts the thread that explains pixels; it says the pixel and the text.
+/// Why a pixel is as it is.
+pub struct Why {
+    /// What the pixel shows, in short.
+    pub verdict: String,
+    /// The text of `explain`.
+    pub text: String,
+}
+
+/// Starts the thread that explains pixels.
 ///
 /// # Errors
 /// Those of [`Worker::start`].
 pub fn start_explain(
     device: Device,
-    say: impl Fn(Result<([u32; 2], String)>) + Send + 'static,
+    lang: Lang,
+    say: impl Fn(Result<([u32; 2], Why)>) + Send + 'static,
 ) -> Result<Worker<Question>> {
+    let style = Style { lang, ..Style::default() };
     Worker::start("explaining", say, move |question: Question, _, say| {
-        let text = match explained(&device, &question) {
-            Ok(text) => text,
+        let why = match explained(&device, &question, &style) {
             // Without a device the window ends.
             Err(error @ Error::Device(_)) => return Err(error),
-            Err(error) => error.to_string(),
+            Err(error) => Why { verdict: error.to_string(), text: String::new() },
+            Ok(why) => why,
         };
-        say(([question.x, question.y], text));
+        say(([question.x, question.y], why));
         Ok(())
     })
 }
 
-fn explained(device: &Device, question: &Question) -> Result<String> {
+fn explained(device: &Device, question: &Question, style: &Style) -> Result<Why> {
     let rays = Rays::Pixels(question.pixel());
-    let mut explanation = explain(&question.scene, &rays, Some(DEFAULT_OBJECTS))?;
+    let mut explanation = explain_as(&question.scene, &rays, style)?;
     if let Some(facts) = device.facts() {
         explanation.add_device(&question.scene, &rays, |prepared, wants| {
             match facts.check_kernel(prepared.kernel) {
@@ -104,7 +124,7 @@ fn explained(device: &Device, question: &Question) -> Result<String> {
             }
         })?;
     }
-    Ok(text::text(&explanation))
+    Ok(Why { verdict: text::verdict(&explanation), text: text::text(&explanation) })
 }
 
 #[cfg(test)]
@@ -115,14 +135,23 @@ mod tests {
     use crate::scene::Camera;
 
     #[test]
-    fn a_pixel_that_cannot_be_explained_says_why() {
+    fn a_pixel_says_why_also_where_it_cannot_be_explained() {
         let view = View::new(&Camera::new(DVec3::Z, DVec3::ZERO));
-        let (scene, pixels) = (Arc::default(), Pixels::whole(view, 4, 3));
+        let (scene, pixels) = (Arc::<Scene>::default(), Pixels::whole(view, 4, 3));
         let (send, answers) = channel();
-        let explain = start_explain(Device::Cpu, move |answer| send.send(answer).unwrap()).unwrap();
-        explain.ask(Question { scene, pixels, kernel: Kernel::Certified, x: 9, y: 1 });
-        let (pixel, text) = answers.recv().unwrap().expect("words");
-        assert_eq!(pixel, [9, 1]);
-        assert!(text.contains("other rays"), "{text}");
+        let say = move |answer: Result<_>| send.send(answer.expect("words")).unwrap();
+        let mut explain = start_explain(Device::Cpu, Lang::German, say).unwrap();
+        let mut ask = |x, y| {
+            let scene = Arc::clone(&scene);
+            explain.ask(Question { scene, pixels, kernel: Kernel::Certified, x, y });
+            let (pixel, why) = answers.recv().unwrap();
+            assert_eq!(pixel, [x, y]);
+            why
+        };
+        let Why { verdict, text } = ask(9, 1);
+        assert!(verdict.contains("other rays") && text.is_empty(), "{verdict}");
+        let Why { verdict, text } = ask(1, 1);
+        assert!(verdict.starts_with("Der Strahl sieht den Hintergrund."), "{verdict}");
+        assert!(text.contains(verdict.lines().next().unwrap()), "{text}");
     }
 }

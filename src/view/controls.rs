@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use eframe::egui;
 use egui::{
     Color32, CursorIcon, Event, Key, Modifiers, MouseWheelUnit, PointerButton, Rect, Response,
     Sense, Stroke, Ui, pos2, vec2,
@@ -10,7 +11,7 @@ use glam::{DVec2, DVec3};
 
 use super::ask::Question;
 use super::rig::Axis;
-use super::state::{Command, State};
+use super::state::{Command, PAUSE, State};
 use crate::show::Show;
 
 /// Orbiting by a drag over the whole height of the picture, radians.
@@ -71,10 +72,10 @@ pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
         }
     }
     let copies = ui.input(|input| input.events.contains(&Event::Copy));
-    if let Some(text) = state.explained.as_ref().and_then(|shown| shown.text.clone())
+    if let Some(why) = state.explained.as_ref().and_then(|shown| shown.why.as_ref())
         && copies
     {
-        ui.ctx().copy_text(text);
+        ui.ctx().copy_text(why.text.clone());
     }
     let alone = pressed.iter().filter(|(_, modifiers)| !modifiers.command);
     fly(ui, &alone.map(|&(key, _)| key).collect::<Vec<_>>(), state);
@@ -151,9 +152,16 @@ pub fn next_theme(ui: &Ui) {
 
 /// Follows the mouse over the picture: drags, clicks, the wheel, and what is under the pointer.
 pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Command>) {
-    mouse(ui, rect, state, commands);
-    let is_held = ui.input(|input| input.pointer.any_down() || !input.keys_down.is_empty());
-    state.history.follow(&state.rig, Instant::now(), is_held);
+    let response = ui.allocate_rect(rect, Sense::click_and_drag());
+    state.paint(&ui.painter_at(rect));
+    mouse(ui, rect, &response, state, commands);
+    // A drag that rests on its way is one step.
+    if ui.input(|input| !input.pointer.any_down() && input.keys_down.is_empty()) {
+        state.history.feed_state(ui.input(|input| input.time), &state.rig);
+        if state.history.is_in_flux() {
+            ui.ctx().request_repaint_after(Duration::from_secs_f32(PAUSE));
+        }
+    }
     let is_over = |(_, since): &mut (Question, Instant)| since.elapsed() >= DOUBLE_CLICK;
     if let Some((question, _)) = state.click.take_if(is_over) {
         commands.push(Command::Explain(question));
@@ -162,18 +170,23 @@ pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Co
     }
 }
 
-fn mouse(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Command>) {
-    let response = ui.allocate_rect(rect, Sense::click_and_drag());
+fn mouse(
+    ui: &mut Ui,
+    rect: Rect,
+    response: &Response,
+    state: &mut State,
+    commands: &mut Vec<Command>,
+) {
     let is_dividing = state.compares && divider(ui, rect, state);
     if is_dividing {
         return;
     }
     let scale = f64::from(ui.pixels_per_point());
     if response.drag_started() {
-        state.history.settle(&state.rig);
+        state.history.add_undo(&state.rig);
     }
     state.is_moving |= response.dragged();
-    drag(ui, &response, scale, state);
+    drag(ui, response, scale, state);
     let Some(at) = response.hover_pos() else {
         state.hover = None;
         return;
@@ -182,7 +195,7 @@ fn mouse(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Command>
         - DVec2::new(f64::from(state.area.left), f64::from(state.area.top));
     let Some(pixel) = pixel_at(in_picture, state) else { return };
     wheel(ui, in_picture, pixel, state);
-    click(&response, pixel, state);
+    click(response, pixel, state);
     if !response.dragged() {
         commands.push(Command::Hover(state.question(pixel)));
     }
@@ -249,9 +262,8 @@ fn click(response: &Response, pixel: [u32; 2], state: &mut State) {
 
 /// The line between two kernels; whether it is being dragged.
 fn divider(ui: &mut Ui, rect: Rect, state: &mut State) -> bool {
-    // Where the shader draws it: between two columns of pixels.
-    let scale = ui.pixels_per_point();
-    let x = (state.area.left + state.divider_px()) as f32 / scale;
+    // Between two columns of pixels.
+    let x = state.area.point([f64::from(state.divider_px()), 0.0], ui.pixels_per_point()).x;
     let grip = Rect::from_min_max(pos2(x - GRIP, rect.top()), pos2(x + GRIP, rect.bottom()));
     let response = ui
         .interact(grip, egui::Id::unique("divider"), Sense::drag())

@@ -1,14 +1,20 @@
 //! The explanation of a pixel: beside it, with the pixel marked.
 
+use eframe::egui;
 use egui::text::{LayoutJob, TextFormat};
-use egui::{Align, FontId, Pos2, Rect, ScrollArea, Ui, Vec2, pos2, vec2};
+use egui::{Align, FontId, Label, Pos2, Rect, RichText, ScrollArea, Ui, Vec2, pos2, vec2};
 
+use super::ask::Why;
 use super::overlay;
 use super::panels::INSET;
 use super::state::{Explained, State};
+use crate::explain::text::WIDTH;
 
-/// Size of the letters, points.
-const LETTERS: f32 = 11.5;
+/// Sizes of the letters, points: the largest with which all columns are seen.
+const LETTERS: [f32; 2] = [8.5, 11.5];
+
+/// Width of a letter, as a part of its size.
+const LETTER: f32 = 0.61;
 
 /// Of a subscript, as a part of that.
 const SUBSCRIPT: f32 = 0.72;
@@ -19,34 +25,37 @@ const APART: f32 = 24.0;
 /// The largest size of the panel, points.
 const LARGEST: Vec2 = vec2(740.0, 720.0);
 
+/// Most that it takes of the picture.
+const MOST: f32 = 0.48;
+
 /// The frame and the title around what the panel holds, points.
 const AROUND: Vec2 = vec2(14.0, 44.0);
 
 /// Marks the pixel that is explained, and shows why it is as it is.
 pub fn explanation(ui: &Ui, rect: Rect, state: &mut State) {
-    let Some(Explained { question, text, serial }) = &state.explained else { return };
-    let points = state.area.in_points(ui.pixels_per_point());
+    let Some(Explained { question, why }) = &state.explained else { return };
     let is_there = state.pixels() == question.pixels;
-    let at = points.of_pixel(question.x, question.y);
+    let at = state.area.of_pixel([question.x, question.y], ui.pixels_per_point());
     if is_there {
         overlay::mark(&ui.painter_at(rect), at);
     }
     let place = beside(rect.shrink(INSET), rect.clamp(at));
     let mut is_open = true;
     egui::Window::new(format!("Why pixel {}, {}?", question.x, question.y))
-        // Each question has a place of its own.
-        .id(egui::Id::unique("explanation").with(serial))
+        // Each pixel has a place of its own.
+        .id(egui::Id::unique("explanation").with((question.x, question.y)))
         .open(&mut is_open)
         .collapsible(false)
         .default_rect(Rect::from_min_size(place.min, place.size() - AROUND))
         .min_size(vec2(120.0, 60.0))
         .constrain_to(rect)
         .show(ui.ctx(), |ui| {
-            let Some(text) = text else {
+            let Some(Why { verdict, text }) = why else {
                 ui.weak("calculating …");
                 return;
             };
-            ui.horizontal(|ui| {
+            ui.add(Label::new(RichText::new(verdict.trim_end()).monospace().strong()).wrap());
+            ui.horizontal_wrapped(|ui| {
                 if ui.button("copy").on_hover_text("Ctrl+C").clicked() {
                     ui.ctx().copy_text(text.clone());
                 }
@@ -56,8 +65,10 @@ pub fn explanation(ui: &Ui, rect: Rect, state: &mut State) {
             });
             ui.separator();
             ScrollArea::both().auto_shrink(false).show(ui, |ui| {
-                let job = aligned(ui, text);
-                ui.add(egui::Label::new(job).extend());
+                let [least, most] = LETTERS;
+                let letters = ui.available_width() / (WIDTH as f32 * LETTER);
+                let job = aligned(ui, text, letters.clamp(least, most));
+                ui.add(Label::new(job).extend());
             });
         });
     if !is_open {
@@ -74,7 +85,13 @@ fn beside(rect: Rect, at: Pos2) -> Rect {
         Rect::from_min_max(pos2(min.x, at.y + APART), max),
         Rect::from_min_max(min, pos2(max.x, at.y - APART)),
     ];
-    let room = |side: &Rect| side.size().max(Vec2::ZERO).min(LARGEST);
+    let room = |side: &Rect| {
+        let most = match side.height() < rect.height() {
+            true => vec2(rect.width(), MOST * rect.height()),
+            false => vec2(MOST * rect.width(), rect.height()),
+        };
+        side.size().max(Vec2::ZERO).min(LARGEST).min(most)
+    };
     // Not for a few points more on the left, where the legend is.
     let area = |side: &Rect| room(side).x * room(side).y;
     let side = sides.into_iter().reduce(|a, b| if area(&b) > 1.05 * area(&a) { b } else { a });
@@ -89,9 +106,9 @@ fn beside(rect: Rect, at: Pos2) -> Rect {
 
 /// The text with a cell of one width for each letter, so that columns stand straight: letters that the font
 /// lacks come from another one, and subscripts are small digits.
-fn aligned(ui: &Ui, text: &str) -> LayoutJob {
-    let font = FontId::monospace(LETTERS);
-    let small = FontId::monospace(LETTERS * SUBSCRIPT);
+fn aligned(ui: &Ui, text: &str, letters: f32) -> LayoutJob {
+    let font = FontId::monospace(letters);
+    let small = FontId::monospace(letters * SUBSCRIPT);
     let color = ui.visuals().text_color();
     let width = |font: &FontId, c: char| ui.fonts_mut(|fonts| fonts.glyph_width(font, c));
     let cell = width(&font, '0');
@@ -102,7 +119,7 @@ fn aligned(ui: &Ui, text: &str) -> LayoutJob {
         extra_letter_spacing: spacing,
         color,
         valign,
-        line_height: Some((LETTERS * 1.2).round()),
+        line_height: Some((letters * 1.2).round()),
         ..TextFormat::default()
     };
     for c in text.chars() {
@@ -142,7 +159,8 @@ mod tests {
                     let panel = beside(rect.shrink(INSET), at);
                     assert!(rect.contains_rect(panel) && !panel.expand(APART / 2.0).contains(at));
                     let part = panel.area() / rect.area().min(LARGEST.x * LARGEST.y);
-                    assert!(part > 0.35, "{size} {x} {y}: {part}");
+                    assert!(part > 0.3, "{size} {x} {y}: {part}");
+                    assert!(panel.area() < 0.5 * rect.area(), "{size} {x} {y}");
                 }
             }
         }
@@ -153,7 +171,7 @@ mod tests {
         let context = egui::Context::default();
         let _ = context.run_ui(egui::RawInput::default(), |ui| {
             let width = |text: &str| {
-                let job = aligned(ui, text);
+                let job = aligned(ui, text, 11.5);
                 ui.fonts_mut(|fonts| fonts.layout_job(job)).rect.width()
             };
             let plain = width("abcdefgh |");

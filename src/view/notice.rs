@@ -37,7 +37,7 @@ pub enum Notice<'a> {
         samples: u32,
         /// Number of the newest picture asked for.
         asked: u64,
-        /// Milliseconds from the last frame.
+        /// Milliseconds since the last frame.
         ms: f64,
     },
     /// The pointer's pixel was looked up.
@@ -76,8 +76,6 @@ pub enum Notice<'a> {
         /// The error with file, line and column.
         error: &'a str,
     },
-    /// Another program closed the window, which ends.
-    Destroyed,
     /// Something else went wrong, and the window lives on.
     Trouble {
         /// The trouble, in words.

@@ -1,10 +1,11 @@
 //! What is drawn over the picture: marks of pixels, and guides while the camera moves.
 
+use eframe::egui;
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Ui, vec2};
-use glam::DVec2;
+use glam::DVec3;
 
-use super::guides::{axes, seen_at};
 use super::state::State;
+use crate::rays::Lens;
 
 /// Radius of the ring around a marked pixel, points.
 const RING: f32 = 9.0;
@@ -12,10 +13,13 @@ const RING: f32 = 9.0;
 /// Length of the lines that lead to it.
 const TICK: f32 = 7.0;
 
-const AXES: [(&str, Color32); 3] = [
-    ("x", Color32::from_rgb(0xff, 0x5c, 0x5c)),
-    ("y", Color32::from_rgb(0x6d, 0xd3, 0x5f)),
-    ("z", Color32::from_rgb(0x6a, 0xa8, 0xff)),
+/// Length of the axes, as a part of the picture's height.
+const AXIS: f64 = 0.16;
+
+const AXES: [(&str, DVec3, Color32); 3] = [
+    ("x", DVec3::X, Color32::from_rgb(0xff, 0x5c, 0x5c)),
+    ("y", DVec3::Y, Color32::from_rgb(0x6d, 0xd3, 0x5f)),
+    ("z", DVec3::Z, Color32::from_rgb(0x6a, 0xa8, 0xff)),
 ];
 
 /// A line that is seen on any ground.
@@ -49,34 +53,38 @@ pub fn mark(painter: &Painter, at: Pos2) {
 
 /// Rings around pixels of a meaning that so few have that nobody would find them.
 pub fn few(ui: &Ui, rect: Rect, state: &State) {
-    let painter = ui.painter_at(rect);
-    let points = state.area.in_points(ui.pixels_per_point());
-    for place in 0..state.shown_kernels().len() {
-        let Some(painted) = state.paint(place) else { continue };
+    let (painter, scale) = (ui.painter_at(rect), ui.pixels_per_point());
+    for (place, tally) in state.tallies().iter().enumerate() {
         for (i, entry) in state.legend().iter().enumerate() {
             let [r, g, b] = entry.color;
-            for &[x, y] in painted.tally.few(i).iter().filter(|[x, _]| state.place_at(*x) == place)
-            {
-                ring(&painter, points.of_pixel(x, y), RING - 2.0, Color32::from_rgb(r, g, b));
+            for &at in tally.few(i).iter().filter(|[x, _]| state.place_at(*x) == place) {
+                let at = state.area.of_pixel(at, scale);
+                ring(&painter, at, RING - 2.0, Color32::from_rgb(r, g, b));
             }
         }
     }
 }
 
-/// The pivot with its axes.
+/// The pivot with its axes; all equally long in the world.
 pub fn guides(ui: &Ui, rect: Rect, state: &State) {
-    let painter = ui.painter_at(rect);
-    let (view, rig) = (state.rig.view(), &state.rig);
-    let size = DVec2::new(f64::from(state.area.width), f64::from(state.area.height));
-    let scale = ui.pixels_per_point();
-    let point = |at: DVec2| rect.min + vec2(at.x as f32, at.y as f32) / scale;
-    if let Some(pivot) = seen_at(&view, size, rig.pivot).map(point) {
-        for ((name, color), end) in AXES.into_iter().zip(axes(&view, size, rig.pivot)) {
-            let Some(end) = end.map(point) else { continue };
-            line(&painter, [pivot, end], 2.0, color);
-            let away = (end - pivot).normalized() * 11.0;
-            text(&painter, end + away, Align2::CENTER_CENTER, name, color);
-        }
-        ring(&painter, pivot, 5.0, Color32::WHITE);
+    let (painter, scale) = (ui.painter_at(rect), ui.pixels_per_point());
+    let (pixels, pivot) = (state.pixels(), state.rig.pivot);
+    let point = |at: DVec3| {
+        let at = pixels.seen_at(at)?;
+        Some(state.area.point(at.to_array(), scale))
+    };
+    let Some(middle) = point(pivot) else { return };
+    let view = &pixels.view;
+    let depth = match view.lens {
+        Lens::Perspective => (pivot - view.position).dot(view.forward),
+        Lens::Orthographic => 1.0,
+    };
+    let length = AXIS * 2.0 * view.h * depth;
+    for (name, axis, color) in AXES {
+        let Some(end) = point(pivot + axis * length) else { continue };
+        line(&painter, [middle, end], 2.0, color);
+        let away = (end - middle).normalized() * 11.0;
+        text(&painter, end + away, Align2::CENTER_CENTER, name, color);
     }
+    ring(&painter, middle, 5.0, Color32::WHITE);
 }

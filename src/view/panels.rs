@@ -1,20 +1,21 @@
 //! The panels around and over the picture.
 
+use eframe::egui;
 use egui::{
     Align2, Color32, CornerRadius, Frame, Margin, Panel, RichText, ScrollArea, Stroke, StrokeKind,
     Ui, vec2,
 };
 
-use super::bar::{self, bar};
+use super::bar::bar;
 use super::controls;
 use super::explanation::explanation;
 use super::overlay;
-use super::state::{Area, Command, State, point, six_digits};
-use crate::scene::camera_text;
+use super::state::{Area, Command, State, point};
+use crate::explain::six_digits;
 use crate::show::Show;
 
 /// Height of the lines below the picture, points.
-pub const LINES: f32 = 46.0;
+const LINES: f32 = 46.0;
 
 /// Distance of what lies over the picture from its edges, points.
 pub const INSET: f32 = 12.0;
@@ -61,20 +62,15 @@ pub fn layout(ui: &mut Ui, state: &mut State) -> Vec<Command> {
     let mut commands = Vec::new();
     controls::keys(ui, state, &mut commands);
     if state.has_panels {
-        let height = state.bar_widths.height(state.compares, ui.available_width());
-        Panel::top("bar")
-            .exact_size(height)
-            .frame(bar_frame(ui, [bar::SIDE, 0.0]))
-            .show(ui, |ui| bar(ui, state, &mut commands));
-        Panel::bottom("lines").exact_size(LINES).frame(bar_frame(ui, [bar::SIDE, 4.0])).show(
-            ui,
-            |ui| {
-                lines(ui, state);
-            },
-        );
+        let panel = |panel: Panel, ui: &Ui| {
+            let frame = Frame::new().fill(ui.visuals().panel_fill);
+            panel.resizable(false).frame(frame.inner_margin(Margin::symmetric(10, 5)))
+        };
+        panel(Panel::top("bar"), ui).show(ui, |ui| bar(ui, state, &mut commands));
+        panel(Panel::bottom("lines").exact_size(LINES), ui).show(ui, |ui| lines(ui, state));
     }
     let rect = ui.available_rect_before_wrap();
-    state.area = to_pixels(rect, ui.pixels_per_point());
+    state.area = Area::of(rect, ui.pixels_per_point());
     controls::picture(ui, rect, state, &mut commands);
     overlay::few(ui, rect, state);
     if state.is_moving {
@@ -87,9 +83,6 @@ pub fn layout(ui: &mut Ui, state: &mut State) -> Vec<Command> {
     explanation(ui, rect, state);
     help(ui, rect, state);
     commands.extend(dropped(ui).map(Command::Open));
-    if commands.iter().any(|command| matches!(command, Command::PrintCamera)) {
-        ui.ctx().copy_text(camera_text(&state.rig.camera));
-    }
     commands
 }
 
@@ -98,16 +91,12 @@ fn dropped(ui: &Ui) -> Option<std::path::PathBuf> {
     ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()))
 }
 
-/// The pixels whose edges are next to the rectangle's.
-fn to_pixels(rect: egui::Rect, pixels_per_point: f32) -> Area {
-    let [left, top, right, bottom] = [rect.left(), rect.top(), rect.right(), rect.bottom()]
-        .map(|edge| (edge * pixels_per_point).round().max(0.0) as u32);
-    let (width, height) = (right.saturating_sub(left), bottom.saturating_sub(top));
-    Area { left, top, width, height }
-}
-
-fn bar_frame(ui: &Ui, [x, y]: [f32; 2]) -> Frame {
-    Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin::symmetric(x as i8, y as i8))
+/// Height of what stands above and below the picture in a window of this width, points.
+pub fn around(context: &egui::Context, state: &mut State, width: f32) -> f32 {
+    let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, vec2(width, 1000.0));
+    let input = egui::RawInput { screen_rect: Some(screen), ..egui::RawInput::default() };
+    let _ = context.run_ui(input, |ui| drop(layout(ui, state)));
+    screen.height() - state.area.height as f32
 }
 
 fn over_picture(ui: &Ui) -> Frame {
@@ -152,39 +141,34 @@ pub fn hover_text(state: &State) -> String {
 /// Device, size, speed, undecided rays, kernel.
 fn status_text(state: &State) -> String {
     let mut parts = vec![state.device.clone()];
-    if let Some(picture) = &state.picture {
-        let pixels = &picture.order.pixels;
-        let n_rays = pixels.len() * picture.ids.len();
-        let seconds = picture.time.as_secs_f64();
+    if let Some(frame) = &state.frame {
+        let (pixels, counts) = (&frame.order.pixels, &frame.counts);
+        let seconds = frame.time.as_secs_f64();
         parts.push(format!("{} × {}", pixels.width, pixels.height));
         match state.frame_ms {
             Some(ms) => parts.push(format!("{ms:.0} ms a frame, tracing {:.1}", seconds * 1e3)),
             None => parts.push(format!("tracing {:.1} ms", seconds * 1e3)),
         }
-        parts.push(format!("{:.0} Mrays/s", n_rays as f64 / seconds.max(1e-9) / 1e6));
-        let progress = picture.progress();
-        let undecided = match progress.left {
-            0 => format!("{} undecided by f32", progress.undecided),
-            left => format!("{} undecided by f32, {left} still open", progress.undecided),
-        };
-        parts.push(undecided);
+        parts.push(format!("{:.0} Mrays/s", counts.total() as f64 / seconds.max(1e-9) / 1e6));
+        parts.push(format!("{} undecided by f32", counts.f64 + counts.exact));
     }
     let kernels: Vec<_> = state.shown_kernels().iter().map(|kernel| kernel.name()).collect();
     parts.push(kernels.join(" | "));
     if state.show == Show::Color {
-        parts.extend(painting_text(state));
+        parts.extend(progress_text(state));
     }
     parts.join("  ·  ")
 }
 
-/// How far painting is; `None` where there is nothing to paint, or nothing any more.
-fn painting_text(state: &State) -> Option<String> {
-    let is_open = state.look().is_painted() && !state.is_settled();
-    is_open.then(|| match (state.painted_share(), state.show) {
-        (0.0, Show::Color) => "flat colours until the camera rests".to_string(),
-        (0.0, _) => "colours until the camera rests".to_string(),
-        (share, _) => format!("{:.0} % of it painted", share * 100.0),
-    })
+/// How far the picture is; `None` where it is whole.
+fn progress_text(state: &State) -> Option<String> {
+    state.ordered.as_ref().filter(|order| order.takes_long())?;
+    match (state.share(), state.show) {
+        (1.0.., _) => None,
+        (0.0, Show::Color) => Some("flat colours until the camera rests".to_string()),
+        (0.0, _) => Some("colours until the camera rests".to_string()),
+        (share, _) => Some(format!("{:.0} % of it drawn", share * 100.0)),
+    }
 }
 
 /// What the colours mean, and how many pixels of each meaning there are, of two kernels the left one's first.
@@ -215,7 +199,7 @@ fn legend(ui: &Ui, rect: egui::Rect, state: &State) {
                         }
                     });
                 }
-                if let Some(text) = painting_text(state) {
+                if let Some(text) = progress_text(state) {
                     ui.weak(text);
                 }
             });
@@ -231,12 +215,10 @@ fn swatch(ui: &mut Ui, color: Color32) {
 
 /// `2 pixels`, or of two kernels `0 | 2 pixels`; `None` where they aren't counted.
 fn counts_text(state: &State, entry: usize) -> Option<String> {
-    let count = |place| state.paint(place).and_then(|painted| painted.tally.count(entry));
-    let counts: Option<Vec<u64>> = (0..state.shown_kernels().len()).map(count).collect();
-    let counts = counts?;
-    let words: Vec<String> = counts.iter().map(u64::to_string).collect();
-    let pixels = if counts == [1] { "pixel" } else { "pixels" };
-    Some(format!("{} {pixels}", words.join(" | ")))
+    let counts = state.tallies().iter().map(|tally| tally.count(entry).map(|n| n.to_string()));
+    let counts = counts.collect::<Option<Vec<String>>>().filter(|counts| !counts.is_empty())?;
+    let pixels = if counts == ["1"] { "pixel" } else { "pixels" };
+    Some(format!("{} {pixels}", counts.join(" | ")))
 }
 
 /// The error of the scene file, and without panels what else there is to tell.
@@ -266,7 +248,6 @@ fn help(ui: &Ui, rect: egui::Rect, state: &mut State) {
     if !state.has_help {
         return;
     }
-    let wide = rect.width() > 620.0;
     let window = egui::Window::new("Controls")
         .collapsible(false)
         .resizable(false)
@@ -275,16 +256,7 @@ fn help(ui: &Ui, rect: egui::Rect, state: &mut State) {
         .constrain_to(rect);
     window.open(&mut state.has_help).show(ui.ctx(), |ui| {
         let height = (rect.height() - 80.0).max(60.0);
-        ScrollArea::vertical().max_height(height).show(ui, |ui| {
-            if !wide {
-                ui.set_width((rect.width() - 60.0).max(120.0));
-                for (control, what) in HELP {
-                    ui.strong(control);
-                    ui.label(what);
-                    ui.add_space(4.0);
-                }
-                return;
-            }
+        ScrollArea::both().max_height(height).max_width(rect.width() - 60.0).show(ui, |ui| {
             let grid = egui::Grid::new("controls").num_columns(2);
             grid.spacing(vec2(24.0, 5.0)).show(ui, |ui| {
                 for (control, what) in HELP {
@@ -301,7 +273,7 @@ fn help(ui: &Ui, rect: egui::Rect, state: &mut State) {
 mod tests {
     use std::sync::Arc;
 
-    use egui::{Pos2, RawInput, Rect};
+    use egui::Rect;
 
     use super::*;
     use crate::scene::parse_scene;
@@ -314,21 +286,15 @@ mod tests {
         State::new("figure1.toml".into(), scene, camera, Kernel::Certified)
     }
 
-    /// The places of all that can be clicked in the bar of a window of this width.
+    /// The places of all that can be clicked above the picture in a window of this width.
     fn clickable(state: &mut State, width: f32) -> Vec<Rect> {
         let context = egui::Context::default();
-        let whole = Rect::from_min_size(Pos2::ZERO, vec2(width, 600.0));
-        let mut height = 0.0;
-        // The second frame knows how wide the first one's items are.
-        for _ in 0..2 {
-            height = state.bar_widths.height(state.compares, width);
-            let input = RawInput { screen_rect: Some(whole), ..RawInput::default() };
-            let _ = context.run_ui(input, |ui| drop(layout(ui, state)));
-        }
+        around(&context, state, width);
+        let bottom = state.area.top as f32;
         context.viewport(|viewport| {
             let widgets = viewport.prev_pass.widgets.layers().flat_map(|(_, widgets)| widgets);
             let in_bar = widgets
-                .filter(|widget| widget.sense.senses_click() && widget.rect.bottom() <= height);
+                .filter(|widget| widget.sense.senses_click() && widget.rect.bottom() <= bottom);
             in_bar.map(|widget| widget.rect).collect()
         })
     }
@@ -340,11 +306,8 @@ mod tests {
                 let mut state = state();
                 state.compares = compares;
                 let rects = clickable(&mut state, width);
-                let bars = state.bar_widths.height(compares, width) + LINES;
-                assert_eq!(
-                    (state.area.width, state.area.height),
-                    (width as u32, 600 - bars as u32)
-                );
+                assert_eq!((state.area.left, state.area.width), (0, width as u32));
+                assert!(state.area.height > 700, "{width}: {:?}", state.area);
                 assert!(rects.len() >= if compares { 10 } else { 9 }, "{width}: {}", rects.len());
                 for (i, rect) in rects.iter().enumerate() {
                     assert!(rect.left() >= 0.0 && rect.right() <= width, "{width}: {rect}");

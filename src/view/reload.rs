@@ -44,7 +44,7 @@ fn at_rest(path: &Path, mut known: Stamp, turn: &Turn<()>) -> Stamp {
 /// [`crate::Error::Io`] when the system has no thread to give.
 pub fn watch(path: PathBuf, mut look: impl FnMut(bool) + Send + 'static) -> Result<Worker<()>> {
     let mut known = stamp(&path);
-    let watch = Worker::start(
+    let mut watch = Worker::start(
         "watching",
         |_: Result<()>| {},
         move |(), turn, _| {

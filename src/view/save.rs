@@ -6,11 +6,8 @@ use std::thread::JoinHandle;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::memory::Available;
 use crate::output::{OutputFile, commit};
 use crate::picture::{Format, PictureOptions, PictureWriter};
-use crate::render::plan;
-use crate::scene::Samples;
 use crate::session::Session;
 use crate::shade::Colors;
 use crate::show::{self, Show};
@@ -40,43 +37,28 @@ pub struct Saving {
 }
 
 impl Saving {
-    fn work(mut self, path: &Path) -> Result<()> {
-        let [width, height] = self.size;
-        let session = &mut self.session;
-        if self.show == Show::Color && self.halves.is_none() {
-            return session.render_to_file(path, width, height).map(drop);
-        }
+    fn work(self, path: &Path) -> Result<()> {
+        let Saving { mut session, size: [width, height], show, halves, control } = self;
+        let (kernels, divider) = match halves {
+            Some(Halves { kernels, divider }) => (kernels, divider),
+            None if show == Show::Color => {
+                return session.render_to_file(path, width, height).map(drop);
+            }
+            None => ([session.kernel(); 2], 0.0),
+        };
         let (format, options) = (Format::from_path(path)?, PictureOptions::default());
         let pixels = session.pixels(width, height)?;
-        let n_objects = session.scene().n_objects();
         let file = OutputFile::create(path, format.needs_seek())?;
-        let file = match self.halves {
-            None => {
-                let plan =
-                    plan(format, options, Samples::ONE, &pixels, n_objects, Available::now())?;
-                show::draw(session, self.show, &pixels, &plan, file, &self.control)?.1
-            }
-            Some(Halves { kernels, divider }) => {
-                let split = (f64::from(divider) * f64::from(width)).round() as u32;
-                let n_samples = session.scene().samples.unwrap_or_default();
-                let parts = (kernels, split);
-                let colors = show::side_by_side(
-                    session,
-                    self.show,
-                    &pixels,
-                    parts,
-                    n_samples,
-                    &self.control,
-                )?;
-                let mut writer = PictureWriter::create(format, options, &pixels, file, path)?;
-                // PNG wants no more of the hits than that they are there.
-                let hits = Hits { id: vec![0; pixels.len()], ..Hits::default() };
-                writer.rows(&Colors::Srgb8(colors), &hits, height)?;
-                writer.finish()?
-            }
-        };
+        let parts = (kernels, (f64::from(divider) * f64::from(width)).round() as u32);
+        let n_samples = session.scene().samples.unwrap_or_default();
+        let colors = show::side_by_side(&mut session, show, &pixels, parts, n_samples, &control)?;
+        let mut writer = PictureWriter::create(format, options, &pixels, file, path)?;
+        // PNG wants no more of the hits than that they are there.
+        let hits = Hits { id: vec![0; pixels.len()], ..Hits::default() };
+        writer.rows(&Colors::Srgb8(colors), &hits, height)?;
+        let file = writer.finish()?;
         // A control of its own: the program's is for all that the window does.
-        self.control.check()?;
+        control.check()?;
         commit([file], &Control::default())
     }
 }
@@ -113,7 +95,7 @@ impl Save {
     /// Waits for the end.
     ///
     /// # Errors
-    /// Those of [`Session::render_to_file`] and [`show::draw`].
+    /// Those of [`Session::render_to_file`] and [`show::side_by_side`].
     pub fn end(self) -> Result<()> {
         self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }

@@ -4,19 +4,24 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use egui::{Pos2, pos2};
+use eframe::egui;
+use egui::util::undoer::{Settings, Undoer};
+use egui::{Color32, Context, Painter, Pos2, Rect, TextureHandle, TextureOptions, pos2};
 
-use super::ask::{Answer, Question};
-use super::bar::Widths;
-use super::history::History;
-use super::look::Look;
-use super::painter::Painted;
+use super::ask::{Answer, Question, Why};
+use super::picture::{Frame, Order};
 use super::rig::{Axis, Extent, Rig};
-use super::tracing::DevicePicture;
+use crate::explain::six_digits;
 use crate::rays::Pixels;
 use crate::scene::{Camera, Samples, Scene};
-use crate::show::{Entry, Show};
+use crate::show::{Entry, Show, Tally};
 use crate::trace::Kernel;
+
+/// A movement of the camera ends where it rests this long, seconds.
+pub const PAUSE: f32 = 0.6;
+
+/// Most steps of the camera that are kept.
+const MOST_STEPS: usize = 200;
 
 /// How long a message is shown, and how much longer for each letter.
 const MESSAGE_TIME: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(50)];
@@ -39,25 +44,23 @@ pub struct Area {
     pub height: u32,
 }
 
-/// Where pixels are in the window, points.
-pub struct Points {
-    area: Area,
-    pixels_per_point: f32,
-}
-
 impl Area {
-    /// For a window with so many pixels a point.
-    pub fn in_points(self, pixels_per_point: f32) -> Points {
-        Points { area: self, pixels_per_point }
+    /// The pixels whose edges are next to the rectangle's, which is in points.
+    pub fn of(rect: Rect, pixels_per_point: f32) -> Area {
+        let [left, top, right, bottom] = [rect.left(), rect.top(), rect.right(), rect.bottom()]
+            .map(|edge| (edge * pixels_per_point).round().max(0.0) as u32);
+        Area { left, top, width: right.saturating_sub(left), height: bottom.saturating_sub(top) }
     }
-}
 
-impl Points {
-    /// The middle of a pixel of the picture.
-    pub fn of_pixel(&self, x: u32, y: u32) -> Pos2 {
-        let at = |start: u32, pixel: u32| (start + pixel) as f32 + 0.5;
-        let Area { left, top, .. } = self.area;
-        pos2(at(left, x) / self.pixels_per_point, at(top, y) / self.pixels_per_point)
+    /// A place in the picture, pixels from its top left corner, in points of the window.
+    pub fn point(self, at: [f64; 2], pixels_per_point: f32) -> Pos2 {
+        let [x, y] = at.map(|px| px as f32);
+        pos2(self.left as f32 + x, self.top as f32 + y) / pixels_per_point
+    }
+
+    /// The middle of a pixel of the picture, in points of the window.
+    pub fn of_pixel(self, [x, y]: [u32; 2], pixels_per_point: f32) -> Pos2 {
+        self.point([x, y].map(|px| f64::from(px) + 0.5), pixels_per_point)
     }
 }
 
@@ -83,9 +86,7 @@ pub struct Explained {
     /// The pixel, with the picture that it is of.
     pub question: Question,
     /// `None` while it is being computed.
-    pub text: Option<String>,
-    /// Its number.
-    pub serial: u64,
+    pub why: Option<Why>,
 }
 
 /// Everything between the user and the threads.
@@ -99,7 +100,7 @@ pub struct State {
     pub extent: Extent,
     pub rig: Rig,
     /// Where it was.
-    pub history: History,
+    pub history: Undoer<Rig>,
     /// The hand moves the camera.
     pub is_moving: bool,
     /// Left and right; the right one is shown where only one is.
@@ -120,18 +121,16 @@ pub struct State {
     pub has_help: bool,
     /// The files that were opened last.
     pub recent: Vec<PathBuf>,
-    /// Of the bar's items.
-    pub bar_widths: Widths,
     /// Where the picture is.
     pub area: Area,
     /// `lavapipe (software)`
     pub device: String,
     /// The newest picture.
-    pub picture: Option<Arc<DevicePicture>>,
-    /// Number of the newest order.
-    pub asked: u64,
-    /// Paint for its layers.
-    pub painted: [Option<Painted>; 2],
+    pub frame: Option<Frame>,
+    /// Its colours, of each kernel.
+    textures: Vec<TextureHandle>,
+    /// The newest order.
+    pub ordered: Option<Order>,
     pub hover: Option<Answer>,
     /// The pixel that shall become the pivot when its answer comes.
     pub pivot_wanted: Option<[u32; 2]>,
@@ -151,7 +150,7 @@ impl State {
         State {
             path,
             extent: Extent::new(&scene),
-            history: History::new(&Rig::new(&camera)),
+            history: history(&Rig::new(&camera)),
             is_moving: false,
             rig: Rig::new(&camera),
             home: camera,
@@ -168,12 +167,11 @@ impl State {
             has_panels: true,
             has_help: false,
             recent: Vec::new(),
-            bar_widths: Widths::default(),
             area: Area::default(),
             device: String::new(),
-            picture: None,
-            asked: 0,
-            painted: [None, None],
+            frame: None,
+            textures: Vec::new(),
+            ordered: None,
             hover: None,
             pivot_wanted: None,
             click: None,
@@ -208,7 +206,7 @@ impl State {
         let home = self.home.clone();
         self.reload(scene, home);
         self.rig = Rig::new(&self.home);
-        self.history = History::new(&self.rig);
+        self.history = history(&self.rig);
         (self.path, self.explained, self.click) = (path, None, None);
     }
 
@@ -243,29 +241,75 @@ impl State {
         self.n_samples = next.unwrap_or(self.n_samples);
     }
 
-    /// How the picture is looked at. Light and samples change colours alone.
-    pub fn look(&self) -> Look {
-        match self.show {
-            Show::Color => Look {
-                show: Show::Color,
-                is_lit: self.colored_scene().is_lit(),
-                n_samples: self.n_samples,
-                lens: self.rig.view().lens,
-            },
-            show => {
-                Look { show, is_lit: false, n_samples: Samples::ONE, lens: self.rig.view().lens }
+    /// Orders the picture that is wanted now; `None` where it was ordered last. Samples change colours alone.
+    pub fn order(&mut self) -> Option<Order> {
+        let is_color = self.show == Show::Color;
+        let order = Order {
+            serial: self.asked() + 1,
+            scene: Arc::clone(if is_color { self.colored_scene() } else { &self.scene }),
+            pixels: self.pixels(),
+            kernels: self.shown_kernels(),
+            show: self.show,
+            n_samples: if is_color { self.n_samples } else { Samples::ONE },
+        };
+        let is_known = self.ordered.as_ref().is_some_and(|known| known.is(&order));
+        let is_wanted = !is_known && self.area.width > 0 && self.area.height > 0;
+        is_wanted.then(|| self.ordered.insert(order).clone())
+    }
+
+    /// Number of the newest order.
+    pub fn asked(&self) -> u64 {
+        self.ordered.as_ref().map_or(0, |order| order.serial)
+    }
+
+    /// Takes a picture as the newest.
+    pub fn show(&mut self, context: &Context, frame: Frame) {
+        self.textures.truncate(frame.images.len());
+        for (place, image) in frame.images.iter().enumerate() {
+            let (image, look) = (Arc::clone(image), TextureOptions::NEAREST);
+            match self.textures.get_mut(place) {
+                Some(texture) => texture.set(image, look),
+                None => self.textures.push(context.load_texture("picture", image, look)),
             }
+        }
+        self.frame = Some(frame);
+    }
+
+    /// Draws the picture, of two kernels each on its side of the divider.
+    pub fn paint(&self, painter: &Painter) {
+        let Area { width, height, .. } = self.area;
+        let scale = painter.pixels_per_point();
+        let rect = |left: u32, right: u32| {
+            let at = |x: u32, y: u32| self.area.point([x, y].map(f64::from), scale);
+            Rect::from_min_max(at(left, 0), at(right, height))
+        };
+        let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
+        painter.rect_filled(rect(0, width), 0.0, Color32::BLACK);
+        let split = if self.textures.len() > 1 { self.divider_px() } else { width };
+        for (texture, ends) in self.textures.iter().zip([(0, split), (split, width)]) {
+            let side = painter.with_clip_rect(rect(ends.0, ends.1));
+            side.image(texture.id(), rect(0, width), whole, Color32::WHITE);
         }
     }
 
     /// What the colours mean that are shown.
     pub fn legend(&self) -> Vec<Entry> {
-        Entry::all(self.show, self.paint(0).and_then(|painted| painted.range))
+        Entry::all(self.show, self.shown().and_then(|frame| frame.range))
+    }
+
+    /// How many pixels each meaning has, of each kernel; nothing until all are drawn.
+    pub fn tallies(&self) -> &[Tally] {
+        self.shown().map_or(&[], |frame| &frame.tallies)
+    }
+
+    /// The newest picture where it is the one that was ordered last.
+    fn shown(&self) -> Option<&Frame> {
+        self.frame.as_ref().filter(|frame| frame.order.serial == self.asked())
     }
 
     /// Begins a step of the camera's history that is not part of the one before.
     fn step_camera(&mut self) {
-        self.history.settle(&self.rig);
+        self.history.add_undo(&self.rig);
     }
 
     /// Back to the file's camera.
@@ -289,7 +333,7 @@ impl State {
     /// Takes the camera's last step back.
     pub fn undo(&mut self) {
         match self.history.undo(&self.rig) {
-            Some(rig) => self.rig = rig,
+            Some(rig) => self.rig = rig.clone(),
             None => self.tell("The camera has not moved yet"),
         }
     }
@@ -297,7 +341,7 @@ impl State {
     /// Takes a step that was undone again.
     pub fn redo(&mut self) {
         match self.history.redo(&self.rig) {
-            Some(rig) => self.rig = rig,
+            Some(rig) => self.rig = rig.clone(),
             None => self.tell("No step of the camera was undone"),
         }
     }
@@ -357,34 +401,9 @@ impl State {
         f64::from(self.area.width.max(1)) / f64::from(self.area.height.max(1))
     }
 
-    /// True while a picture is on its way.
-    pub fn is_waiting(&self) -> bool {
-        self.picture.as_ref().is_none_or(|picture| picture.order.serial < self.asked)
-    }
-
-    /// The paint of the picture that is shown; colours with other samples stay until the wanted ones come.
-    pub fn paint(&self, place: usize) -> Option<&Painted> {
-        let serial = self.picture.as_ref()?.order.serial;
-        let painted = self.painted[place].as_ref()?;
-        let wanted = self.look();
-        let is_like_it = Look { n_samples: wanted.n_samples, ..painted.look } == wanted;
-        (wanted.is_painted() && painted.serial == serial && is_like_it).then_some(painted)
-    }
-
-    /// Part of the painting that is done, 0 to 1.
-    pub fn painted_share(&self) -> f32 {
-        let n = self.shown_kernels().len();
-        let look = self.look();
-        let paint = (0..n).filter_map(|place| self.paint(place)).filter(|paint| paint.look == look);
-        paint.map(|paint| paint.share).sum::<f32>() / n as f32
-    }
-
-    /// True when the newest picture is shown, each pixel of it decided and painted.
-    pub fn is_settled(&self) -> bool {
-        let is_decided = |picture: &Arc<DevicePicture>| picture.progress().left == 0;
-        !self.is_waiting()
-            && self.picture.as_ref().is_some_and(is_decided)
-            && (!self.look().is_painted() || self.painted_share() >= 1.0)
+    /// Part of the picture that is drawn, 0 to 1.
+    pub fn share(&self) -> f32 {
+        self.shown().map_or(0.0, |frame| frame.share)
     }
 
     /// Tells the user something for a while.
@@ -431,6 +450,15 @@ impl State {
     }
 }
 
+/// The history of a camera that begins here.
+fn history(rig: &Rig) -> Undoer<Rig> {
+    let (stable_time, auto_save_interval) = (PAUSE, f32::INFINITY);
+    let settings = Settings { max_undos: MOST_STEPS, stable_time, auto_save_interval };
+    let mut history = Undoer::with_settings(settings);
+    history.add_undo(rig);
+    history
+}
+
 fn without_light(scene: &Arc<Scene>) -> Arc<Scene> {
     if !scene.is_lit() {
         return Arc::clone(scene);
@@ -443,21 +471,6 @@ fn without_light(scene: &Arc<Scene>) -> Arc<Scene> {
 pub fn point(answer: &Answer) -> String {
     let [x, y, z] = answer.position.to_array().map(six_digits);
     format!("({x}, {y}, {z})")
-}
-
-/// A number as a person reads it.
-pub fn six_digits(x: f64) -> String {
-    let magnitude = x.abs();
-    if x == 0.0 || (1e-3..1e6).contains(&magnitude) {
-        let digits = 5 - magnitude.max(1e-3).log10().floor().max(-3.0) as i32;
-        let text = format!("{x:.*}", digits.max(0) as usize);
-        match text.contains('.') {
-            true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
-            false => text,
-        }
-    } else {
-        format!("{x:.5e}")
-    }
 }
 
 #[cfg(test)]
@@ -510,22 +523,22 @@ mod tests {
     #[test]
     fn light_and_samples_are_of_colours_and_are_saved() {
         let mut state = state();
-        let lens = state.rig.view().lens;
-        let shown = Look { show: Show::Color, is_lit: true, n_samples: Samples::nearest(3), lens };
-        assert_eq!(state.look(), shown);
+        state.area = Area { width: 8, height: 6, ..Area::default() };
+        let ordered = |state: &mut State| {
+            let order = state.order().expect("another picture");
+            assert!(state.order().is_none(), "the same again");
+            (order.show, order.is_lit(), order.n_samples.across())
+        };
+        assert_eq!(ordered(&mut state), (Show::Color, true, 3));
         assert_eq!(state.saved_scene(), *state.scene);
         state.show = Show::Id;
-        assert_eq!(
-            state.look(),
-            Look { show: Show::Id, is_lit: false, n_samples: Samples::ONE, lens }
-        );
-        assert!(!state.look().is_painted());
-        state.show = Show::Color;
+        assert_eq!(ordered(&mut state), (Show::Id, false, 1));
         state.has_light = false;
-        assert_eq!(state.look(), Look { is_lit: false, ..shown });
-        assert!(state.look().is_painted(), "samples are");
+        assert!(state.order().is_none(), "ids have no light");
+        state.show = Show::Color;
+        assert_eq!(ordered(&mut state), (Show::Color, false, 3));
         state.n_samples = Samples::ONE;
-        assert!(!state.look().is_painted());
+        assert_eq!(ordered(&mut state), (Show::Color, false, 1));
         let saved = state.saved_scene();
         assert!(!saved.is_lit() && saved.samples == Some(Samples::ONE));
         assert_eq!(saved.spheres, state.scene.spheres);
@@ -540,7 +553,7 @@ mod tests {
         state.open("other.toml".into(), Arc::clone(&scene), camera.clone());
         assert_eq!((&state.rig, state.n_samples), (&Rig::new(&camera), Samples::nearest(2)));
         assert!(Arc::ptr_eq(&state.scene, &scene));
-        assert_eq!(state.history.has(&state.rig), [false; 2]);
+        assert!(!state.history.has_undo(&state.rig) && !state.history.has_redo(&state.rig));
     }
 
     #[test]
@@ -565,24 +578,9 @@ mod tests {
 
     #[test]
     fn pixels_are_where_the_window_shows_them() {
-        let area = Area { left: 10, top: 36, width: 100, height: 80 };
-        assert_eq!(area.in_points(1.0).of_pixel(0, 0), pos2(10.5, 36.5));
-        assert_eq!(area.in_points(2.0).of_pixel(5, 3), pos2(7.75, 19.75));
-    }
-
-    #[test]
-    fn numbers_have_six_digits() {
-        for (x, text) in [
-            (0.0, "0"),
-            (24.0, "24"),
-            (-6.5, "-6.5"),
-            (123.456_789, "123.457"),
-            (0.012_345_678, "0.0123457"),
-            (999_999.4, "999999"),
-            (1e7, "1.00000e7"),
-            (-1.5e-9, "-1.50000e-9"),
-        ] {
-            assert_eq!(six_digits(x), text);
-        }
+        let area = Area::of(Rect::from_min_max(pos2(10.0, 36.0), pos2(110.0, 116.0)), 1.0);
+        assert_eq!(area, Area { left: 10, top: 36, width: 100, height: 80 });
+        assert_eq!(area.of_pixel([0, 0], 1.0), pos2(10.5, 36.5));
+        assert_eq!(area.of_pixel([5, 3], 2.0), pos2(7.75, 19.75));
     }
 }

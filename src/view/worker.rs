@@ -1,85 +1,48 @@
 //! A thread that does the newest of the jobs that it is given, and skips what came between.
 
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::cell::RefCell;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
 
-/// The thread and its next job.
+/// A job, and what stops it.
+type Job<J> = (J, Arc<Control>);
+
+/// The thread and its newest job.
 pub struct Worker<J> {
-    desk: Arc<Desk<J>>,
-    thread: Option<JoinHandle<()>>,
-}
-
-struct Desk<J> {
-    state: Mutex<Jobs<J>>,
-    changed: Condvar,
-}
-
-struct Jobs<J> {
-    next: Option<J>,
-    closed: bool,
-    /// Of the job at work.
+    jobs: Option<Sender<Job<J>>>,
+    /// Of the newest job.
     control: Arc<Control>,
+    closing: Arc<Control>,
+    thread: Option<JoinHandle<()>>,
 }
 
 /// The link from a job at work to those that came after it.
 pub struct Turn<'a, J> {
-    desk: &'a Desk<J>,
-    /// Cancelled when a newer job waits.
+    jobs: &'a Receiver<Job<J>>,
+    next: RefCell<Option<Job<J>>>,
+    /// Cancelled when a newer job waits, and at the end.
     pub control: Arc<Control>,
-}
-
-impl<J> Desk<J> {
-    fn lock(&self) -> MutexGuard<'_, Jobs<J>> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Changes what comes next, and asks the job at work to stop.
-    fn replace(&self, change: impl FnOnce(&mut Jobs<J>)) {
-        let mut jobs = self.lock();
-        change(&mut jobs);
-        jobs.control.cancel();
-        self.changed.notify_all();
-    }
-
-    /// The next job, or `None` when there will be none.
-    fn take(&self) -> Option<(J, Arc<Control>)> {
-        let mut state = self.lock();
-        loop {
-            if state.closed {
-                return None;
-            }
-            if let Some(job) = state.next.take() {
-                state.control = Arc::default();
-                return Some((job, Arc::clone(&state.control)));
-            }
-            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
-        }
-    }
+    /// Cancelled at the end alone.
+    pub closing: &'a Control,
 }
 
 impl<J> Turn<'_, J> {
     /// True when a newer job waits.
     pub fn is_over(&self) -> bool {
-        self.control.check().is_err()
+        self.control.is_cancelled()
     }
 
     /// Waits; gives `false` at once when a newer job comes.
     pub fn rest(&self, time: Duration) -> bool {
-        let end = Instant::now() + time;
-        let mut state = self.desk.lock();
-        while !self.is_over() {
-            let left = end.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                return true;
-            }
-            let waited = self.desk.changed.wait_timeout(state, left);
-            state = waited.unwrap_or_else(PoisonError::into_inner).0;
-        }
-        false
+        let next = self.jobs.recv_timeout(time);
+        let has_rested = matches!(next, Err(RecvTimeoutError::Timeout));
+        self.next.replace(next.ok());
+        has_rested
     }
 }
 
@@ -94,39 +57,44 @@ impl<J: Send + 'static> Worker<J> {
         say: impl Fn(Result<A>) + Send + 'static,
         mut work: impl FnMut(J, &Turn<J>, &dyn Fn(A)) -> Result<()> + Send + 'static,
     ) -> Result<Worker<J>> {
-        let state = Jobs { next: None, closed: false, control: Arc::default() };
-        let desk = Arc::new(Desk { state: Mutex::new(state), changed: Condvar::new() });
-        let seen = Arc::clone(&desk);
+        let (sender, jobs) = channel::<Job<J>>();
+        let closing = Arc::<Control>::default();
+        let is_closing = Arc::clone(&closing);
         let run = move || {
-            while let Some((job, control)) = seen.take() {
-                let turn = Turn { desk: &seen, control };
+            let mut next = None;
+            while let Some(job) = next.take().or_else(|| jobs.recv().ok()) {
+                let (job, control) = jobs.try_iter().last().unwrap_or(job);
+                let next_job = RefCell::default();
+                let turn = Turn { jobs: &jobs, next: next_job, control, closing: &is_closing };
                 match work(job, &turn, &|answer| say(Ok(answer))) {
                     Ok(()) | Err(Error::Interrupted) => {}
                     Err(error) => say(Err(error)),
                 }
+                next = turn.next.into_inner();
             }
         };
         let thread = std::thread::Builder::new().name(name.into()).spawn(run);
-        let thread = thread.map_err(Error::io(format!("the {name} thread")))?;
-        Ok(Worker { desk, thread: Some(thread) })
+        let thread = Some(thread.map_err(Error::io(format!("the {name} thread")))?);
+        Ok(Worker { jobs: Some(sender), control: Arc::default(), closing, thread })
     }
 
     /// Hands over a job in place of the one that waits; the one at work is asked to stop.
-    pub fn ask(&self, job: J) {
-        self.desk.replace(|jobs| jobs.next = Some(job));
-    }
-
-    /// Forgets the job that waits and asks the one at work to stop.
-    pub fn stop(&self) {
-        self.desk.replace(|jobs| jobs.next = None);
+    pub fn ask(&mut self, job: J) {
+        self.control.cancel();
+        self.control = Arc::default();
+        if let Some(jobs) = &self.jobs {
+            // Only a thread that panicked takes none, and it has said so itself.
+            let _ = jobs.send((job, Arc::clone(&self.control)));
+        }
     }
 }
 
 impl<J> Drop for Worker<J> {
     fn drop(&mut self) {
-        self.desk.replace(|jobs| jobs.closed = true);
+        self.control.cancel();
+        self.closing.cancel();
+        self.jobs = None;
         if let Some(thread) = self.thread.take() {
-            // A thread that panicked has said so itself.
             let _ = thread.join();
         }
     }
@@ -134,8 +102,6 @@ impl<J> Drop for Worker<J> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::mpsc::channel;
-
     use super::*;
 
     #[test]
@@ -144,7 +110,7 @@ mod tests {
         let (go, may_go) = channel::<()>();
         let (done, results) = channel();
         let say = move |result: Result<_>| done.send(result.unwrap()).unwrap();
-        let worker = Worker::start("test", say, move |job: u32, turn, say| {
+        let mut worker = Worker::start("test", say, move |job: u32, turn, say| {
             started.send(job).unwrap();
             may_go.recv().unwrap();
             say((job, turn.is_over()));
@@ -167,7 +133,7 @@ mod tests {
         let (started, at_work) = channel();
         let (done, results) = channel();
         let say = move |result: Result<_>| done.send(result.unwrap()).unwrap();
-        let worker = Worker::start("test", say, move |time: Duration, turn, say| {
+        let mut worker = Worker::start("test", say, move |time: Duration, turn, say| {
             started.send(()).unwrap();
             say(turn.rest(time));
             Ok(())

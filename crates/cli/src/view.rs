@@ -37,6 +37,7 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
         scene,
         kernel: args.kernel.kernel,
         size,
+        lang: args.lang,
         recent: recent_list(),
         control: Arc::clone(&run.control),
         lose_device_after: args.lose_device_after,
@@ -88,7 +89,6 @@ fn tell(args: &ViewArgs, notice: &Notice) -> Result<()> {
         }
         Notice::SceneWrong { error } => talk(&format!("error: {error}")),
         Notice::Trouble { message } => talk(&format!("warning: {message}")),
-        Notice::Destroyed => talk("the window was closed by another program"),
         Notice::Opening
         | Notice::Opened { .. }
         | Notice::Shown { .. }

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use kugelblitz::Session;
 use kugelblitz::device::Device;
 use kugelblitz::explain::Lang;
-use kugelblitz::figure::{Figure, project};
+use kugelblitz::figure::Figure;
 use kugelblitz::num::V3;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Scene, parse_scene};
@@ -122,7 +122,7 @@ fn points_are_where_the_camera_sees_them() {
             .map(|dot| ["cx", "cy"].map(|key| dot.attribute(key).unwrap().parse().unwrap()).into())
             .collect();
         for point in points {
-            let near = |at: &&DVec2| (project(&pixels, point).unwrap() - **at).length() < 0.01;
+            let near = |at: &&DVec2| (pixels.seen_at(point).unwrap() - **at).length() < 0.01;
             let at = dots.iter().find(near).unwrap_or_else(|| panic!("{point} of {dots:?}"));
             // The ray of the pixel that it is in passes by it, at most a pixel's diagonal away.
             let ray = pixels.ray(at.x as u32, at.y as u32);
@@ -225,8 +225,8 @@ fn what_is_hidden_is_dashed() {
         classes.map(corners).collect()
     };
     for axis in DVec3::AXES {
-        let leaves = project(&pixels, axis * 1.5).unwrap();
-        let end = project(&pixels, axis * 2.0).unwrap();
+        let leaves = pixels.seen_at(axis * 1.5).unwrap();
+        let end = pixels.seen_at(axis * 2.0).unwrap();
         let before = strokes(true).iter().any(|line| near(*line.last().unwrap(), leaves));
         let beyond = strokes(false)
             .iter()

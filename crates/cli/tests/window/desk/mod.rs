@@ -660,12 +660,6 @@ impl Seen {
         self.assert_ended();
     }
 
-    /// Another program destroys the window.
-    pub fn destroy(&self) {
-        self.x.destroy_window(self.window).unwrap();
-        self.x.flush().unwrap();
-    }
-
     /// Something moves the camera for longer than the test takes.
     pub fn keep_moving(&self) -> Child {
         let window = self.window.to_string();
