@@ -1,10 +1,10 @@
 //! Two pictures, channel by channel.
 
-use kugelblitz::compare::{PictureDifference, Tolerance, compare_pictures, difference_picture};
+use kugelblitz::compare::{Allowed, PictureDifference, compare_pictures};
+use kugelblitz::control::Control;
 use kugelblitz::picture::Image;
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use serde_json::json;
 
 use crate::drawing::Tinted;
 use crate::error;
@@ -16,15 +16,8 @@ use crate::work;
 /// `kugelblitz compare` prints.
 #[pyclass(frozen, module = "kugelblitz")]
 pub struct Difference {
-    images: [Image; 2],
+    first: Image,
     of: PictureDifference,
-    allowed: Tolerance,
-}
-
-impl Difference {
-    fn at(&self, index: Option<usize>) -> Option<[usize; 2]> {
-        index.map(|index| self.images[0].pixel(index))
-    }
 }
 
 #[pymethods]
@@ -60,7 +53,7 @@ impl Difference {
     /// Column and row of the first pixel with any difference.
     #[getter]
     fn first(&self) -> Option<[usize; 2]> {
-        self.at(self.of.first)
+        self.of.first
     }
 
     /// Indices of the pixels, row by row, that differ by more than is allowed of one.
@@ -72,44 +65,25 @@ impl Difference {
     /// The channels that both have: a dictionary each, with `name`, `differing`, `largest`, `pixel` and others.
     #[getter]
     fn channels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.channels_in_json()?)
+        to_python(py, &self.of.channels)
     }
 
     /// The differences as colours: equal pixels dark, allowed differences blue, others red to yellow; `None`
     /// where the sizes differ.
     #[getter]
     fn picture(&self) -> Option<Tinted> {
-        let size = [self.images[0].width as u32, self.images[0].height as u32];
-        let colors = difference_picture(&self.images[0], &self.of);
+        let Image { width, height, .. } = self.first;
+        let (size, colors) = ([width as u32, height as u32], self.of.picture(&self.first));
         (self.of.pixels > 0).then_some(Tinted { size, colors, legend: Vec::new() })
     }
 
     /// All of it, under the keys of `kugelblitz compare --json`.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let side = |i: usize| {
-            let Image { format, width, height, .. } = self.images[i];
-            json!({ "format": format, "size": [width, height], "only": self.of.only_in[i] })
-        };
-        to_python(
-            py,
-            &json!({
-                "a": side(0),
-                "b": side(1),
-                "allowed": self.allowed.to_string(),
-                "pixels": self.of.pixels,
-                "differing": self.of.differing,
-                "beyond": self.of.beyond,
-                "first": self.at(self.of.first),
-                "channels": self.channels_in_json()?,
-                "metadata_differs": self.of.texts,
-                "broken": self.of.broken,
-            }),
-        )
+        to_python(py, &self.of)
     }
 
     fn __str__(&self) -> String {
-        let [a, b] = &self.images;
-        self.of.in_words(["a", "b"], [a, b])
+        self.of.in_words()
     }
 
     fn __repr__(&self) -> String {
@@ -122,17 +96,6 @@ impl Difference {
             }
             broken => format!("<Difference: {}>", broken.join("; ")),
         }
-    }
-}
-
-impl Difference {
-    fn channels_in_json(&self) -> PyResult<Vec<serde_json::Value>> {
-        let channel = |found: &kugelblitz::compare::ChannelDifference| {
-            let mut value = json!(found);
-            value["pixel"] = json!(self.at(found.at));
-            value
-        };
-        Ok(self.of.channels.iter().map(channel).collect())
     }
 }
 
@@ -149,12 +112,9 @@ pub fn compare(
     b: &Bound<'_, PyAny>,
     allow: &str,
 ) -> PyResult<Difference> {
-    let allowed = match allow {
-        "" => Tolerance::default(),
-        text => text.parse().map_err(error::of("allow"))?,
-    };
-    let images = [image_of("a", a)?, image_of("b", b)?];
-    let [first, second] = &images;
-    let of = work::run(py, None, 0, |_| compare_pictures(first, second, &allowed))?;
-    Ok(Difference { images, of, allowed })
+    let allowed = Allowed::of_pictures(allow).map_err(error::of("allow"))?;
+    let [first, second] = [image_of("a", a)?, image_of("b", b)?];
+    let compared = |_: &Control| compare_pictures(["a", "b"], [&first, &second], &allowed);
+    let of = work::run(py, None, 0, compared)?;
+    Ok(Difference { first, of })
 }

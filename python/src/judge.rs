@@ -5,19 +5,15 @@ use std::sync::Arc;
 use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::judge::{
-    self, Allowed, Case, Claims, Conventions, Finding, NormalSide, NormalSpace, Quantity,
-    RAY_BYTES, check_colors, error_picture, in_words, pixels_of,
+    Allowed, Case, Conventions, Finding, Judged, NormalSide, NormalSpace, Quantity, pixels_of,
+    whole_size,
 };
-use kugelblitz::memory;
 use kugelblitz::picture::Image;
 use kugelblitz::rays::{Pixels, Rays};
-use kugelblitz::scene;
 use kugelblitz::trace::Kernel;
-use kugelblitz::verify::Truth;
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use serde_json::json;
 
 use crate::argument::{Crop, Pixel, Size};
@@ -35,59 +31,31 @@ use crate::work;
 /// as it may be; `str()` is the text that `kugelblitz judge` prints.
 #[pyclass(frozen, module = "kugelblitz")]
 pub struct Judgement {
-    scene: Arc<scene::Scene>,
-    rays: Rays,
-    truth: Truth,
-    claims: Claims,
-    of: judge::Judgement,
-    #[pyo3(get)]
-    /// What is more wrong than it may be, a sentence each.
-    broken: Vec<String>,
-    #[pyo3(get)]
-    /// Arguments with which far more of it would be right, where there are such.
-    hint: Option<String>,
-    allowed: Allowed,
+    of: Judged,
     n_worst: usize,
 }
 
 impl Judgement {
-    fn case(&self) -> Case<'_> {
-        Case { scene: &self.scene, rays: &self.rays, truth: &self.truth, claims: &self.claims }
-    }
-
-    fn pixels(&self) -> Option<&Pixels> {
-        match &self.rays {
-            Rays::Pixels(pixels) => Some(pixels),
-            Rays::List(_) => None,
-        }
-    }
-
-    fn findings(&self) -> Vec<Finding> {
-        self.case().worst(&self.of, &self.allowed, self.n_worst)
-    }
-
-    fn judged(&self) -> Vec<&'static str> {
-        self.claims.quantities.iter().map(|quantity| quantity.name()).collect()
-    }
-
     /// How one sees why, in Python.
-    fn how(&self, finding: &Finding) -> String {
-        match (finding.pixel, self.pixels()) {
-            (Some([x, y]), Some(pixels)) => {
-                let (w, h) = (pixels.image_width, pixels.image_height);
+    fn how(&self, ray: usize) -> String {
+        match self.of.pixels() {
+            Some(pixels) => {
+                let ((x, y), w, h) = (pixels.xy(ray), pixels.image_width, pixels.image_height);
                 format!("scene.explain(camera, ({x}, {y}), size=({w}, {h}))")
             }
-            _ => {
-                let ray = finding.ray;
-                format!("scene.explain(ray=(origins[{ray}], directions[{ray}]))")
-            }
+            None => format!("scene.explain(ray=(origins[{ray}], directions[{ray}]))"),
         }
+    }
+
+    /// The worst without how one sees why.
+    fn findings(&self) -> Vec<Finding> {
+        self.of.worst(self.n_worst, |_| None)
     }
 
     /// The index of a ray, or of a pixel's (column, row) in the whole picture.
     fn index(&self, at: &Bound<'_, PyAny>) -> PyResult<usize> {
-        let n = self.of.errors.len();
-        let found = match (at.extract::<i64>(), at.extract::<Pixel>(), self.pixels()) {
+        let n = self.n_rays();
+        let found = match (at.extract::<i64>(), at.extract::<Pixel>(), self.of.pixels()) {
             (Ok(index), ..) => usize::try_from(index).ok(),
             (_, Ok(Pixel([x, y])), Some(p)) => {
                 let inside = |at: i64, first: u32, n: u32| {
@@ -114,57 +82,68 @@ impl Judgement {
     /// Whether nothing is more wrong than it may be.
     #[getter]
     fn kept(&self) -> bool {
-        self.broken.is_empty()
+        self.of.broken.is_empty()
     }
 
     fn __bool__(&self) -> bool {
         self.kept()
     }
 
+    /// What is more wrong than it may be, a sentence each.
+    #[getter]
+    fn broken(&self) -> Vec<String> {
+        self.of.broken.clone()
+    }
+
+    /// Arguments with which far more of it would be right, where there are such.
+    #[getter]
+    fn hint(&self) -> Option<&str> {
+        self.of.hint.as_deref()
+    }
+
     /// What may be wrong, in words.
     #[getter]
     fn allowed(&self) -> String {
-        self.allowed.to_string()
+        self.of.case.allowed.to_string()
     }
 
     /// Number of rays or pixels.
     #[getter]
     fn n_rays(&self) -> usize {
-        self.of.errors.len()
+        self.of.case.rays.len()
     }
 
     /// Numbers of rays with wrong ids and the spread of errors: away from silhouettes, or of rays.
     #[getter]
     fn away<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.case().part(&self.of.away))
+        to_python(py, &self.of.errors.away)
     }
 
     /// The same at silhouettes; `None` for rays.
     #[getter]
     fn silhouettes<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let part = || to_python(py, &self.case().part(&self.of.silhouettes));
-        self.pixels().map(|_| part()).transpose()
+        self.of.silhouettes().map(|part| to_python(py, part)).transpose()
     }
 
     /// Rays, wrong ids, false hits, false misses and wrong objects of all rays: a dictionary.
     #[getter]
-    fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let parts = [&self.of.away, &self.of.silhouettes];
-        let dict = PyDict::new(py);
-        let sum = |of: fn(&judge::Part) -> u64| parts.iter().map(|part| of(part)).sum::<u64>();
-        dict.set_item("rays", sum(|part| part.rays))?;
-        dict.set_item("wrong_ids", sum(judge::Part::wrong_ids))?;
-        dict.set_item("false_hits", sum(|part| part.false_hits))?;
-        dict.set_item("false_misses", sum(|part| part.false_misses))?;
-        dict.set_item("wrong_object", sum(|part| part.wrong_object))?;
-        dict.set_item("wrong", self.wrong_rays().count())?;
-        Ok(dict)
+    fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let [a, b] = [&self.of.errors.away, &self.of.errors.silhouettes];
+        let counts = json!({
+            "rays": a.rays + b.rays,
+            "wrong_ids": a.wrong_ids + b.wrong_ids,
+            "false_hits": a.false_hits + b.false_hits,
+            "false_misses": a.false_misses + b.false_misses,
+            "wrong_object": a.wrong_object + b.wrong_object,
+            "wrong": self.of.wrong_rays().count(),
+        });
+        to_python(py, &counts)
     }
 
     /// Indices of the rays or pixels, row by row, with anything that is more wrong than it may be of one ray.
     #[getter]
     fn wrong<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        indices(py, self.wrong_rays())
+        indices(py, self.of.wrong_rays())
     }
 
     /// The worst of each kind: a list of dictionaries with `kind`, `ray`, `pixel` (column, row), `says` and
@@ -178,7 +157,7 @@ impl Judgement {
     /// where all is as it may be.
     fn at<'py>(&self, py: Python<'py>, at: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let ray = self.index(at)?;
-        to_python(py, &self.case().of_ray(&self.of, &self.allowed, ray))
+        to_python(py, &self.of.of_ray(ray))
     }
 
     /// The ray in numbers, by its index or a pixel's (column, row).
@@ -192,80 +171,48 @@ impl Judgement {
         digits: usize,
     ) -> PyResult<Explanation> {
         let index = self.index(at)?;
-        let ray = match &self.rays {
+        let ray = match &self.of.case.rays {
             Rays::Pixels(pixels) => {
                 let (x, y) = pixels.xy(index);
                 Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..*pixels })
             }
             Rays::List(rays) => Rays::List(vec![rays[index]]),
         };
-        explained(py, &self.scene, &ray, all, lang, digits, None)
+        explained(py, &self.of.case.scene, &ray, all, lang, digits, None)
     }
 
     /// The errors as colours: false hits red, false misses orange, other objects yellow, errors of t and
     /// normals blue; `None` for rays.
     #[getter]
     fn picture(&self) -> Option<Tinted> {
-        let pixels = self.pixels()?;
-        let size = [pixels.width, pixels.height];
-        Some(Tinted { size, colors: error_picture(&self.of), legend: Vec::new() })
+        let (size, colors) = self.of.picture()?;
+        Some(Tinted { size, colors, legend: Vec::new() })
     }
 
     /// All of it, under the keys of `kugelblitz judge --json`.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let case = self.case();
-        let pixels = self.pixels();
-        let is_part = |p: &&Pixels| (p.width, p.height) != (p.image_width, p.image_height);
-        to_python(
-            py,
-            &json!({
-                "size": pixels.map(|p| [p.image_width, p.image_height]),
-                "crop": pixels.filter(is_part).map(|p| [p.x, p.y, p.width, p.height]),
-                "objects": { "spheres": self.scene.spheres.len(), "planes": self.scene.planes.len() },
-                "rays": self.of.errors.len(),
-                "judged": self.judged(),
-                "allowed": self.allowed.to_string(),
-                "away": case.part(&self.of.away),
-                "silhouettes": pixels.map(|_| case.part(&self.of.silhouettes)),
-                "worst": self.findings(),
-                "hint": self.hint,
-                "broken": self.broken,
-            }),
-        )
+        to_python(py, &self.of.summary(self.findings()))
     }
 
     fn __str__(&self) -> String {
-        let judged = self.judged().join(", ");
-        let what = match self.pixels() {
+        let (judged, scene) = (self.of.quantities().join(", "), &self.of.case.scene);
+        let what = match self.of.pixels() {
             Some(pixels) => format!("{}×{}", pixels.width, pixels.height),
-            None => format!("{} rays", self.of.errors.len()),
+            None => format!("{} rays", self.n_rays()),
         };
-        let (spheres, planes) = (self.scene.spheres.len(), self.scene.planes.len());
-        let mut text = format!(
+        let (spheres, planes) = (scene.spheres.len(), scene.planes.len());
+        let worst = self.of.worst(self.n_worst, |ray| Some(self.how(ray)));
+        format!(
             "{what}, {judged} against exact arithmetic (spheres: {spheres}, planes: {planes})\n\n"
-        );
-        text += &self.case().table(&self.of);
-        text += &in_words(&self.findings(), |finding| self.how(finding));
-        if let Some(hint) = &self.hint {
-            text += &format!("\nfar more of it would be right with {hint}\n");
-        }
-        let kept = if self.kept() { ": kept" } else { "" };
-        text + &format!("\nallowed: {}{kept}\n", self.allowed)
+        ) + &self.of.in_words(&worst)
     }
 
     fn __repr__(&self) -> String {
-        let n = self.of.errors.len();
-        match self.broken.as_slice() {
+        let n = self.n_rays();
+        match self.of.broken.as_slice() {
             [] => format!("<Judgement: all {n} are as they may be>"),
             broken => format!("<Judgement: {}; print() it for more>", broken.join("; ")),
         }
-    }
-}
-
-impl Judgement {
-    fn wrong_rays(&self) -> impl Iterator<Item = usize> {
-        let errors = self.of.errors.iter().enumerate();
-        errors.filter(|(_, error)| !self.allowed.is_right(error)).map(|(ray, _)| ray)
     }
 }
 
@@ -342,94 +289,33 @@ impl Given<'_, '_> {
             })?),
         };
         let camera = camera.map(|camera| camera.get());
-        if image.is_list {
-            let message = "camera_or_rays: the arrays are lists of results; give the rays that they are of, \
-                           (origins, directions)";
-            return Err(PyValueError::new_err(message));
+        let (size, crop) = (self.size.map(|size| size.0), self.crop.map(|crop| crop.0));
+        let size = whole_size(image, size, crop).map_err(error::of(""))?;
+        let pixels = crate::rays::pixels_of(&scene.of, camera, size.map(Size), self.crop)?;
+        if self.crop.is_some() {
+            return Ok(Rays::Pixels(pixels));
         }
-        let own = [image.width, image.height].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
-        let of_file = image.whole.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
-        let is_whole = image.whole == [image.width, image.height] && image.first == [0, 0];
-        let size = match (self.size, self.crop) {
-            (None, Some(_)) if is_whole => None,
-            (size, _) => Some(size.unwrap_or(Size(of_file))),
-        };
-        let pixels = crate::rays::pixels_of(&scene.of, camera, size, self.crop)?;
-        if self.crop.is_none() {
-            if [pixels.image_width, pixels.image_height] != of_file {
-                return Err(PyValueError::new_err(format!(
-                    "size: ({}, {}), but the arrays are a picture of {}×{} pixels; say with crop= which part \
-                     of it they are",
-                    pixels.image_width, pixels.image_height, of_file[0], of_file[1]
-                )));
-            }
-            return pixels_of(image, pixels).map(Rays::Pixels).map_err(error::of(""));
-        }
-        match [pixels.width, pixels.height] == own {
-            true => Ok(Rays::Pixels(pixels)),
-            false => Err(PyValueError::new_err(format!(
-                "crop: it has {}×{} pixels, but the arrays have {}×{}",
-                pixels.width, pixels.height, own[0], own[1]
-            ))),
-        }
+        pixels_of(image, pixels).map(Rays::Pixels).map_err(error::of(""))
     }
 
     /// Holds the claims against exact arithmetic.
     pub fn judge(self, py: Python<'_>, scene: &Scene) -> PyResult<Judgement> {
-        let allowed: Allowed = match self.allow {
-            None | Some("") => Allowed::default(),
-            Some(text) => text.parse().map_err(error::of("allow"))?,
-        };
+        let allowed =
+            Allowed::of_rays(self.allow.unwrap_or_default()).map_err(error::of("allow"))?;
         let (image, quantities) = self.image()?;
         let conventions = Conventions { quantities, ..self.conventions.clone() };
         let rays = self.rays(scene, &image)?;
         let n = rays.len();
-        if image.len() != n {
-            return Err(PyValueError::new_err(format!(
-                "there are {} results for {n} rays; give one for each",
-                image.len()
-            )));
-        }
-        let bytes = (n as u64).saturating_mul(RAY_BYTES);
-        memory::require(format!("judging {n} rays"), bytes, "judge a part of them")
+        let case = Case::new(Arc::clone(&scene.of), rays, image, conventions, allowed)
             .map_err(error::of(""))?;
-        let view = match &rays {
-            Rays::Pixels(pixels) => Some(pixels.view),
-            Rays::List(_) => None,
-        };
-        let claims =
-            Claims::new(image.clone(), &conventions, view.as_ref()).map_err(error::of(""))?;
-        if let Some(warning) = check_colors(&scene.of, &claims, "color").map_err(error::of(""))? {
+        if let Some(warning) = case.warning() {
             error::warn(py, &warning)?;
         }
         let session = scene.session(py, self.device, Kernel::Certified, n)?;
-        let of_scene = Arc::clone(&scene.of);
-        let judge = |session: &mut Session, control: &Control| {
-            let truth = judge::truth(session, &rays, control)?;
-            let of = judge::judge(&of_scene, &rays, &truth, &claims)?;
-            let broken = allowed.broken(&of);
-            let hint = match broken.is_empty() {
-                true => None,
-                false => {
-                    let other = (&image, &conventions, view.as_ref());
-                    judge::hint(&of_scene, &rays, &truth, other, (&claims, &of))?
-                }
-            };
-            Ok((truth, of, broken, hint))
-        };
-        let (truth, of, broken, hint) =
-            work::run_with_session(py, self.progress, 2 * n as u64, &session, judge)?;
-        Ok(Judgement {
-            scene: of_scene,
-            rays,
-            truth,
-            claims,
-            of,
-            broken,
-            hint: hint.map(|options| as_arguments(&options)),
-            allowed,
-            n_worst: self.n_worst,
-        })
+        let judge = |session: &mut Session, control: &Control| case.judge(session, control);
+        let mut of = work::run_with_session(py, self.progress, 2 * n as u64, &session, judge)?;
+        of.hint = of.hint.map(|options| as_arguments(&options));
+        Ok(Judgement { of, n_worst: self.n_worst })
     }
 }
 

@@ -2,9 +2,8 @@
 
 use kugelblitz::device::Device;
 use kugelblitz::trace::Kernel;
-use kugelblitz::verify::{self, OfKernel, broken_of, table};
+use kugelblitz::verify::{self, Verified};
 use pyo3::prelude::*;
-use serde_json::json;
 
 use crate::argument::{Crop, Size};
 use crate::camera::Camera;
@@ -18,12 +17,7 @@ use crate::work;
 /// Whether each kernel keeps what it promises, on a device and on the CPU. True where all do; `str()` is the
 /// table that `kugelblitz verify` prints.
 #[pyclass(frozen, module = "kugelblitz")]
-pub struct Verification {
-    size: [u32; 2],
-    n_samples: usize,
-    seed: u64,
-    kernels: Vec<OfKernel>,
-}
+pub struct Verification(Verified);
 
 #[pymethods]
 impl Verification {
@@ -40,29 +34,18 @@ impl Verification {
     /// Promises that are broken, a sentence each.
     #[getter]
     fn broken(&self) -> Vec<String> {
-        broken_of(&self.kernels)
+        self.0.broken()
     }
 
     /// All of it, under the keys of `kugelblitz verify --json`.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let [width, height] = self.size.map(u64::from);
-        to_python(
-            py,
-            &json!({
-                "size": self.size,
-                "rays": width * height,
-                "samples": self.n_samples,
-                "seed": self.seed,
-                "kernels": self.kernels,
-            }),
-        )
+        to_python(py, &self.0)
     }
 
     fn __str__(&self) -> String {
-        let [width, height] = self.size;
-        let n = self.n_samples;
-        format!("{width}×{height}, {n} pixels (seed {}) against exact arithmetic\n", self.seed)
-            + &table(&self.kernels)
+        let Verified { size: [width, height], samples, seed, .. } = self.0;
+        format!("{width}×{height}, {samples} pixels (seed {seed}) against exact arithmetic\n")
+            + &self.0.in_words()
     }
 
     fn __repr__(&self) -> String {
@@ -96,25 +79,17 @@ impl Asked<'_, '_> {
             .map_err(error::of(""))?;
         let open =
             |kernel| place::device(py, self.device, kernel, scene.of.spheres.len(), pixels.len());
-        let mut devices = Vec::new();
-        for &kernel in &kernels {
-            devices.push((
-                kernel,
-                match open(kernel) {
-                    Err(error)
-                        if kernels.len() > 1
-                            && error.is_instance_of::<error::NoAdapterError>(py) =>
-                    {
-                        error::warn(
-                            py,
-                            &format!("{} on the CPU alone: {}", kernel.name(), error.value(py)),
-                        )?;
-                        Device::Cpu
-                    }
-                    device => device?,
-                },
-            ));
-        }
+        let device_of = |&kernel: &Kernel| match open(kernel) {
+            Err(error)
+                if kernels.len() > 1 && error.is_instance_of::<error::NoAdapterError>(py) =>
+            {
+                let why = error.value(py);
+                error::warn(py, &format!("{} on the CPU alone: {why}", kernel.name()))?;
+                Ok((kernel, Device::Cpu))
+            }
+            device => Ok((kernel, device?)),
+        };
+        let devices = kernels.iter().map(device_of).collect::<PyResult<Vec<_>>>()?;
         let has_gpu = devices.iter().any(|(_, device)| device.facts().is_some());
         let n_steps = verification.n_steps(kernels.len(), has_gpu);
         let run = |control: &kugelblitz::control::Control| {
@@ -124,12 +99,6 @@ impl Asked<'_, '_> {
             };
             verification.run(&kernels, device_of, control)
         };
-        let results = work::run_with_progress(py, self.progress, n_steps, run)?;
-        Ok(Verification {
-            size: [pixels.width, pixels.height],
-            n_samples: verification.n_samples(),
-            seed: self.seed,
-            kernels: results,
-        })
+        work::run_with_progress(py, self.progress, n_steps, run).map(Verification)
     }
 }

@@ -3,9 +3,10 @@
 use glam::DVec3;
 
 use super::conventions::{Conventions, NormalSide, NormalSpace, Quantity};
+use crate::compare::{RayResult, did_you_mean};
 use crate::error::{Error, Result};
 use crate::picture::{Image, Samples};
-use crate::rays::{Lens, View};
+use crate::rays::{Lens, Rays, View};
 use crate::scene::Color;
 
 /// An id that no object has.
@@ -32,7 +33,7 @@ const AXES: [[&str; 3]; 4] = [["X", "Y", "Z"], ["x", "y", "z"], ["0", "1", "2"],
 
 /// What each ray is said to see.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Seen {
+pub enum ClaimedHits {
     /// Ids as this program counts them.
     Ids(Vec<u32>),
     /// The objects' own colours, as sRGB, each with so many levels for rounding.
@@ -50,7 +51,7 @@ pub enum Seen {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Claims {
     /// What it sees.
-    pub seen: Seen,
+    pub seen: ClaimedHits,
     /// The ray parameter, or the distance.
     pub t: Option<Vec<f64>>,
     /// Whether `t` is the distance from where the ray starts.
@@ -64,12 +65,12 @@ pub struct Claims {
 }
 
 impl Claims {
-    /// Reads the claims of a picture, or of a list of results. `view` is the camera of a picture.
+    /// Reads the claims of a picture of these rays, or of a list of results.
     ///
     /// # Errors
     /// [`Error::Usage`] where the picture does not have what is asked for, or where its channels' names tell
     /// nothing.
-    pub fn new(mut image: Image, conventions: &Conventions, view: Option<&View>) -> Result<Claims> {
+    pub fn new(mut image: Image, conventions: &Conventions, rays: &Rays) -> Result<Claims> {
         if conventions.rows_from_below {
             image.turn_over();
         }
@@ -77,9 +78,16 @@ impl Claims {
             [] => quantities_of(&image, conventions)?,
             given => given.to_vec(),
         };
-        let reader = Reader { image: &image, conventions, view, n_quantities: quantities.len() };
-        let (mut ids, mut colors, mut normal) = (None, None, None);
-        let mut depth: Option<(Quantity, Vec<f64>, Vec<bool>)> = None;
+        if conventions.channel.is_some() && quantities.len() != 1 {
+            let message = "--channel names one channel; say with --as what it tells";
+            return Err(Error::Usage(message.into()));
+        }
+        let view = match rays {
+            Rays::Pixels(pixels) => Some(&pixels.view),
+            Rays::List(_) => None,
+        };
+        let reader = Reader { image: &image, conventions, view };
+        let (mut ids, mut colors, mut normal, mut depth) = (None, None, None, None);
         for &quantity in &quantities {
             match quantity {
                 Quantity::Id => ids = Some(reader.ids()?),
@@ -89,82 +97,101 @@ impl Claims {
                     let message = "depths are of one kind: give one of depth, distance and zbuffer";
                     return Err(Error::Usage(message.into()));
                 }
-                _ => {
-                    let (t, is_hit) = reader.depths(quantity)?;
-                    depth = Some((quantity, t, is_hit));
+                _ => depth = Some(reader.depths(quantity)?),
+            }
+        }
+        let (t, is_hit) = depth.unzip();
+        let of_normals =
+            |normals: &Vec<DVec3>| normals.iter().map(|n| n.length() >= LEAST_NORMAL).collect();
+        let tolerance = conventions.color_tolerance;
+        let seen = ids.map(ClaimedHits::Ids);
+        let seen = seen.or(colors.map(|srgb8| ClaimedHits::Colors { srgb8, tolerance }));
+        let seen = seen.or(is_hit.or(normal.as_ref().map(of_normals)).map(ClaimedHits::Hit));
+        Ok(Claims {
+            seen: seen.ok_or_else(|| Error::Usage("there is nothing to be judged".into()))?,
+            t,
+            is_distance: quantities.contains(&Quantity::Distance),
+            normal,
+            side: conventions.normal_side,
+            quantities,
+        })
+    }
+
+    /// What is said of a ray, in terms of what is right there: of the right object where it may be meant, and with the
+    /// normal that the right one is to be compared with.
+    pub(super) fn row(
+        &self,
+        i: usize,
+        right: &RayResult,
+        is_back: bool,
+        palette: &[[u8; 3]],
+    ) -> RayResult {
+        let object = if right.id == 0 { NO_OBJECT } else { right.id };
+        let id = match &self.seen {
+            ClaimedHits::Ids(ids) => ids[i],
+            ClaimedHits::Hit(hit) => {
+                if hit[i] {
+                    object
+                } else {
+                    0
                 }
             }
-        }
-        let seen = match (ids, colors, &depth, &normal) {
-            (Some(ids), ..) => Seen::Ids(ids),
-            (None, Some(srgb8), ..) => {
-                Seen::Colors { srgb8, tolerance: conventions.color_tolerance }
-            }
-            (None, None, Some((_, _, is_hit)), _) => Seen::Hit(is_hit.clone()),
-            (None, None, None, Some(normals)) => {
-                Seen::Hit(normals.iter().map(|n| n.length() >= LEAST_NORMAL).collect())
-            }
-            (None, None, None, None) => {
-                return Err(Error::Usage("there is nothing to be judged".into()));
+            seen if seen.has_color(i, palette[right.id as usize]) => right.id,
+            seen => {
+                if seen.has_color(i, palette[0]) {
+                    0
+                } else {
+                    NO_OBJECT
+                }
             }
         };
-        let is_distance = matches!(depth, Some((Quantity::Distance, ..)));
-        let t = depth.map(|(_, t, _)| t);
-        Ok(Claims { seen, t, is_distance, normal, side: conventions.normal_side, quantities })
+        let faces = |normal: DVec3| right.normal.is_none_or(|right| normal.dot(right) >= 0.0);
+        let turned = |normal: DVec3| match self.side {
+            NormalSide::Outward if is_back => -normal,
+            NormalSide::Either if !faces(normal) => -normal,
+            _ => normal,
+        };
+        let normal = self.normal.as_ref().map(|normals| turned(normals[i]));
+        RayResult { id, t: self.t.as_ref().map(|t| t[i]), normal }
     }
+}
 
-    /// The number of rays.
-    pub fn len(&self) -> usize {
-        match &self.seen {
-            Seen::Ids(ids) => ids.len(),
-            Seen::Colors { srgb8, .. } => srgb8.len(),
-            Seen::Hit(is_hit) => is_hit.len(),
-        }
-    }
-
-    /// True where there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
+impl ClaimedHits {
+    /// Whether a ray is said to see this colour.
+    pub(super) fn has_color(&self, ray: usize, color: [u8; 3]) -> bool {
+        let ClaimedHits::Colors { srgb8, tolerance } = self else { return false };
+        color.into_iter().zip(srgb8[ray]).all(|(a, b)| a.abs_diff(b) <= *tolerance)
     }
 }
 
 /// What the names of the channels tell. Colours are looked at where there is nothing else.
 fn quantities_of(image: &Image, conventions: &Conventions) -> Result<Vec<Quantity>> {
-    let mut found = Vec::new();
     let has = |names: &[&str]| names.iter().any(|name| image.channel(name).is_some());
-    if has(&ID_NAMES) {
-        found.push(Quantity::Id);
-    }
-    if conventions.near_far.is_some() && has(&DEPTH_NAMES) {
-        found.push(Quantity::ZBuffer);
-    } else if has(&DEPTH_NAMES) {
-        found.push(Quantity::Depth);
-    } else if has(&DISTANCE_NAMES) {
-        found.push(Quantity::Distance);
-    }
-    if NORMAL_NAMES.iter().any(|name| three_of(image, name).is_some()) {
-        found.push(Quantity::Normal);
-    }
-    let is_colored = |image: &Image| {
-        let full = image.channel("R").and_then(Samples::full);
-        full.is_some() || image.format == "OpenEXR" || image.format == "HDR"
-    };
-    if found.is_empty() && colors_of(image).is_some() && is_colored(image) {
+    let has_depth = has(&DEPTH_NAMES);
+    let depth = if conventions.near_far.is_some() { Quantity::ZBuffer } else { Quantity::Depth };
+    let known = [
+        (Quantity::Id, has(&ID_NAMES)),
+        (depth, has_depth),
+        (Quantity::Distance, !has_depth && has(&DISTANCE_NAMES)),
+        (Quantity::Normal, NORMAL_NAMES.iter().any(|name| three_of(image, name).is_some())),
+    ];
+    let mut found: Vec<_> =
+        known.into_iter().filter(|(_, is_there)| *is_there).map(|(q, _)| q).collect();
+    let is_colored =
+        image.channel("R").and_then(Samples::full).is_some() || image.format == "OpenEXR";
+    if found.is_empty() && colors_of(image).is_some() && is_colored {
         found.push(Quantity::Color);
     }
-    match found.is_empty() || conventions.channel.is_some() {
-        false => Ok(found),
-        true => {
-            let channels = names(image);
-            Err(Error::Usage(format!(
-                "say with --as what {} of the {} file {} tells: id, depth, distance, zbuffer, normal or \
-                 color",
-                if channels.len() == 1 { "the channel" } else { "which of the channels" },
-                image.format,
-                channels.join(", "),
-            )))
-        }
+    if !found.is_empty() && conventions.channel.is_none() {
+        return Ok(found);
     }
+    let channels = names(image);
+    Err(Error::Usage(format!(
+        "say with --as what {} of the {} file {} tells: id, depth, distance, zbuffer, normal or color",
+        if channels.len() == 1 { "the channel" } else { "which of the channels" },
+        image.format,
+        channels.join(", "),
+    )))
 }
 
 fn names(image: &Image) -> Vec<&str> {
@@ -188,50 +215,33 @@ struct Reader<'a> {
     image: &'a Image,
     conventions: &'a Conventions,
     view: Option<&'a View>,
-    n_quantities: usize,
 }
 
 impl<'a> Reader<'a> {
-    /// The channel's name that the user gave, where it can be meant for this.
-    fn named(&self) -> Result<Option<&'a str>> {
-        match &self.conventions.channel {
-            Some(_) if self.n_quantities != 1 => {
-                Err(Error::Usage("--channel names one channel; say with --as what it tells".into()))
-            }
-            channel => Ok(channel.as_deref()),
-        }
-    }
-
     fn missing(&self, what: &str) -> Error {
-        let channels = names(self.image);
-        let advice = match channels.len() {
-            0 => String::new(),
-            _ => "; name one with --channel".to_string(),
-        };
+        let channels = names(self.image).join(", ");
+        let advice = if channels.is_empty() { "" } else { "; name one with --channel" };
         Error::Usage(format!(
-            "the {} file has no channel with {what}, but {}{advice}",
-            self.image.format,
-            channels.join(", ")
+            "the {} file has no channel with {what}, but {channels}{advice}",
+            self.image.format
         ))
     }
 
     /// The one channel that tells something.
     fn one(&self, known: &[&str], what: &str) -> Result<&'a Samples> {
         let image = self.image;
-        if let Some(name) = self.named()? {
+        if let Some(name) = &self.conventions.channel {
             return image.channel(name).ok_or_else(|| {
-                let near = names(image).into_iter();
-                let near = near.min_by_key(|known| strsim::osa_distance(name, known));
-                let near = near.map_or(String::new(), |near| format!("; did you mean {near}?"));
+                let near = did_you_mean(names(image), name);
                 Error::Usage(format!("the {} file has no channel {name}{near}", image.format))
             });
         }
         let by_name = known.iter().find_map(|name| image.channel(name));
-        let alone = || match image.channels.as_slice() {
+        let alone = match image.channels.as_slice() {
             [only] => Some(&only.samples),
             _ => None,
         };
-        by_name.or_else(alone).ok_or_else(|| self.missing(what))
+        by_name.or(alone).ok_or_else(|| self.missing(what))
     }
 
     fn ids(&self) -> Result<Vec<u32>> {
@@ -284,7 +294,7 @@ impl<'a> Reader<'a> {
     }
 
     fn normals(&self) -> Result<Vec<DVec3>> {
-        let channels = match self.named()? {
+        let channels = match &self.conventions.channel {
             Some(name) => three_of(self.image, name),
             None => {
                 let by_name = NORMAL_NAMES.iter().find_map(|name| three_of(self.image, name));

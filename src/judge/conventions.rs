@@ -2,6 +2,7 @@
 
 use std::str::FromStr;
 
+use crate::compare::did_you_mean;
 use crate::error::{Error, Result};
 
 /// What a channel tells.
@@ -50,14 +51,9 @@ impl FromStr for Quantity {
 
     fn from_str(name: &str) -> Result<Quantity> {
         Quantity::ALL.into_iter().find(|quantity| quantity.name() == name).ok_or_else(|| {
-            let near = Quantity::ALL.map(Quantity::name).into_iter();
-            let near = near.min_by_key(|known| strsim::osa_distance(name, known));
-            let near = near.filter(|known| strsim::osa_distance(name, known) <= 2);
-            let advice = near.map_or(String::new(), |near| format!("; did you mean {near}?"));
-            Error::Usage(format!(
-                "“{name}” is nothing that a channel tells; use id, depth, distance, zbuffer, normal or \
-                 color{advice}"
-            ))
+            let names = Quantity::ALL.map(Quantity::name);
+            let (known, near) = (names.join(", "), did_you_mean(names, name));
+            Error::Usage(format!("“{name}” is nothing that a channel tells; use {known}{near}"))
         })
     }
 }

@@ -1,44 +1,29 @@
 //! Conventions that would make more of the claims right.
 
-use super::{Claims, Conventions, Judgement, NormalSide, NormalSpace, Part, Quantity, judge};
-use crate::error::Result;
-use crate::picture::Image;
-use crate::rays::{Rays, View};
-use crate::scene::Scene;
-use crate::verify::{RayError, Truth};
-
-/// Another convention, as options of the command line.
-struct Other {
-    options: String,
-    conventions: Conventions,
-}
+use super::{
+    Case, CaseErrors, Claims, Conventions, ErrorStats, Judged, NormalSide, NormalSpace, Quantity,
+    RayError,
+};
 
 /// The options under which these claims would be far more right, where there are such: results that mean
 /// something else look like gross errors.
-///
-/// # Errors
-/// Those of [`judge`].
-pub fn hint(
-    scene: &Scene,
-    rays: &Rays,
-    truth: &Truth,
-    (image, conventions, view): (&Image, &Conventions, Option<&View>),
-    (claims, judgement): (&Claims, &Judgement),
-) -> Result<Option<String>> {
-    let before = Faults::new(judgement);
+pub(super) fn hint(judged: &Judged) -> Option<String> {
+    let Judged { case, truth, errors, .. } = judged;
+    let before = Faults::new(errors);
     // What stays wrong anyway is of another scene.
-    let most_wrong = rays.len() as f64 * MOST_WRONG;
+    let most_wrong = (case.rays.len() as f64 * MOST_WRONG).max(LITTLE[0]);
     let mut best: Option<(Faults, String)> = None;
-    for Other { options, conventions } in others(image, conventions, truth, claims, judgement) {
-        let Ok(claims) = Claims::new(image.clone(), &conventions, view) else { continue };
-        let found = Faults::new(&judge(scene, rays, truth, &claims)?);
+    for (options, conventions) in others(judged) {
+        let Ok(claims) = Claims::new(case.image.clone(), &conventions, &case.rays) else {
+            continue;
+        };
+        let found = Faults::new(&case.errors(&claims, truth));
         let is_best = best.as_ref().is_none_or(|(best, _)| found.is_better_than(best));
-        let is_right = found.wrong_ids <= most_wrong.max(LITTLE[0]);
-        if is_right && is_best && found.is_far_better_than(&before) {
+        if found.wrong_ids <= most_wrong && is_best && found.is_far_better_than(&before) {
             best = Some((found, options));
         }
     }
-    Ok(best.map(|(_, options)| options))
+    best.map(|(_, options)| options)
 }
 
 /// The share of ids that may be wrong by the right conventions.
@@ -55,11 +40,11 @@ struct Faults {
 }
 
 impl Faults {
-    fn new(judgement: &Judgement) -> Faults {
-        let parts = || [&judgement.away, &judgement.silhouettes].into_iter();
-        let median = |of: fn(&Part) -> Option<f64>| parts().find_map(of).unwrap_or(0.0);
+    fn new(CaseErrors { away, silhouettes, .. }: &CaseErrors) -> Faults {
+        let parts = || [away, silhouettes].into_iter();
+        let median = |of: fn(&ErrorStats) -> Option<f64>| parts().find_map(of).unwrap_or(0.0);
         Faults {
-            wrong_ids: parts().map(|part| part.wrong_ids() as f64).sum(),
+            wrong_ids: parts().map(|part| part.wrong_ids as f64).sum(),
             t: median(|part| part.t_relative.map(|spread| spread.median)),
             degrees: median(|part| part.normal_degrees.map(|spread| spread.median)),
         }
@@ -83,18 +68,14 @@ impl Faults {
     }
 }
 
-fn others(
-    image: &Image,
-    conventions: &Conventions,
-    truth: &Truth,
-    claims: &Claims,
-    judgement: &Judgement,
-) -> Vec<Other> {
+/// Other conventions, and the options of the command line that say them.
+fn others(judged: &Judged) -> Vec<(String, Conventions)> {
+    let Case { image, conventions, claims, .. } = &judged.case;
     let mut others = Vec::new();
     let mut add = |options: &str, change: &dyn Fn(&mut Conventions)| {
         let mut conventions = conventions.clone();
         change(&mut conventions);
-        others.push(Other { options: options.into(), conventions });
+        others.push((options.into(), conventions));
     };
     let has = |quantity| claims.quantities.contains(&quantity);
     if !image.is_list && !conventions.rows_from_below {
@@ -114,13 +95,13 @@ fn others(
             add(&options, &|c| c.quantities.clone_from(&quantities));
         }
     }
-    if let Some(background) = common_background(claims, judgement, conventions.scale)
+    if let Some(background) = common_background(judged)
         && conventions.background.is_none()
     {
         add(&format!("--background {background}"), &|c| c.background = Some(background));
     }
     if has(Quantity::Normal) {
-        let is_inside = truth.is_back.contains(&true);
+        let is_inside = judged.truth.is_back.contains(&true);
         let outward = NormalSide::Outward;
         let camera = NormalSpace::Camera;
         if is_inside {
@@ -140,9 +121,9 @@ fn others(
 }
 
 /// The number that most of the false hits have as their depth.
-fn common_background(claims: &Claims, judgement: &Judgement, scale: f64) -> Option<f64> {
-    let t = claims.t.as_ref()?;
-    let false_hits = judgement.errors.iter().zip(t);
+fn common_background(judged: &Judged) -> Option<f64> {
+    let (t, scale) = (judged.case.claims.t.as_ref()?, judged.case.conventions.scale);
+    let false_hits = judged.errors.of_rays.iter().zip(t);
     let false_hits = false_hits.filter(|(error, t)| **error == RayError::FalseHit && t.is_finite());
     let mut depths: Vec<f64> = false_hits.map(|(_, &t)| t / scale).collect();
     depths.sort_unstable_by(f64::total_cmp);

@@ -1,40 +1,37 @@
 //! Results of other renderers against exact arithmetic.
 //!
-//! [`Claims`] are what another renderer says of each ray, read from an [`Image`] by [`Conventions`].
+//! A [`Case`] is what another renderer says of the rays of a scene: an [`Image`], read by [`Conventions`] as [`Claims`].
 //! [`truth`] finds what is exact: the object by the kernel `certified`, which proves it, and `t` and the
-//! normal by exact arithmetic on that object. [`judge`] holds one against the other, and [`Allowed`] says
-//! what is still right.
+//! normal by exact arithmetic on that object. [`Judged`] is one held against the other by what is [`Allowed`].
 
-mod allowed;
-mod case;
 mod claims;
 mod conventions;
 mod hints;
-mod picture;
-mod spread;
+mod words;
 
-use glam::DVec3;
+use std::sync::Arc;
 
-pub use allowed::{Allowed, AllowedT, Share};
-pub use case::{Case, Finding, PartFound, SpreadFound, check_colors, in_words, object_in_words};
-pub use claims::{Claims, Seen};
+use serde::Serialize;
+
+pub use claims::{ClaimedHits, Claims};
 pub use conventions::{Conventions, NormalSide, NormalSpace, Quantity};
-pub use hints::hint;
-pub use picture::{FALSE_HIT, FALSE_MISS, WRONG_OBJECT, error_picture};
-pub use spread::Spread;
+pub use words::{Finding, object_in_words};
 
+pub use crate::compare::{Allowed, FALSE_HIT, FALSE_MISS, WRONG_OBJECT};
+use crate::compare::{ErrorStats, ObjectCounts, RayError, TError, Tolerance, error_picture, short};
 use crate::control::Control;
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::picture::Image;
 use crate::rays::{Pixels, Rays};
 use crate::scene::{Color, Scene};
 use crate::session::Session;
 use crate::trace::{Hits, Kernel, Wants};
-use crate::verify::{NormalError, RayError, TError, Truth};
+use crate::verify::Truth;
 
 /// Bytes of memory that judging a ray takes: what is exact, what is claimed in the file and by
 /// another convention, and the errors.
-pub const RAY_BYTES: u64 = 512;
+const RAY_BYTES: u64 = 512;
 
 /// The exact results of all rays.
 ///
@@ -50,65 +47,241 @@ pub fn truth(session: &mut Session, rays: &Rays, control: &Control) -> Result<Tr
     Truth::of_known(session.scene(), rays, &hits.id, control)
 }
 
-/// What became of the claims.
-#[derive(Clone, Debug)]
-pub struct Judgement {
-    /// The error of each ray.
-    pub errors: Vec<RayError>,
-    /// Whether one of a pixel's eight neighbours sees another object, by the exact ids; empty for lists
-    /// of rays.
-    pub is_at_silhouette: Vec<bool>,
-    /// Of rays that are not at silhouettes.
-    pub away: Part,
-    /// Of those that are.
-    pub silhouettes: Part,
+/// What is judged: another renderer's results, and what they are of.
+pub struct Case {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// The rays.
+    pub rays: Rays,
+    /// The results as they were given.
+    pub image: Image,
+    /// What their numbers mean.
+    pub conventions: Conventions,
+    /// The results in this program's conventions.
+    pub claims: Claims,
+    /// What may be wrong.
+    pub allowed: Allowed,
 }
 
-/// Errors of some of the rays.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
-pub struct Part {
-    /// How many rays these are.
-    pub rays: u64,
-    /// Those that are said to hit an object where there is none.
-    pub false_hits: u64,
-    /// Those that are said to hit nothing where there is an object.
-    pub false_misses: u64,
-    /// Those that are said to hit another object than the visible one.
-    pub wrong_object: u64,
-    /// Errors of `t` in f32 steps, where the object is right.
-    pub t_ulp: Option<Spread>,
-    /// Errors of `t` relative to the exact one.
-    pub t_relative: Option<Spread>,
-    /// Angles between the normals and the exact ones, degrees.
-    pub normal_degrees: Option<Spread>,
-}
-
-impl Part {
-    /// Rays with a wrong id.
-    pub fn wrong_ids(&self) -> u64 {
-        self.false_hits + self.false_misses + self.wrong_object
+impl Case {
+    /// The case of these results.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for another number of results than rays, where the results lack what is judged, and for colours
+    /// where light changes them; [`Error::TooLarge`] where judging doesn't fit the memory.
+    pub fn new(
+        scene: Arc<Scene>,
+        rays: Rays,
+        image: Image,
+        conventions: Conventions,
+        allowed: Allowed,
+    ) -> Result<Case> {
+        let n = rays.len();
+        if image.len() != n {
+            return Err(Error::Usage(format!(
+                "there are {} results for {n} rays; give one for each",
+                image.len()
+            )));
+        }
+        let (what, bytes) = (format!("judging {n} rays"), (n as u64).saturating_mul(RAY_BYTES));
+        memory::require(what, bytes, "judge a part of the picture (crop)")?;
+        let claims = Claims::new(image.clone(), &conventions, &rays)?;
+        if scene.is_lit() && matches!(claims.seen, ClaimedHits::Colors { .. }) {
+            let message = "the scene is lit, so that colours don't tell its objects; judge ids, depths or normals, or \
+                           compare the picture with an exact one: `kugelblitz render` and `kugelblitz compare`";
+            return Err(Error::Usage(message.into()));
+        }
+        Ok(Case { scene, rays, image, conventions, claims, allowed })
     }
 
-    fn new(errors: &[RayError], is_in: impl Fn(usize) -> bool) -> Part {
-        let mut part = Part::default();
-        let (mut ulps, mut relative, mut degrees) = (Vec::new(), Vec::new(), Vec::new());
-        for (i, error) in errors.iter().enumerate().filter(|(i, _)| is_in(*i)) {
-            part.rays += 1;
-            match error {
-                RayError::FalseHit => part.false_hits += 1,
-                RayError::FalseMiss => part.false_misses += 1,
-                RayError::WrongObject => part.wrong_object += 1,
-                RayError::Right { t, normal, .. } => {
-                    ulps.extend(t.map(|t| (t.ulp, i)));
-                    relative.extend(t.map(|t| (t.relative, i)));
-                    degrees.extend(normal.map(|normal| (normal.degrees, i)));
-                }
+    /// Holds the results against what `session`, whose kernel is `certified`, proves.
+    ///
+    /// # Errors
+    /// Those of [`truth`].
+    pub fn judge(self, session: &mut Session, control: &Control) -> Result<Judged> {
+        let truth = truth(session, &self.rays, control)?;
+        Judged::new(self, truth)
+    }
+
+    /// The errors of claims about these rays.
+    fn errors(&self, claims: &Claims, truth: &Truth) -> CaseErrors {
+        let palette: Vec<[u8; 3]> = self.scene.colors().map(Color::to_srgb8).collect();
+        let error = |i: usize| {
+            let mut right = truth.row(i);
+            if claims.is_distance {
+                right.t = right.t.map(|t| t * self.length(i));
+            }
+            let said = claims.row(i, &right, truth.is_back[i], &palette);
+            match RayError::of(Some(said), &right, |normal| normal == truth.normal_f32[i]) {
+                RayError::Right { id: 0, .. } => RayError::Right { id: 0, t: None, normal: None },
+                error => error,
+            }
+        };
+        let errors: Vec<RayError> = (0..truth.id.len()).map(error).collect();
+        let is_at_silhouette = match &self.rays {
+            Rays::Pixels(pixels) => silhouettes(pixels, &truth.id),
+            Rays::List(_) => vec![false; errors.len()],
+        };
+        let class = |at| ErrorStats::new(&self.rays, &errors, |i| is_at_silhouette[i] == at);
+        let (away, silhouettes) = (class(false), class(true));
+        CaseErrors { of_rays: errors, is_at_silhouette, away, silhouettes }
+    }
+
+    /// Length of a ray's direction.
+    fn length(&self, i: usize) -> f64 {
+        match &self.rays {
+            Rays::Pixels(pixels) => {
+                let (x, y) = pixels.xy(i);
+                pixels.direction(x, y).length()
+            }
+            Rays::List(rays) => rays[i].direction.length(),
+        }
+    }
+}
+
+/// The errors of a case's rays.
+#[derive(Clone, Debug)]
+pub struct CaseErrors {
+    /// The error of each ray.
+    pub of_rays: Vec<RayError>,
+    /// Whether one of a pixel's eight neighbours sees another object, by the exact ids; never in a list of rays.
+    pub is_at_silhouette: Vec<bool>,
+    /// Of rays that are not at silhouettes.
+    pub away: ErrorStats,
+    /// Of those that are.
+    pub silhouettes: ErrorStats,
+}
+
+/// A case that was held against exact arithmetic.
+pub struct Judged {
+    /// The case.
+    pub case: Case,
+    /// What is exact.
+    pub truth: Truth,
+    /// The errors.
+    pub errors: CaseErrors,
+    /// What is more wrong than it may be, one sentence each.
+    pub broken: Vec<String>,
+    /// Options under which far more of it would be right, where there are such.
+    pub hint: Option<String>,
+}
+
+/// What became of a case.
+#[derive(Serialize)]
+pub struct JudgeSummary<'a> {
+    size: Option<[u32; 2]>,
+    /// Left column, top row, width and height of a part.
+    crop: Option<[u32; 4]>,
+    objects: ObjectCounts,
+    rays: usize,
+    judged: Vec<&'static str>,
+    allowed: String,
+    away: &'a ErrorStats,
+    silhouettes: Option<&'a ErrorStats>,
+    worst: Vec<Finding>,
+    hint: Option<&'a str>,
+    broken: &'a [String],
+}
+
+impl Judged {
+    /// A case with the truth about its rays.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for the truth about another number of rays.
+    pub fn new(case: Case, truth: Truth) -> Result<Judged> {
+        if truth.id.len() != case.rays.len() {
+            let (n, n_rays) = (truth.id.len(), case.rays.len());
+            return Err(Error::Usage(format!("{n} exact results were given for {n_rays} rays")));
+        }
+        let errors = case.errors(&case.claims, &truth);
+        let mut judged = Judged { case, truth, errors, broken: Vec::new(), hint: None };
+        judged.broken = judged.broken();
+        if !judged.broken.is_empty() {
+            judged.hint = hints::hint(&judged);
+        }
+        Ok(judged)
+    }
+
+    /// The pixels, where the rays are those of pixels.
+    pub fn pixels(&self) -> Option<&Pixels> {
+        match &self.case.rays {
+            Rays::Pixels(pixels) => Some(pixels),
+            Rays::List(_) => None,
+        }
+    }
+
+    /// The errors at silhouettes; `None` for a list of rays.
+    pub fn silhouettes(&self) -> Option<&ErrorStats> {
+        self.pixels().map(|_| &self.errors.silhouettes)
+    }
+
+    /// The names of what was judged.
+    pub fn quantities(&self) -> Vec<&'static str> {
+        self.case.claims.quantities.iter().map(|quantity| quantity.name()).collect()
+    }
+
+    /// The rays with anything that is more wrong than it may be of one ray.
+    pub fn wrong_rays(&self) -> impl Iterator<Item = usize> {
+        let errors = self.errors.of_rays.iter().enumerate();
+        errors.filter(|(_, error)| !self.case.allowed.is_right(error)).map(|(ray, _)| ray)
+    }
+
+    /// All in numbers, with these findings.
+    pub fn summary(&self, worst: Vec<Finding>) -> JudgeSummary<'_> {
+        let (pixels, Case { scene, rays, allowed, .. }) = (self.pixels(), &self.case);
+        let is_part = |p: &&Pixels| (p.width, p.height) != (p.image_width, p.image_height);
+        JudgeSummary {
+            size: pixels.map(|p| [p.image_width, p.image_height]),
+            crop: pixels.filter(is_part).map(|p| [p.x, p.y, p.width, p.height]),
+            objects: ObjectCounts::of(scene),
+            rays: rays.len(),
+            judged: self.quantities(),
+            allowed: allowed.to_string(),
+            away: &self.errors.away,
+            silhouettes: self.silhouettes(),
+            worst,
+            hint: self.hint.as_deref(),
+            broken: &self.broken,
+        }
+    }
+
+    /// The picture of the errors: its size and colours; `None` for a list of rays.
+    pub fn picture(&self) -> Option<([u32; 2], Vec<[u8; 3]>)> {
+        let CaseErrors { of_rays, is_at_silhouette, .. } = &self.errors;
+        let pixels = self.pixels()?;
+        let colors = error_picture(of_rays, |i| is_at_silhouette[i]);
+        Some(([pixels.width, pixels.height], colors))
+    }
+
+    fn broken(&self) -> Vec<String> {
+        let (allowed, CaseErrors { away, silhouettes, .. }) = (&self.case.allowed, &self.errors);
+        let mut broken = Vec::new();
+        let place = if silhouettes.rays > 0 { " away from silhouettes" } else { "" };
+        for (part, key, place) in
+            [(away, "ids", place), (silhouettes, "silhouettes", " at silhouettes")]
+        {
+            let (ErrorStats { wrong_ids, rays, .. }, most) = (part, allowed.limit(key));
+            if !most.allows_part(*wrong_ids, *rays) {
+                broken.push(format!("{wrong_ids} of {rays} ids{place} are wrong, allowed: {most}"));
             }
         }
-        part.t_ulp = Spread::new(ulps);
-        part.t_relative = Spread::new(relative);
-        part.normal_degrees = Spread::new(degrees);
-        part
+        let worst = |of: fn(&ErrorStats) -> Option<f64>| {
+            [away, silhouettes].into_iter().filter_map(of).fold(0.0, f64::max)
+        };
+        let ulp = worst(|part| part.t_ulp.map(|spread| spread.worst));
+        let relative = worst(|part| part.t_relative.map(|spread| spread.worst));
+        if !allowed.allows_t(&TError { ulp, relative, is_nearest: false }) {
+            broken.push(match allowed.limit("t") {
+                Tolerance::Ulp(most) => format!("t is off by {} ulp, allowed: {most}", short(ulp)),
+                most => format!("t is off by a relative {}, allowed: {most}", short(relative)),
+            });
+        }
+        let degrees = worst(|part| part.normal_degrees.map(|spread| spread.worst));
+        let most = allowed.limit("normal");
+        if !most.allows(degrees) {
+            broken.push(format!("a normal is off by {}°, allowed: {most}°", short(degrees)));
+        }
+        broken
     }
 }
 
@@ -124,149 +297,38 @@ fn silhouettes(pixels: &Pixels, id: &[u32]) -> Vec<bool> {
     (0..id.len()).map(at).collect()
 }
 
-/// Holds claims against the truth about the same rays.
+/// The size of the whole picture that `image` is to be a part of, by a size and a crop that are given or not; `None` for
+/// the scene's own.
 ///
 /// # Errors
-/// [`Error::Usage`] for claims about another number of rays.
-pub fn judge(scene: &Scene, rays: &Rays, truth: &Truth, claims: &Claims) -> Result<Judgement> {
-    let n = rays.len();
-    if claims.len() != n || truth.id.len() != n {
-        return Err(Error::Usage(format!(
-            "{} results are to be judged by {} exact ones, for {n} rays",
-            claims.len(),
-            truth.id.len()
-        )));
-    }
-    let palette: Vec<[u8; 3]> = match claims.seen {
-        Seen::Colors { .. } => scene.colors().map(Color::to_srgb8).collect(),
-        Seen::Ids(_) | Seen::Hit(_) => Vec::new(),
-    };
-    let errors: Vec<RayError> = (0..n)
-        .map(|i| {
-            let id = truth.id[i];
-            wrong_id(&claims.seen, &palette, i, id).unwrap_or_else(|| RayError::Right {
-                id,
-                t: t_error(rays, truth, claims, i).filter(|_| id != 0),
-                normal: normal_error(truth, claims, i).filter(|_| id != 0),
-            })
-        })
-        .collect();
-    let is_at_silhouette = match rays {
-        Rays::Pixels(pixels) => silhouettes(pixels, &truth.id),
-        Rays::List(_) => Vec::new(),
-    };
-    let is_at = |i: usize| is_at_silhouette.get(i).copied().unwrap_or(false);
-    let away = Part::new(&errors, |i| !is_at(i));
-    let of_silhouettes = Part::new(&errors, is_at);
-    Ok(Judgement { errors, is_at_silhouette, away, silhouettes: of_silhouettes })
-}
-
-/// What is wrong with what a ray is said to see, if anything is.
-fn wrong_id(seen: &Seen, palette: &[[u8; 3]], i: usize, id: u32) -> Option<RayError> {
-    let (is_right, is_hit) = match seen {
-        Seen::Ids(ids) => (ids[i] == id, ids[i] != 0),
-        Seen::Hit(hit) => (hit[i] == (id != 0), hit[i]),
-        Seen::Colors { srgb8, tolerance } => {
-            let has = |id: u32| {
-                let pairs = palette[id as usize].into_iter().zip(srgb8[i]);
-                pairs.into_iter().all(|(a, b)| a.abs_diff(b) <= *tolerance)
-            };
-            (has(id), !has(0))
+/// [`Error::Usage`] for a list, and where the image has another size.
+pub fn whole_size(
+    image: &Image,
+    size: Option<[u32; 2]>,
+    crop: Option<[u32; 4]>,
+) -> Result<Option<[u32; 2]>> {
+    let (own, Image { width, height, whole, first, .. }) = ([image.width, image.height], image);
+    let of_file = whole.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+    let wrong = match (crop, size) {
+        _ if image.is_list => {
+            format!("a list of {width} results; give the rays that they are of (--rays)")
         }
-    };
-    match (is_right, is_hit, id) {
-        (true, ..) => None,
-        (false, false, _) => Some(RayError::FalseMiss),
-        (false, true, 0) => Some(RayError::FalseHit),
-        (false, true, _) => Some(RayError::WrongObject),
-    }
-}
-
-fn t_error(rays: &Rays, truth: &Truth, claims: &Claims, i: usize) -> Option<TError> {
-    let claimed = claims.t.as_ref()?[i];
-    let length = || match rays {
-        Rays::Pixels(pixels) => {
-            let (x, y) = pixels.xy(i);
-            pixels.direction(x, y).length()
+        (Some([.., w, h]), _) if [w, h].map(|n| n as usize) != own => {
+            format!("{width}×{height} pixels, but crop has {w}×{h}")
         }
-        Rays::List(rays) => rays[i].direction.length(),
-    };
-    let exact = if claims.is_distance { truth.t[i] * length() } else { truth.t[i] };
-    Some(TError::of(claimed, exact))
-}
-
-fn normal_error(truth: &Truth, claims: &Claims, i: usize) -> Option<NormalError> {
-    let claimed = claims.normal.as_ref()?[i];
-    let exact = DVec3::from(truth.normal[i]);
-    let facing = NormalError::of(claimed, exact);
-    let turned = || NormalError::of(claimed, -exact);
-    Some(match claims.side {
-        NormalSide::Facing => facing,
-        NormalSide::Outward if truth.is_back[i] => turned(),
-        NormalSide::Outward => facing,
-        NormalSide::Either => {
-            let turned = turned();
-            if turned.degrees < facing.degrees { turned } else { facing }
+        (Some(_), _) => {
+            let is_whole = *whole == own && *first == [0, 0];
+            return Ok(size.or((!is_whole).then_some(of_file)));
         }
-    })
-}
-
-/// Colours that one is compared with, the next ones by their red.
-const N_NEXT_COLORS: usize = 256;
-
-/// Objects whose colours are so near each other that claims in colours don't tell them apart: how many were
-/// found, and one pair. Each is compared with the next ones by their red alone.
-pub fn alike(scene: &Scene, tolerance: u8) -> Option<(usize, [u32; 2])> {
-    let mut colors: Vec<([u8; 3], u32)> = scene.colors().map(Color::to_srgb8).zip(0..).collect();
-    colors.sort_unstable();
-    let (mut n_alike, mut pair) = (0, None);
-    for (i, &(color, id)) in colors.iter().enumerate() {
-        let within = |a: u8, b: u8| a.abs_diff(b) <= tolerance.saturating_mul(2);
-        let next = colors[i + 1..].iter().take_while(|(other, _)| within(other[0], color[0]));
-        let next = next.take(N_NEXT_COLORS);
-        let mut alike = next.filter(|(other, _)| (1..3).all(|c| within(other[c], color[c])));
-        if let Some(&(_, other)) = alike.next() {
-            n_alike += 1;
-            pair.get_or_insert([id.min(other), id.max(other)]);
+        (None, Some([w, h])) if [w, h] != of_file => {
+            let [width, height] = of_file;
+            format!(
+                "{width}×{height} pixels, but size has {w}×{h}; say with crop which part of it they are"
+            )
         }
-    }
-    Some((n_alike, pair?))
-}
-
-/// The indices of the worst rays of each kind, at most `n` of each: wrong ids away from silhouettes, wrong ids
-/// at them, evenly drawn; the largest errors of `t` and those of the normals, the worst first.
-pub fn worst(judgement: &Judgement, n: usize) -> [Vec<usize>; 4] {
-    let errors = &judgement.errors;
-    let is_at = |i: usize| judgement.is_at_silhouette.get(i).copied().unwrap_or(false);
-    let wrong = |at: bool| {
-        let wrong = errors.iter().enumerate();
-        let wrong = wrong.filter(|(_, error)| !matches!(error, RayError::Right { .. }));
-        let wrong: Vec<usize> = wrong.map(|(i, _)| i).filter(|&i| is_at(i) == at).collect();
-        let n = n.min(wrong.len());
-        (0..n).map(|k| wrong[k * wrong.len() / n]).collect()
+        _ => return Ok(Some(of_file)),
     };
-    let largest = |of: fn(&RayError) -> Option<f64>| {
-        let all = errors.iter().enumerate();
-        let all =
-            all.filter_map(|(i, error)| Some((of(error)?, i)).filter(|(size, _)| *size > 0.0));
-        let mut all: Vec<(f64, usize)> = all.collect();
-        let by_size = |a: &(f64, usize), b: &(f64, usize)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
-        if all.len() > n && n > 0 {
-            all.select_nth_unstable_by(n - 1, by_size);
-        }
-        all.truncate(n);
-        all.sort_unstable_by(by_size);
-        all.into_iter().map(|(_, i)| i).collect()
-    };
-    let t = |error: &RayError| match error {
-        RayError::Right { t, .. } => t.map(|t| t.ulp),
-        _ => None,
-    };
-    let normal = |error: &RayError| match error {
-        RayError::Right { normal, .. } => normal.map(|normal| normal.degrees),
-        _ => None,
-    };
-    [wrong(false), wrong(true), largest(t), largest(normal)]
+    Err(Error::Usage(wrong))
 }
 
 /// The pixels that a picture shows, of a camera's picture of that size: a part where the file says so.
@@ -274,19 +336,18 @@ pub fn worst(judgement: &Judgement, n: usize) -> [Vec<usize>; 4] {
 /// # Errors
 /// [`Error::Usage`] where the picture doesn't lie within the whole one.
 pub fn pixels_of(image: &Image, whole: Pixels) -> Result<Pixels> {
-    let narrow = |n: i64| u32::try_from(n).ok();
+    let [x, y] = image.first;
+    let (Image { width, height, .. }, narrow) = (image, |n: i64| u32::try_from(n).ok());
     let part = || {
-        let [x, y] = image.first.map(narrow);
-        let (width, height) = (narrow(image.width as i64)?, narrow(image.height as i64)?);
-        let pixels = Pixels { x: x?, y: y?, width, height, ..whole };
+        let [x, y, width, height] = [x, y, *width as i64, *height as i64].map(narrow);
+        let pixels = Pixels { x: x?, y: y?, width: width?, height: height?, ..whole };
         pixels.is_in_picture().then_some(pixels)
     };
     part().ok_or_else(|| {
-        let [x, y] = image.first;
+        let Pixels { image_width, image_height, .. } = whole;
         Error::Usage(format!(
-            "{}×{} pixels at {x},{y} don't lie in a picture of {}×{}; say which part they are with \
-             --size and --crop",
-            image.width, image.height, whole.image_width, whole.image_height
+            "{width}×{height} pixels at {x},{y} don't lie in a picture of {image_width}×{image_height}; say which \
+             part they are with size and crop"
         ))
     })
 }

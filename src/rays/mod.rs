@@ -51,6 +51,14 @@ impl Rays {
         }
     }
 
+    /// Column and row of the `i`-th ray in the whole picture; `None` for a list.
+    pub fn pixel(&self, i: usize) -> Option<[u32; 2]> {
+        match self {
+            Rays::Pixels(pixels) => Some(pixels.xy(i).into()),
+            Rays::List(_) => None,
+        }
+    }
+
     /// How the rays lie to each other.
     pub fn bundle(&self) -> Bundle {
         match self {

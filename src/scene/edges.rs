@@ -110,13 +110,13 @@ impl Edges {
         let edge = |number: u16| linear_from_srgb((f64::from(number) - 0.5) / f64::from(largest));
         let mut above: Vec<f64> = (1..=largest).into_par_iter().map(edge).collect();
         let mut index = Vec::with_capacity(n_parts + 1);
-        for (number, edge) in (0..=largest).zip(&above) {
+        for (number, edge) in (0..largest).zip(&above) {
             // The first part that begins at the edge or above it.
             index.resize((edge * n_parts as f64).ceil() as usize, number);
         }
         index.resize(n_parts + 1, largest);
         let mut nearest = Vec::with_capacity(n_parts + 1);
-        for (number, edge) in (0..=largest).zip(&above) {
+        for (number, edge) in (0..largest).zip(&above) {
             nearest.resize((edge * n_parts as f64 + 0.5).ceil() as usize, number);
         }
         nearest.resize(n_parts + 1, largest);

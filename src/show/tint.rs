@@ -248,7 +248,7 @@ pub fn error(hits: &Hits, truth: &Truth, k: usize) -> Tint {
         (_, 0) => INVENTED,
         (found, expected) if found != expected => OTHER,
         _ => {
-            let ulp = TError::new(hits.t[index], truth.t[k]).ulp;
+            let ulp = TError::of(hits.t[index].into(), truth.t[k]).ulp;
             MOST_ULP.iter().position(|most| ulp <= *most).unwrap_or(MOST_ULP.len() - 1)
         }
     };

@@ -1,13 +1,14 @@
 //! Colours of lit or sampled pictures against exact arithmetic and against each other.
 
+use std::fmt;
+
 use rayon::prelude::*;
 
 use super::{Near, hit_of};
 use crate::control::Control;
 use crate::error::Result;
 use crate::exact::ExactPixels;
-use crate::kernel::Kernel;
-use crate::rays::{Pixels, Ray};
+use crate::rays::Pixels;
 use crate::scene::{Samples, Scene};
 use crate::shade::{
     Colors, Encoding, ExactMean, Lighting, LitPoint, Painter, Style, add_sample, exact_pixel,
@@ -22,7 +23,7 @@ pub const COLOR_BYTES: u64 = 64;
 
 /// Colours of the same pixels in every encoding.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Shown {
+pub struct RenderedColors {
     /// sRGB, 8 bits a channel.
     pub srgb8: Vec<[u8; 3]>,
     /// sRGB, 16 bits a channel.
@@ -31,7 +32,7 @@ pub struct Shown {
     pub linear: Vec<[f32; 3]>,
 }
 
-impl Shown {
+impl RenderedColors {
     /// The colours of a band of pixels, as a picture gets them. `hits` are of the pixels' centre rays; the tracers are those of
     /// [`Painter::new`].
     ///
@@ -44,8 +45,8 @@ impl Shown {
         tracer: &mut Tracer,
         mut of_samples: Option<&mut Tracer>,
         control: &Control,
-    ) -> Result<Shown> {
-        let mut shown = Shown::default();
+    ) -> Result<RenderedColors> {
+        let mut shown = RenderedColors::default();
         for encoding in [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear] {
             let style = Style { n_samples, ..Style::new(encoding) };
             let mut painter = Painter::new(style, band, tracer, of_samples.as_deref_mut());
@@ -80,7 +81,7 @@ pub struct ColorTruth {
     /// The pixels, as indices into the colours of all pixels.
     pub index: Vec<usize>,
     /// Their colours.
-    pub colors: Shown,
+    pub colors: RenderedColors,
 }
 
 impl ColorTruth {
@@ -113,7 +114,7 @@ impl ColorTruth {
             Ok(numbers(&mean))
         });
         let seen: Vec<_> = seen.collect::<Result<_>>()?;
-        let colors = Shown {
+        let colors = RenderedColors {
             srgb8: seen.iter().map(|seen| seen.0).collect(),
             srgb16: seen.iter().map(|seen| seen.1).collect(),
             linear: seen.iter().map(|seen| seen.2).collect(),
@@ -133,8 +134,7 @@ pub(crate) fn samples_of_pixel(
 ) -> Vec<(u32, Option<LitPoint>)> {
     let sample = |at: u32| {
         let (x, y) = (x * n_samples + at % n_samples, y * n_samples + at / n_samples);
-        let (origin, direction) = (of_samples.origin_offset(x, y), of_samples.direction(x, y));
-        let near = Near { reference: of_samples.view.position, ray: Ray { origin, direction } };
+        let near = Near::of_pixel(of_samples, (x, y));
         let exact = rays.ray(x, y);
         let Some(hit) = hit_of(scene, &exact, &near) else { return (0, None) };
         let point = || LitPoint::new(scene, &exact, &hit, (near.reference, &near.ray));
@@ -170,81 +170,37 @@ impl ColorDifferences {
         self.first.is_none()
     }
 
-    /// Adds another part of the same picture, whose pixels begin at `first_pixel`.
-    pub fn add(&mut self, other: &ColorDifferences, first_pixel: usize) {
-        self.pixels += other.pixels;
-        self.srgb8 += other.srgb8;
-        self.srgb16 += other.srgb16;
-        self.linear += other.linear;
-        self.first = self.first.or(other.first.map(|index| first_pixel + index));
-    }
-
-    /// One more pixel; what one of the two lacks differs.
-    fn count(&mut self, index: usize, a: [Option<[u32; 3]>; 3], b: [Option<[u32; 3]>; 3]) {
-        self.pixels += 1;
-        let counts = [&mut self.srgb8, &mut self.srgb16, &mut self.linear];
-        for ((count, a), b) in counts.into_iter().zip(a).zip(b) {
-            if a.is_none() || a != b {
-                *count += 1;
-                self.first.get_or_insert(index);
+    /// Counts pixels of a band, which begins at `first_pixel`: of `a` those with these indices, of `b` all, in their
+    /// order. What one of the two lacks differs.
+    pub fn see(
+        &mut self,
+        (a, index): (&RenderedColors, impl IntoIterator<Item = usize>),
+        b: &RenderedColors,
+        first_pixel: usize,
+    ) {
+        for (at, index) in index.into_iter().enumerate() {
+            self.pixels += 1;
+            let counts = [&mut self.srgb8, &mut self.srgb16, &mut self.linear];
+            for ((count, a), b) in counts.into_iter().zip(a.bits(index)).zip(b.bits(at)) {
+                if a.is_none() || a != b {
+                    *count += 1;
+                    self.first.get_or_insert(first_pixel + index);
+                }
             }
         }
     }
+
+    /// Counts the pixels of a band, which begins at `first_pixel`, whose colours in two results differ.
+    pub fn see_all(&mut self, a: &RenderedColors, b: &RenderedColors, first_pixel: usize) {
+        self.see((a, 0..a.len().max(b.len())), b, first_pixel);
+    }
 }
 
-/// Compares the colours of the same pixels.
-pub fn compare_colors(a: &Shown, b: &Shown) -> ColorDifferences {
-    let mut found = ColorDifferences::default();
-    for index in 0..a.len().max(b.len()) {
-        found.count(index, a.bits(index), b.bits(index));
+impl fmt::Display for ColorDifferences {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let ColorDifferences { pixels, srgb8, srgb16, linear, .. } = self;
+        write!(f, "of {pixels} pixels, {srgb8} in 8 bits, {srgb16} in 16, {linear} in floats")
     }
-    found
-}
-
-/// Compares colours with the truth about some of their pixels.
-pub fn compare_colors_to_exact(shown: &Shown, truth: &ColorTruth) -> ColorDifferences {
-    let mut found = ColorDifferences::default();
-    for (at, &index) in truth.index.iter().enumerate() {
-        found.count(index, shown.bits(index), truth.colors.bits(at));
-    }
-    found
-}
-
-/// The promise of a kernel about colours, to follow its other ones; `None` where it makes none.
-pub fn color_promise(kernel: Kernel) -> Option<&'static str> {
-    let is_exact = kernel.about().promise.exact.is_some();
-    is_exact.then_some(", every byte and every float of the colours the exact one")
-}
-
-/// The promises about colours that these results break, one sentence each. `bit_equal` says whether the
-/// kernel's arithmetic on the device is that of IEEE 754, `parity` compares GPU with CPU where both ran, and
-/// `exact` has each device's name and result.
-pub fn broken_color_promises(
-    kernel: Kernel,
-    bit_equal: bool,
-    parity: Option<&ColorDifferences>,
-    exact: &[(&str, &ColorDifferences)],
-) -> Vec<String> {
-    let name = kernel.name();
-    let mut broken = Vec::new();
-    for (device, against) in exact {
-        if against.pixels == 0 {
-            broken.push(format!("{name} on the {device}: no colour was compared"));
-        }
-    }
-    let are_exact = color_promise(kernel).is_some();
-    let counts = |found: &ColorDifferences| {
-        let ColorDifferences { pixels, srgb8, srgb16, linear, .. } = found;
-        format!("of {pixels} pixels, {srgb8} in 8 bits, {srgb16} in 16, {linear} in floats")
-    };
-    let are_equal = bit_equal || are_exact;
-    if let Some(parity) = parity.filter(|parity| are_equal && !parity.is_equal()) {
-        broken.push(format!("{name}: GPU and CPU show different colours: {}", counts(parity)));
-    }
-    for (device, against) in exact.iter().filter(|(_, against)| are_exact && !against.is_equal()) {
-        broken.push(format!("{name} on the {device}: wrong colours: {}", counts(against)));
-    }
-    broken
 }
 
 #[cfg(test)]
@@ -253,7 +209,10 @@ mod tests {
 
     use std::sync::Arc;
 
+    use super::super::{Differences, broken_promises};
     use super::*;
+    use crate::compare::RayDifferences;
+    use crate::kernel::Kernel;
     use crate::prepare::Prepared;
     use crate::rays::View;
     use crate::scene::{Camera, Color, Light, Plane, Sky, Source, Sphere};
@@ -286,7 +245,7 @@ mod tests {
         (Arc::new(scene), pixels)
     }
 
-    fn painted(scene: &Arc<Scene>, pixels: &Pixels, n_samples: u32) -> Shown {
+    fn painted(scene: &Arc<Scene>, pixels: &Pixels, n_samples: u32) -> RenderedColors {
         let make = |pixels: &Pixels| {
             let rays = Rays::Pixels(*pixels);
             let prepared = Prepared::new(Arc::clone(scene), Kernel::Certified, &rays).unwrap();
@@ -300,7 +259,7 @@ mod tests {
         let mut tracer = Tracer::on_cpu(of_samples, Wants::default());
         let tracer: Option<&mut Tracer> = (n_samples > 1).then_some(&mut tracer);
         let n = Samples::nearest(n_samples);
-        Shown::painted(pixels, n, &hits, &mut of_pixels, tracer, &control).unwrap()
+        RenderedColors::painted(pixels, n, &hits, &mut of_pixels, tracer, &control).unwrap()
     }
 
     fn truth(scene: &Scene, pixels: &Pixels, n_samples: u32) -> ColorTruth {
@@ -308,13 +267,23 @@ mod tests {
         ColorTruth::of_pixels(scene, pixels, n_samples, all, &Control::default()).unwrap()
     }
 
-    fn broken(shown: &Shown, truth: &ColorTruth) -> [Vec<String>; 2] {
-        let (kernel, parity) = (Kernel::Certified, compare_colors(shown, &truth.colors));
-        let against = compare_colors_to_exact(shown, truth);
-        [
-            broken_color_promises(kernel, false, Some(&parity), &[]),
-            broken_color_promises(kernel, false, None, &[("GPU", &against)]),
-        ]
+    /// From others and from the truth.
+    fn found(shown: &RenderedColors, truth: &ColorTruth) -> [ColorDifferences; 2] {
+        let mut found = <[ColorDifferences; 2]>::default();
+        found[0].see_all(shown, &truth.colors, 0);
+        found[1].see((shown, truth.index.iter().copied()), &truth.colors, 0);
+        found
+    }
+
+    /// Promises broken by colours that differ so between devices and from the exact ones.
+    fn broken_of(kernel: Kernel, bit_equal: bool, colors: ColorDifferences) -> Vec<String> {
+        let rays = RayDifferences { rays: 1, ..Default::default() };
+        let differences = Differences { rays, colors: Some(colors) };
+        broken_promises(kernel, bit_equal, Some(&differences), &[("GPU", &differences)])
+    }
+
+    fn broken(shown: &RenderedColors, truth: &ColorTruth) -> [Vec<String>; 2] {
+        found(shown, truth).map(|colors| broken_of(Kernel::Certified, false, colors))
     }
 
     #[test]
@@ -325,8 +294,9 @@ mod tests {
             let shown = painted(&scene, &pixels, n_samples);
             assert_eq!(shown, truth.colors);
             assert_eq!(broken(&shown, &truth), [const { Vec::<String>::new() }; 2]);
-            let found = compare_colors(&shown, &truth.colors);
-            assert!(found.is_equal() && found.pixels == pixels.len() as u64, "{found:?}");
+            for found in found(&shown, &truth) {
+                assert!(found.is_equal() && found.pixels == pixels.len() as u64, "{found:?}");
+            }
         }
     }
 
@@ -335,7 +305,7 @@ mod tests {
         let (scene, pixels) = scene(true);
         let truth = truth(&scene, &pixels, 1);
         let at = 11 * 36 + 17;
-        type Sabotage = (&'static str, [u64; 3], fn(&mut Shown, usize));
+        type Sabotage = (&'static str, [u64; 3], fn(&mut RenderedColors, usize));
         let sabotages: [Sabotage; 7] = [
             ("byte", [1, 0, 0], |shown, i| shown.srgb8[i][2] ^= 1),
             ("16 bits", [0, 1, 0], |shown, i| shown.srgb16[i][0] ^= 1),
@@ -357,19 +327,16 @@ mod tests {
             let mut shown = truth.colors.clone();
             apply(&mut shown, at);
             let first = Some(if what == "lacking" { pixels.len() - 1 } else { at });
-            for found in
-                [compare_colors(&shown, &truth.colors), compare_colors_to_exact(&shown, &truth)]
-            {
+            for found in found(&shown, &truth) {
                 let ColorDifferences { pixels: n, srgb8, srgb16, linear, .. } = found;
                 assert_eq!([srgb8, srgb16, linear], counts, "{what}");
                 assert_eq!((found.first, n), (first, pixels.len() as u64), "{what}");
             }
             for broken in broken(&shown, &truth) {
-                assert_eq!(broken.len(), 1, "{what}: {broken:?}");
+                assert_eq!(broken.len(), 2, "{what}: {broken:?}");
             }
         }
-        let nothing = Shown::default();
-        let found = compare_colors(&nothing, &truth.colors);
+        let [found, _] = found(&RenderedColors::default(), &truth);
         assert_eq!(found.srgb8, pixels.len() as u64, "nothing is not equal to something");
     }
 
@@ -388,24 +355,24 @@ mod tests {
         ];
         for (what, shown, n_bytes) in sabotages {
             let truth = truth_of(1);
-            let found = compare_colors_to_exact(&shown, &truth);
+            let [_, found] = found(&shown, &truth);
             assert!(found.srgb8 >= n_bytes && found.linear > n_bytes, "{what}: {found:?}");
-            assert!(broken(&shown, &truth).iter().all(|broken| broken.len() == 1), "{what}");
+            assert!(broken(&shown, &truth).iter().all(|broken| broken.len() == 2), "{what}");
         }
-        let found = compare_colors_to_exact(&painted(&scene, &pixels, 1), &truth_of(2));
+        let [_, found] = found(&painted(&scene, &pixels, 1), &truth_of(2));
         assert!(found.srgb8 > 20, "one sample: {found:?}");
     }
 
     #[test]
     fn what_is_not_promised_is_not_broken_and_nothing_is_not_success() {
         let wrong = ColorDifferences { pixels: 9, srgb8: 3, first: Some(1), ..Default::default() };
-        let broken = |kernel, bit_equal, found: &ColorDifferences| {
-            broken_color_promises(kernel, bit_equal, Some(&wrong), &[("CPU", found)]).len()
+        let n_broken = |kernel, bit_equal, found: &ColorDifferences| {
+            broken_of(kernel, bit_equal, found.clone()).len()
         };
-        assert_eq!(broken(Kernel::Stable, false, &wrong), 0);
+        assert_eq!(n_broken(Kernel::Stable, false, &wrong), 0);
         // Of the same arithmetic, GPU and CPU show the same, right or wrong.
-        assert_eq!(broken(Kernel::Stable, true, &wrong), 1);
-        assert_eq!(broken(Kernel::Certified, false, &wrong), 2);
-        assert_eq!(broken(Kernel::Stable, false, &ColorDifferences::default()), 1);
+        assert_eq!(n_broken(Kernel::Stable, true, &wrong), 1);
+        assert_eq!(n_broken(Kernel::Certified, false, &wrong), 2);
+        assert_eq!(n_broken(Kernel::Stable, false, &ColorDifferences::default()), 1);
     }
 }

@@ -1,16 +1,14 @@
 //! A picture's kernels on both devices, held against each other and against exact arithmetic.
 
-use std::fmt::Write;
 use std::sync::Arc;
 
 use serde::Serialize;
 
 use super::{
-    AgainstExact, COLOR_BYTES, ColorDifferences, ColorTruth, SAMPLE_BYTES, Shown, Truth,
-    broken_color_promises, broken_promises, color_promise, compare_colors, compare_colors_to_exact,
-    compare_to_exact, promise, sample,
+    COLOR_BYTES, ColorDifferences, ColorTruth, Differences, RenderedColors, SAMPLE_BYTES, Truth,
+    broken_promises, promise, ray_errors, sample,
 };
-use crate::compare::{Comparison, compare};
+use crate::compare::ObjectCounts;
 use crate::control::Control;
 use crate::device::Device;
 use crate::error::{Error, Result};
@@ -68,6 +66,23 @@ impl InColor {
 
 const WANTS: Wants = Wants { surface: true, level: false };
 
+/// What became of a picture's kernels.
+#[derive(Clone, Debug, Serialize)]
+pub struct Verified {
+    /// Columns and rows.
+    pub size: [u32; 2],
+    /// Objects of the scene.
+    pub objects: ObjectCounts,
+    /// Pixels traced.
+    pub rays: usize,
+    /// Pixels that were held against exact arithmetic.
+    pub samples: usize,
+    /// Of their draw.
+    pub seed: u64,
+    /// Each kernel.
+    pub kernels: Vec<OfKernel>,
+}
+
 /// The results of one kernel.
 #[derive(Clone, Debug, Serialize)]
 pub struct OfKernel {
@@ -76,7 +91,7 @@ pub struct OfKernel {
     /// What it promises, in words.
     pub promise: String,
     /// `null` where only the CPU traced.
-    pub gpu_against_cpu: Option<Comparison>,
+    pub gpu_against_cpu: Option<Parity>,
     /// Of the sampled pixels.
     pub against_exact: OnBoth<AgainstExact>,
     /// Of lit or sampled pictures.
@@ -104,6 +119,78 @@ pub struct OnBoth<T> {
     pub cpu: T,
 }
 
+/// How the GPU's hits differ from the CPU's.
+#[derive(Clone, Debug, Serialize)]
+pub struct Parity {
+    /// Rays compared.
+    pub rays: u64,
+    /// Rays that one hits and the other misses.
+    pub hit_or_miss: u64,
+    /// Rays that hit different objects.
+    pub other_object: u64,
+    /// Rays on the same object with another `t`.
+    pub t_differs: u64,
+    /// Largest distance of two `t` on the same object, in f32 steps at the CPU's.
+    pub t_ulp_max: u64,
+    /// Rays on the same object with another normal.
+    pub normal_differs: u64,
+    /// Largest Euclidean distance of two normals on the same object.
+    pub normal_distance_max: f64,
+    /// Index of the first ray that differs.
+    pub first: Option<usize>,
+}
+
+impl From<&Differences> for Parity {
+    fn from(Differences { rays: of, .. }: &Differences) -> Parity {
+        Parity {
+            rays: of.rays,
+            hit_or_miss: of.false_hits + of.false_misses,
+            other_object: of.wrong_object,
+            t_differs: of.t_differs,
+            t_ulp_max: of.t_ulp_max.ceil() as u64,
+            normal_differs: of.normal_differs,
+            normal_distance_max: of.normal_distance_max,
+            first: of.first,
+        }
+    }
+}
+
+/// How a device's hits differ from the exact ones.
+#[derive(Clone, Debug, Serialize)]
+pub struct AgainstExact {
+    /// Rays compared.
+    pub rays: u64,
+    /// Rays that hit an object where there is none.
+    pub false_hits: u64,
+    /// Rays that miss an object that is there.
+    pub false_misses: u64,
+    /// Rays that hit another object than the visible one.
+    pub wrong_object: u64,
+    /// Largest error of `t` where the object is right, in f32 steps at the exact `t`.
+    pub t_ulp_max: f64,
+    /// Largest distance of a normal from the exact one where the object is right.
+    pub normal_distance_max: f64,
+    /// Normals with a component that is not the f32 nearest to that of the exact one, where the object is right.
+    pub normals_not_nearest: u64,
+    /// Index of the first ray with a wrong id.
+    pub first_wrong_id: Option<usize>,
+}
+
+impl From<&Differences> for AgainstExact {
+    fn from(Differences { rays: of, .. }: &Differences) -> AgainstExact {
+        AgainstExact {
+            rays: of.rays,
+            false_hits: of.false_hits,
+            false_misses: of.false_misses,
+            wrong_object: of.wrong_object,
+            t_ulp_max: of.t_ulp_max,
+            normal_distance_max: of.normal_distance_max,
+            normals_not_nearest: of.normal_differs,
+            first_wrong_id: of.first_wrong_id,
+        }
+    }
+}
+
 /// What is true of a band's part of the samples.
 struct TruthOfBand {
     band: Pixels,
@@ -118,6 +205,7 @@ pub struct Verification {
     pixels: Pixels,
     colors: Option<InColor>,
     samples: Vec<usize>,
+    seed: u64,
 }
 
 impl Verification {
@@ -136,12 +224,7 @@ impl Verification {
         let n_samples = n_samples.unwrap_or_else(|| default_samples(&scene, colors.as_ref()));
         refuse_what_cannot_fit(&pixels, n_samples, colors)?;
         let samples = sample(pixels.len(), n_samples.min(pixels.len()), seed);
-        Ok(Verification { scene, pixels, colors, samples })
-    }
-
-    /// Pixels that are held against exact arithmetic.
-    pub fn n_samples(&self) -> usize {
-        self.samples.len()
+        Ok(Verification { scene, pixels, colors, samples, seed })
     }
 
     /// Steps of so many kernels, with a GPU or without, that [`Control`] counts.
@@ -161,31 +244,25 @@ impl Verification {
         kernels: &[Kernel],
         device_of: impl Fn(Kernel) -> &'d Device,
         control: &Control,
-    ) -> Result<Vec<OfKernel>> {
-        let Verification { scene, pixels, colors, samples } = self;
-        let truths = truths(scene, pixels, *colors, samples, control)?;
-        let work = Work { scene, pixels, colors: *colors, truths: &truths };
-        kernels.iter().map(|&kernel| of_kernel(&work, kernel, device_of(kernel), control)).collect()
+    ) -> Result<Verified> {
+        let truths = self.truths(control)?;
+        let of_kernel =
+            |&kernel: &Kernel| self.of_kernel(&truths, kernel, device_of(kernel), control);
+        Ok(Verified {
+            size: [self.pixels.width, self.pixels.height],
+            objects: ObjectCounts::of(&self.scene),
+            rays: self.pixels.len(),
+            samples: self.samples.len(),
+            seed: self.seed,
+            kernels: kernels.iter().map(of_kernel).collect::<Result<_>>()?,
+        })
     }
-}
 
-/// Promises that are broken, one sentence each.
-pub fn broken_of(results: &[OfKernel]) -> Vec<String> {
-    results.iter().flat_map(|result| result.broken.clone()).collect()
-}
-
-/// The truth about each band's part of the samples.
-fn truths(
-    scene: &Scene,
-    pixels: &Pixels,
-    colors: Option<InColor>,
-    samples: &[usize],
-    control: &Control,
-) -> Result<Vec<TruthOfBand>> {
-    let mut rest = samples;
-    let mut first_ray = 0;
-    bands(pixels, n_band_rows(pixels, colors))
-        .map(|band| {
+    /// The truth about each band's part of the samples.
+    fn truths(&self, control: &Control) -> Result<Vec<TruthOfBand>> {
+        let Verification { scene, pixels, colors, samples, .. } = self;
+        let (mut rest, mut first_ray) = (samples.as_slice(), 0);
+        let truth = |band: Pixels| {
             let end = rest.partition_point(|&index| index < first_ray + band.len());
             let index: Vec<usize> = rest[..end].iter().map(|index| index - first_ray).collect();
             rest = &rest[end..];
@@ -195,208 +272,138 @@ fn truths(
             };
             let colors = colors.map(of_colors).transpose()?;
             Ok(TruthOfBand { band, rays: Truth::of_pixels(scene, &band, index, control)?, colors })
+        };
+        bands(pixels, n_band_rows(pixels, *colors)).map(truth).collect()
+    }
+
+    fn of_kernel(
+        &self,
+        truths: &[TruthOfBand],
+        kernel: Kernel,
+        device: &Device,
+        control: &Control,
+    ) -> Result<OfKernel> {
+        let (scene, rays) = (|| Arc::clone(&self.scene), Rays::Pixels(self.pixels));
+        let prepared = Arc::new(Prepared::new_with(scene(), kernel, &rays, control)?);
+        let of_samples = match self.colors.map_or(1, |colors| colors.n_samples.across()) {
+            1 => None,
+            n => {
+                let rays = Rays::Pixels(self.pixels.samples(n));
+                let of_samples =
+                    Prepared::renewed(Some(&prepared), scene(), kernel, &rays, control)?;
+                Some(Arc::new(of_samples))
+            }
+        };
+        let is_on_gpu = device.facts().is_some();
+        let bit_equal = is_on_gpu && device.is_ieee(kernel)?;
+        let mut devices =
+            vec![TracedDevice::new("CPU", &Device::Cpu, &prepared, of_samples.as_ref())?];
+        if is_on_gpu {
+            devices.push(TracedDevice::new("GPU", device, &prepared, of_samples.as_ref())?);
+        }
+        let mut parity = Differences::default();
+        let mut first_ray = 0;
+        for truth in truths {
+            for traced in &mut devices {
+                traced.trace(truth, self.colors, first_ray, control)?;
+            }
+            if let [cpu, gpu] = devices.as_slice() {
+                parity.rays.see_all(&gpu.hits, &cpu.hits, first_ray);
+                if self.colors.is_some() {
+                    let colors = parity.colors.get_or_insert_default();
+                    colors.see_all(&gpu.shown, &cpu.shown, first_ray);
+                }
+            }
+            first_ray += truth.band.len();
+        }
+        let parity = is_on_gpu.then_some(parity);
+        let exact: Vec<_> =
+            devices.iter().rev().map(|traced| (traced.name, &traced.exact)).collect();
+        let on_both = OnBoth { gpu: devices.get(1), cpu: &devices[0] };
+        let colors = |found: &Differences| found.colors.clone().unwrap_or_default();
+        Ok(OfKernel {
+            kernel: kernel.name(),
+            promise: match is_on_gpu || kernel == Kernel::Certified {
+                true => promise(kernel, bit_equal, self.colors.is_some()),
+                false => "nothing that the CPU alone can show".into(),
+            },
+            broken: broken_promises(kernel, bit_equal, parity.as_ref(), &exact),
+            gpu_against_cpu: parity.as_ref().map(Parity::from),
+            against_exact: on_both.map(|traced| AgainstExact::from(&traced.exact)),
+            colors: self.colors.map(|_| ColorsOfKernel {
+                gpu_against_cpu: parity.as_ref().map(colors),
+                against_exact: on_both.map(|traced| colors(&traced.exact)),
+            }),
         })
-        .collect()
+    }
+}
+
+impl<T> OnBoth<T> {
+    fn map<U>(&self, of: impl Fn(&T) -> U) -> OnBoth<U> {
+        OnBoth { gpu: self.gpu.as_ref().map(&of), cpu: of(&self.cpu) }
+    }
+
+    /// Both with the names of the devices.
+    pub(super) fn rows(&self) -> impl Iterator<Item = (&'static str, &T)> {
+        let gpu = self.gpu.as_ref().map(|of| ("GPU", of));
+        gpu.into_iter().chain([("CPU", &self.cpu)])
+    }
+}
+
+/// A device with the tracers of the pixels, and of their samples where there are several; the results of its last band,
+/// and what of all of them differs from the exact ones.
+struct TracedDevice {
+    name: &'static str,
+    pixels: Tracer,
+    samples: Option<Tracer>,
+    hits: Hits,
+    shown: RenderedColors,
+    exact: Differences,
+}
+
+impl TracedDevice {
+    fn new(
+        name: &'static str,
+        device: &Device,
+        prepared: &Arc<Prepared>,
+        of_samples: Option<&Arc<Prepared>>,
+    ) -> Result<TracedDevice> {
+        let samples =
+            of_samples.map(|of| Ok::<_, Error>(device.tracer(of, Wants::default())?.tracer));
+        Ok(TracedDevice {
+            name,
+            pixels: device.tracer(prepared, WANTS)?.tracer,
+            samples: samples.transpose()?,
+            hits: Hits::default(),
+            shown: RenderedColors::default(),
+            exact: Differences::default(),
+        })
+    }
+
+    fn trace(
+        &mut self,
+        TruthOfBand { band, rays, colors: true_colors }: &TruthOfBand,
+        colors: Option<InColor>,
+        first_ray: usize,
+        control: &Control,
+    ) -> Result<()> {
+        let TracedDevice { pixels, samples, hits, shown, exact, .. } = self;
+        pixels.trace(&Rays::Pixels(*band), control, hits)?;
+        for (&ray, error) in rays.index.iter().zip(ray_errors(hits, rays)) {
+            exact.rays.see(first_ray + ray, &error);
+        }
+        if let (Some(truth), Some(InColor { n_samples, .. })) = (true_colors, colors) {
+            *shown =
+                RenderedColors::painted(band, n_samples, hits, pixels, samples.as_mut(), control)?;
+            let index = truth.index.iter().copied();
+            exact.colors.get_or_insert_default().see((shown, index), &truth.colors, first_ray);
+        }
+        Ok(())
+    }
 }
 
 fn n_band_rows(pixels: &Pixels, colors: Option<InColor>) -> u32 {
     sampled_band_rows(pixels, colors.map_or(Samples::ONE, |colors| colors.n_samples), WANTS)
-}
-
-/// What is verified, and what is true of it.
-struct Work<'a> {
-    scene: &'a Arc<Scene>,
-    pixels: &'a Pixels,
-    colors: Option<InColor>,
-    truths: &'a [TruthOfBand],
-}
-
-/// The tracers of a device: of the pixels, and of their samples where there are several.
-struct Tracers {
-    pixels: Tracer,
-    samples: Option<Tracer>,
-}
-
-impl Tracers {
-    fn new(device: &Device, prepared: &Arc<Prepared>, of_samples: &Arc<Prepared>) -> Result<Self> {
-        let samples = (!Arc::ptr_eq(prepared, of_samples))
-            .then(|| Ok::<_, Error>(device.tracer(of_samples, Wants::default())?.tracer))
-            .transpose()?;
-        Ok(Tracers { pixels: device.tracer(prepared, WANTS)?.tracer, samples })
-    }
-}
-
-fn of_kernel(work: &Work, kernel: Kernel, device: &Device, control: &Control) -> Result<OfKernel> {
-    let Work { scene, pixels, colors, truths } = *work;
-    let (scene, rays) = (Arc::clone(scene), Rays::Pixels(*pixels));
-    let prepared = Arc::new(Prepared::new_with(scene.clone(), kernel, &rays, control)?);
-    let of_samples = match colors.map_or(1, |colors| colors.n_samples.across()) {
-        1 => Arc::clone(&prepared),
-        n => {
-            let rays = Rays::Pixels(pixels.samples(n));
-            Arc::new(Prepared::renewed(Some(&prepared), scene, kernel, &rays, control)?)
-        }
-    };
-    let mut cpu = Tracers::new(&Device::Cpu, &prepared, &of_samples)?;
-    let is_on_gpu = device.facts().is_some();
-    let mut gpu = is_on_gpu.then(|| Tracers::new(device, &prepared, &of_samples)).transpose()?;
-    let bit_equal = is_on_gpu && device.is_ieee(kernel)?;
-    let mut parity = is_on_gpu.then(Comparison::default);
-    let mut exact = OnBoth::<AgainstExact>::new(is_on_gpu);
-    let mut shown = colors.map(|_| ColorsOfKernel {
-        gpu_against_cpu: is_on_gpu.then(ColorDifferences::default),
-        against_exact: OnBoth::new(is_on_gpu),
-    });
-    let (mut on_cpu, mut on_gpu) = (Hits::default(), Hits::default());
-    let mut first_ray = 0;
-    for TruthOfBand { band, rays: truth, colors: true_colors } in truths {
-        let rays = Rays::Pixels(*band);
-        cpu.pixels.trace(&rays, control, &mut on_cpu)?;
-        exact.cpu.add(&compare_to_exact(&on_cpu, truth), first_ray);
-        if let Some(gpu) = &mut gpu {
-            gpu.pixels.trace(&rays, control, &mut on_gpu)?;
-            let against = compare_to_exact(&on_gpu, truth);
-            exact.gpu.get_or_insert_default().add(&against, first_ray);
-            parity.get_or_insert_default().add(&compare(&on_gpu, &on_cpu), first_ray);
-        }
-        if let (Some(shown), Some(truth), Some(colors)) = (&mut shown, true_colors, colors) {
-            let painted = |hits: &Hits, tracers: &mut Tracers| {
-                let Tracers { pixels, samples } = tracers;
-                let (n, samples) = (colors.n_samples, samples.as_mut());
-                Shown::painted(band, n, hits, pixels, samples, control)
-            };
-            let of_cpu = painted(&on_cpu, &mut cpu)?;
-            let against = compare_colors_to_exact(&of_cpu, truth);
-            shown.against_exact.cpu.add(&against, first_ray);
-            if let Some(gpu) = &mut gpu {
-                let of_gpu = painted(&on_gpu, gpu)?;
-                let against = compare_colors_to_exact(&of_gpu, truth);
-                shown.against_exact.gpu.get_or_insert_default().add(&against, first_ray);
-                let parity = shown.gpu_against_cpu.get_or_insert_default();
-                parity.add(&compare_colors(&of_gpu, &of_cpu), first_ray);
-            }
-        }
-        first_ray += band.len();
-    }
-    let mut broken = broken_promises(kernel, bit_equal, parity.as_ref(), &exact.rows());
-    if let Some(ColorsOfKernel { gpu_against_cpu, against_exact }) = &shown {
-        let parity = gpu_against_cpu.as_ref();
-        broken.extend(broken_color_promises(kernel, bit_equal, parity, &against_exact.rows()));
-    }
-    Ok(OfKernel {
-        kernel: kernel.name(),
-        promise: match is_on_gpu || kernel == Kernel::Certified {
-            true => {
-                let of_colors = shown.as_ref().and_then(|_| color_promise(kernel));
-                promise(kernel, bit_equal).to_owned() + of_colors.unwrap_or_default()
-            }
-            false => "nothing that the CPU alone can show".into(),
-        },
-        broken,
-        gpu_against_cpu: parity,
-        against_exact: exact,
-        colors: shown,
-    })
-}
-
-impl<T: Default> OnBoth<T> {
-    fn new(is_on_gpu: bool) -> OnBoth<T> {
-        OnBoth { gpu: is_on_gpu.then(T::default), cpu: T::default() }
-    }
-
-    fn rows(&self) -> Vec<(&'static str, &T)> {
-        let gpu = self.gpu.as_ref().map(|against| ("GPU", against));
-        gpu.into_iter().chain([("CPU", &self.cpu)]).collect()
-    }
-}
-
-/// The results in lines for people.
-pub fn table(results: &[OfKernel]) -> String {
-    let mut text = String::new();
-    let parities: Vec<_> = results
-        .iter()
-        .filter_map(|result| Some((result.kernel, result.gpu_against_cpu.as_ref()?)))
-        .collect();
-    if !parities.is_empty() {
-        text += "\nGPU against CPU   rays  hit or miss  other object  t differs  ulp max  \
-                 normal differs  distance max\n";
-    }
-    for (kernel, c) in parities {
-        let _ = writeln!(
-            text,
-            "{kernel:<10} {:>11} {:>12} {:>13} {:>10} {:>8} {:>15} {:>13.2e}",
-            c.rays,
-            c.hit_or_miss,
-            c.other_object,
-            c.t_differs,
-            c.t_ulp_max,
-            c.normal_differs,
-            c.normal_distance_max
-        );
-    }
-    text += "\nagainst exact     rays   false hits  false misses  wrong object  t error, ulp  \
-             normal error\n";
-    for result in results {
-        for (device, c) in result.against_exact.rows() {
-            let _ = writeln!(
-                text,
-                "{:<10} {device} {:>7} {:>12} {:>13} {:>13} {:>13.2} {:>13.2e}",
-                result.kernel,
-                c.rays,
-                c.false_hits,
-                c.false_misses,
-                c.wrong_object,
-                c.t_ulp_max,
-                c.normal_distance_max
-            );
-        }
-    }
-    text += &color_table(results);
-    text.push('\n');
-    for result in results {
-        let kept = if result.broken.is_empty() { "kept" } else { "BROKEN" };
-        let _ = writeln!(text, "{} promises: {}: {kept}", result.kernel, result.promise);
-    }
-    text
-}
-
-/// Pixels whose colours differ; empty where there are no colours to compare.
-fn color_table(results: &[OfKernel]) -> String {
-    let with_colors: Vec<_> = results
-        .iter()
-        .filter_map(|result| Some((result.kernel, result.colors.as_ref()?)))
-        .collect();
-    let line = |name: &str, cells: [String; 4]| {
-        let [pixels, srgb8, srgb16, linear] = cells;
-        format!("{name:<24} {pixels:>7} {srgb8:>16} {srgb16:>12} {linear:>13}\n")
-    };
-    let head = |name, differ: &str| {
-        let columns = ["in 8 bits", "in 16", "floats"].map(|what| format!("{differ} {what}"));
-        let [srgb8, srgb16, linear] = columns;
-        format!("\n{}", line(name, ["pixels".into(), srgb8, srgb16, linear]))
-    };
-    let row = |name: &str, found: &ColorDifferences| {
-        let ColorDifferences { pixels, srgb8, srgb16, linear, .. } = found;
-        line(name, [pixels, srgb8, srgb16, linear].map(u64::to_string))
-    };
-    let mut text = String::new();
-    let parity = |(kernel, colors): &(&str, &ColorsOfKernel)| {
-        Some(row(kernel, colors.gpu_against_cpu.as_ref()?))
-    };
-    let parities: String = with_colors.iter().filter_map(parity).collect();
-    if !parities.is_empty() {
-        text += &head("colours, GPU against CPU", "other");
-        text += &parities;
-    }
-    if !with_colors.is_empty() {
-        text += &head("colours against exact", "wrong");
-    }
-    for (kernel, colors) in with_colors {
-        for (device, found) in colors.against_exact.rows() {
-            text += &row(&format!("{kernel:<10} {device}"), found);
-        }
-    }
-    text
 }
 
 /// Two results of a band, one a device, and the samples.

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::compare::RayResult;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::exact::{self, ExactHit, ExactPixels, ExactRay, Root, Shape, Side};
@@ -44,14 +45,11 @@ impl Truth {
         index: Vec<usize>,
         control: &Control,
     ) -> Result<Truth> {
-        let rays = ExactPixels::new(pixels);
-        let ray = |i| {
-            let (x, y) = pixels.xy(i);
-            let (origin, direction) = (pixels.origin_offset(x, y), pixels.direction(x, y));
-            let ray = Ray { origin, direction };
-            (rays.ray(x, y), Near { reference: pixels.view.position, ray })
-        };
-        Truth::of_rays(scene, index, ray, control)
+        let rays = ExactRays::Pixels(pixels, Box::new(ExactPixels::new(pixels)));
+        Truth::new(index, control, |i| {
+            let exact = rays.exact(i);
+            TrueHit::of(scene, &exact, hit_of(scene, &exact, &rays.near(i)))
+        })
     }
 
     /// The truth about all rays of a list; `control` counts each.
@@ -59,13 +57,11 @@ impl Truth {
     /// # Errors
     /// [`Error::Interrupted`](crate::Error::Interrupted) when `control` was cancelled.
     pub fn of_list(scene: &Scene, rays: &[Ray], control: &Control) -> Result<Truth> {
-        let all = (0..rays.len()).collect();
-        let ray = |i: usize| {
-            let Ray { origin, direction } = rays[i];
-            let ray = Ray { origin: DVec3::ZERO, direction };
-            (ExactRay::new(&rays[i]), Near { reference: origin, ray })
-        };
-        Truth::of_rays(scene, all, ray, control)
+        let (all, rays) = ((0..rays.len()).collect(), ExactRays::List(rays));
+        Truth::new(all, control, |i| {
+            let exact = rays.exact(i);
+            TrueHit::of(scene, &exact, hit_of(scene, &exact, &rays.near(i)))
+        })
     }
 
     /// The truth about all of these rays, of which the visible objects are known: `ids` are those of
@@ -80,63 +76,69 @@ impl Truth {
             let message = format!("{} ids were given for {} rays", ids.len(), rays.len());
             return Err(Error::Usage(message));
         }
-        match rays {
-            Rays::Pixels(pixels) => {
-                let exact = ExactPixels::new(pixels);
-                let ray = |i| {
-                    let (x, y) = pixels.xy(i);
-                    exact.ray(x, y)
-                };
-                Truth::of_known_rays(scene, ids, ray, control)
-            }
-            Rays::List(rays) => {
-                Truth::of_known_rays(scene, ids, |i| ExactRay::new(&rays[i]), control)
-            }
-        }
+        let rays = match rays {
+            Rays::Pixels(pixels) => ExactRays::Pixels(pixels, Box::new(ExactPixels::new(pixels))),
+            Rays::List(rays) => ExactRays::List(rays),
+        };
+        Truth::new((0..ids.len()).collect(), control, |i| {
+            let Some(object) = scene.object(ids[i]) else { return TrueHit::NONE };
+            let ray = rays.exact(i);
+            TrueHit::of(scene, &ray, exact::nearest(&ray, [(ids[i], Shape::from(object))]))
+        })
     }
 
-    fn of_known_rays(
-        scene: &Scene,
-        ids: &[u32],
-        ray: impl Fn(usize) -> ExactRay + Sync,
-        control: &Control,
-    ) -> Result<Truth> {
-        let all = ids.par_iter().enumerate().map(|(i, &id)| {
-            control.check()?;
-            control.advance(1);
-            let Some(object) = scene.object(id) else { return Ok(NOTHING) };
-            let ray = ray(i);
-            let hit = exact::nearest(&ray, [(id, Shape::from(object))]);
-            Ok(seen(scene, &ray, hit))
-        });
-        Ok(Truth::new((0..ids.len()).collect(), all.collect::<Result<_>>()?))
-    }
-
-    fn new(index: Vec<usize>, seen: Vec<Seen>) -> Truth {
-        Truth {
-            index,
-            id: seen.iter().map(|seen| seen.id).collect(),
-            t: seen.iter().map(|seen| seen.t).collect(),
-            normal: seen.iter().map(|seen| seen.normal).collect(),
-            normal_f32: seen.iter().map(|seen| seen.normal_f32).collect(),
-            is_back: seen.iter().map(|seen| seen.is_back).collect(),
-        }
-    }
-
-    fn of_rays(
-        scene: &Scene,
+    fn new(
         index: Vec<usize>,
-        ray: impl Fn(usize) -> (ExactRay, Near) + Sync,
         control: &Control,
+        hit: impl Fn(usize) -> TrueHit + Sync,
     ) -> Result<Truth> {
-        let seen = index.par_iter().map(|&i| {
+        let hits = index.par_iter().map(|&i| {
             control.check()?;
             control.advance(1);
-            let (exact, near) = ray(i);
-            Ok(see(scene, &exact, &near))
+            Ok(hit(i))
         });
-        let seen = seen.collect::<Result<_>>()?;
-        Ok(Truth::new(index, seen))
+        let hits: Vec<TrueHit> = hits.collect::<Result<_>>()?;
+        Ok(Truth {
+            index,
+            id: hits.iter().map(|hit| hit.id).collect(),
+            t: hits.iter().map(|hit| hit.t).collect(),
+            normal: hits.iter().map(|hit| hit.normal).collect(),
+            normal_f32: hits.iter().map(|hit| hit.normal_f32).collect(),
+            is_back: hits.iter().map(|hit| hit.is_back).collect(),
+        })
+    }
+
+    /// What is true of the `k`-th of the rays.
+    pub fn row(&self, k: usize) -> RayResult {
+        RayResult { id: self.id[k], t: Some(self.t[k]), normal: Some(self.normal[k].into()) }
+    }
+}
+
+/// Rays, exactly and in f64.
+enum ExactRays<'a> {
+    Pixels(&'a Pixels, Box<ExactPixels>),
+    List(&'a [Ray]),
+}
+
+impl ExactRays<'_> {
+    fn exact(&self, i: usize) -> ExactRay {
+        match self {
+            ExactRays::Pixels(pixels, exact) => {
+                let (x, y) = pixels.xy(i);
+                exact.ray(x, y)
+            }
+            ExactRays::List(rays) => ExactRay::new(&rays[i]),
+        }
+    }
+
+    fn near(&self, i: usize) -> Near {
+        match self {
+            ExactRays::Pixels(pixels, _) => Near::of_pixel(pixels, pixels.xy(i)),
+            ExactRays::List(rays) => {
+                let Ray { origin, direction } = rays[i];
+                Near { reference: origin, ray: Ray { origin: DVec3::ZERO, direction } }
+            }
+        }
     }
 }
 
@@ -146,9 +148,16 @@ pub(crate) struct Near {
     pub ray: Ray,
 }
 
-/// What a ray sees.
-#[derive(Clone, Copy)]
-struct Seen {
+impl Near {
+    /// The centre ray of a pixel.
+    pub fn of_pixel(pixels: &Pixels, (x, y): (u32, u32)) -> Near {
+        let (origin, direction) = (pixels.origin_offset(x, y), pixels.direction(x, y));
+        Near { reference: pixels.view.position, ray: Ray { origin, direction } }
+    }
+}
+
+/// The exact result of a ray, in the fields of [`Truth`].
+struct TrueHit {
     id: u32,
     t: f64,
     normal: [f64; 3],
@@ -156,23 +165,21 @@ struct Seen {
     is_back: bool,
 }
 
-/// The background.
-const NOTHING: Seen =
-    Seen { id: 0, t: f64::INFINITY, normal: [0.0; 3], normal_f32: [0.0; 3], is_back: false };
+impl TrueHit {
+    /// The background.
+    const NONE: TrueHit =
+        TrueHit { id: 0, t: f64::INFINITY, normal: [0.0; 3], normal_f32: [0.0; 3], is_back: false };
 
-fn see(scene: &Scene, ray: &ExactRay, near: &Near) -> Seen {
-    seen(scene, ray, hit_of(scene, ray, near))
-}
-
-fn seen(scene: &Scene, ray: &ExactRay, hit: Option<ExactHit>) -> Seen {
-    let Some(hit) = hit else { return NOTHING };
-    let normal = scene.object(hit.id).and_then(|object| hit.normal(ray, &object.into()));
-    Seen {
-        id: hit.id,
-        t: hit.t_f64(),
-        normal: normal.as_ref().map_or([0.0; 3], |n| n.each_ref().map(Root::to_f64)),
-        normal_f32: normal.as_ref().map_or([0.0; 3], |n| n.each_ref().map(Root::to_f32)),
-        is_back: hit.side == Side::Back,
+    fn of(scene: &Scene, ray: &ExactRay, hit: Option<ExactHit>) -> TrueHit {
+        let Some(hit) = hit else { return TrueHit::NONE };
+        let normal = scene.object(hit.id).and_then(|object| hit.normal(ray, &object.into()));
+        TrueHit {
+            id: hit.id,
+            t: hit.t_f64(),
+            normal: normal.as_ref().map_or([0.0; 3], |n| n.each_ref().map(Root::to_f64)),
+            normal_f32: normal.as_ref().map_or([0.0; 3], |n| n.each_ref().map(Root::to_f32)),
+            is_back: hit.side == Side::Back,
+        }
     }
 }
 
@@ -206,30 +213,15 @@ pub(crate) fn is_clearly_missed(Near { reference, ray }: &Near, object: &Object)
 /// `n` different indices below `total`, ascending, drawn at random from `seed`; all of them when
 /// `n` is not less.
 pub fn sample(total: usize, n: usize, seed: u64) -> Vec<usize> {
-    if n >= total {
-        return (0..total).collect();
-    }
-    let mut random = SplitMix::new(seed);
-    // Floyd's algorithm: n draws, whatever the total. A bit for each index, 128 MiB for the largest
-    // picture, is ten times as quick as a tree.
-    let mut chosen = vec![0_u64; total.div_ceil(64)];
-    let mut insert = |index: usize| {
-        let (word, bit) = (&mut chosen[index / 64], 1 << (index % 64));
-        let is_new = *word & bit == 0;
-        *word |= bit;
-        is_new
+    let (mut random, mut left) = (SplitMix::new(seed), n.min(total) as u128);
+    let is_drawn = |&index: &usize| {
+        // Knuth, The Art of Computer Programming 2, 3.4.2, algorithm S.
+        let drawn = (u128::from(random.next()) * (total - index) as u128) >> 64;
+        let is_drawn = drawn < left;
+        left -= u128::from(is_drawn);
+        is_drawn
     };
-    for top in total - n..total {
-        let drawn = (u128::from(random.next()) * (top as u128 + 1)) >> 64;
-        if !insert(drawn as usize) {
-            insert(top);
-        }
-    }
-    let mut indices = Vec::with_capacity(n);
-    for (at, &word) in chosen.iter().enumerate().filter(|(_, word)| **word != 0) {
-        indices.extend((0..64).filter(|bit| word >> bit & 1 == 1).map(|bit| 64 * at + bit));
-    }
-    indices
+    (0..total).filter(is_drawn).collect()
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Samples, Scene, Sphere, read_scene};
 use kugelblitz::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Wants};
 use kugelblitz::tracer::Tracer;
-use kugelblitz::verify::{Shown, broken_color_promises, compare_colors};
+use kugelblitz::verify::{ColorDifferences, Differences, RenderedColors, broken_promises};
 use kugelblitz_tests::{broken, camera, gpu, in_cube, plane, root, runs, scene, sphere, traced};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -245,7 +245,7 @@ fn a_spoiled_shader_breaks_the_promise() {
         let prepared = Arc::new(Prepared::new(Arc::clone(&scene), kernel, &rays).unwrap());
         let mut tracer = device.tracer(&prepared, Wants::default()).unwrap().tracer;
         tracer.trace(&rays, &control, &mut hits).unwrap();
-        Shown::painted(&pixels, Samples::ONE, &hits, &mut tracer, None, &control).unwrap()
+        RenderedColors::painted(&pixels, Samples::ONE, &hits, &mut tracer, None, &control).unwrap()
     };
     let on_cpu = shown(Device::Cpu);
     let [right, wrong] = ["hit.id != 0u && (is_endless", "hit.id == 0u && (is_endless"];
@@ -253,10 +253,12 @@ fn a_spoiled_shader_breaks_the_promise() {
         let gpu = Gpu::open(&Pick::Best).unwrap().always_lights();
         let gpu = Arc::new(gpu.edit_shaders(move |wgsl| wgsl.replace(right, to)));
         if gpu.is_ieee(kernel).unwrap() {
-            let parity = compare_colors(&shown(Device::Gpu(gpu)), &on_cpu);
-            let broken = broken_color_promises(kernel, true, Some(&parity), &[]);
+            let mut colors = ColorDifferences::default();
+            colors.see_all(&shown(Device::Gpu(gpu)), &on_cpu, 0);
+            let parity = Differences { colors: Some(colors), ..Differences::default() };
+            let broken = broken_promises(kernel, true, Some(&parity), &[]);
             assert_eq!(broken.len(), n_broken, "{broken:?}");
-            assert_eq!(broken_color_promises(kernel, false, Some(&parity), &[]).len(), 0);
+            assert_eq!(broken_promises(kernel, false, Some(&parity), &[]).len(), 0);
         }
     }
 }

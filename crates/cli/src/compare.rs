@@ -4,12 +4,11 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use kugelblitz::compare::{ChannelDifference, Tolerance, compare_pictures, difference_picture};
+use kugelblitz::compare::{Allowed, compare_pictures};
 use kugelblitz::output::{self, OutputFile};
-use kugelblitz::picture::{Format, Image, read_image, rgb8_file};
+use kugelblitz::picture::{Format, read_image, rgb8_file};
 use kugelblitz::plain::Shown;
 use kugelblitz::{Error, Result};
-use serde::Serialize;
 
 use crate::Run;
 use crate::args::TalkArgs;
@@ -29,8 +28,8 @@ pub struct CompareArgs {
     pub b: PathBuf,
     /// What may differ: levels, ulp and difference of a number, and the pixels that may differ more, e.g.
     /// levels=1,ulp=4,difference=1e-6,pixels=0.1% [default: nothing]
-    #[arg(long, value_name = "WHAT")]
-    pub allow: Option<Tolerance>,
+    #[arg(long, value_name = "WHAT", value_parser = Allowed::of_pictures)]
+    pub allow: Option<Allowed>,
     /// Also write a picture of the differences (.png): equal pixels dark, allowed differences blue, others
     /// red to yellow
     #[arg(short, long, value_name = "DIFFERENCE.png")]
@@ -39,77 +38,26 @@ pub struct CompareArgs {
     pub talk: TalkArgs,
 }
 
-#[derive(Serialize)]
-struct Summary<'a> {
-    a: Side<'a>,
-    b: Side<'a>,
-    allowed: String,
-    pixels: u64,
-    differing: u64,
-    beyond: u64,
-    first: Option<[usize; 2]>,
-    channels: Vec<OfChannel<'a>>,
-    metadata_differs: &'a [String],
-    broken: &'a [String],
-}
-
-#[derive(Serialize)]
-struct Side<'a> {
-    file: String,
-    format: &'static str,
-    size: [usize; 2],
-    only: &'a [String],
-}
-
-#[derive(Serialize)]
-struct OfChannel<'a> {
-    #[serde(flatten)]
-    found: &'a ChannelDifference,
-    pixel: Option<[usize; 2]>,
-}
-
 /// Compares two pictures.
 pub fn run(args: &CompareArgs, run: &Run) -> Result<()> {
-    let CompareArgs { a: path_a, b: path_b, output, talk, .. } = args;
-    let tolerance = args.allow.unwrap_or_default();
+    let CompareArgs { a: path_a, b: path_b, output, talk, allow } = args;
     let begin = |output: &PathBuf| begin_picture(output, &[path_a, path_b], talk);
     let file = output.as_ref().map(begin).transpose()?;
     let (a, b) = (read_image(path_a)?, read_image(path_b)?);
     run.control.check()?;
-    let found = compare_pictures(&a, &b, &tolerance)?;
-    let pixel = |i: usize| a.pixel(i);
-    let name = |path: &Path| path.display().to_string();
+    let names = [path_a, path_b].map(|path| path.display().to_string());
+    let allowed = allow.clone().map_or_else(|| Allowed::of_pictures(""), Ok)?;
+    let found = compare_pictures(names.each_ref().map(String::as_str), [&a, &b], &allowed)?;
     let file = file.filter(|_| found.pixels > 0).map(|file| {
         let size = [a.width as u32, a.height as u32];
-        write_picture(file, size, &difference_picture(&a, &found))
+        write_picture(file, size, &found.picture(&a))
     });
     let file = file.transpose()?;
     let broken = found.broken.join("; ");
     let failure = (!broken.is_empty()).then_some(Error::Comparison(broken));
-    if talk.json {
-        let side = |path: &Path, image: &Image, only| Side {
-            file: name(path),
-            format: image.format,
-            size: [image.width, image.height],
-            only,
-        };
-        let channels = found.channels.iter();
-        let channels = channels.map(|found| OfChannel { found, pixel: found.at.map(pixel) });
-        let summary = Summary {
-            a: side(path_a, &a, &found.only_in[0]),
-            b: side(path_b, &b, &found.only_in[1]),
-            allowed: tolerance.to_string(),
-            pixels: found.pixels,
-            differing: found.differing,
-            beyond: found.beyond,
-            first: found.first.map(pixel),
-            channels: channels.collect(),
-            metadata_differs: &found.texts,
-            broken: &found.broken,
-        };
-        print_verdict("compare", &summary, failure.as_ref())?;
-    } else {
-        print_text(&found.in_words([&path_a.shown(), &path_b.shown()], [&a, &b]))?;
+    match talk.json {
+        true => print_verdict("compare", &found, failure.as_ref())?,
+        false => print_text(&found.in_words())?,
     }
     output::commit(file, &run.control)?;
     failure.map_or(Ok(()), Err)

@@ -5,13 +5,12 @@ use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 use kugelblitz::judge::{
-    self, Allowed, Case, Claims, Conventions, Finding, NormalSide, NormalSpace, PartFound,
-    Quantity, RAY_BYTES, error_picture, hint, in_words, pixels_of,
+    Allowed, Case, Conventions, JudgeSummary, NormalSide, NormalSpace, Quantity, pixels_of,
+    whole_size,
 };
-use kugelblitz::memory;
 use kugelblitz::output;
 use kugelblitz::picture::{Image, read_image, read_rays};
-use kugelblitz::plain::Shown as _;
+use kugelblitz::plain::Shown;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Ray, Rays};
@@ -21,7 +20,7 @@ use serde::Serialize;
 
 use crate::args::{DeviceArgs, SizeArgs, TalkArgs, WholeArgs};
 use crate::compare::{begin_picture, write_picture};
-use crate::head::{Objects, On, print_verdict};
+use crate::head::{On, print_verdict};
 use crate::output::{objects, print_text, shell_quoted};
 use crate::progress::Progress;
 use crate::render::size;
@@ -84,7 +83,7 @@ pub struct JudgeArgs {
     /// What is still right: shares of wrong ids, the errors of t (ulp or relative) and normals (degrees),
     /// e.g. ids=0.01%,silhouettes=5%,t=2ulp,normal=0.1; each may be `any` [default: what certified itself
     /// promises]
-    #[arg(long, value_name = "WHAT")]
+    #[arg(long, value_name = "WHAT", value_parser = Allowed::of_rays)]
     pub allow: Option<Allowed>,
     /// Pixels of each kind of error to show, the worst first
     #[arg(long, value_name = "N", default_value_t = 3)]
@@ -141,28 +140,8 @@ struct Summary<'a> {
     on: On,
     against: String,
     format: &'static str,
-    /// Of a picture.
-    size: Option<[u32; 2]>,
-    /// Left column, top row, width and height of a part.
-    crop: Option<[u32; 4]>,
-    objects: Objects,
-    rays: usize,
-    judged: Vec<&'static str>,
-    allowed: String,
-    away: PartFound,
-    /// Of a picture.
-    silhouettes: Option<PartFound>,
-    worst: Vec<Shown<'a>>,
-    hint: Option<String>,
-    broken: Vec<String>,
-}
-
-#[derive(Serialize)]
-struct Shown<'a> {
     #[serde(flatten)]
-    finding: &'a Finding,
-    /// The command that shows why.
-    explain: String,
+    judged: JudgeSummary<'a>,
 }
 
 /// Judges another renderer's results.
@@ -174,105 +153,47 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let conventions = conventions(args)?;
     let image = read_image(&args.against)?;
+    let format = image.format;
     let rays = match &args.rays {
         Some(rays) => Rays::List(read_rays(rays, &run.control)?),
         None => Rays::Pixels(pixels(args, &scene, &image)?),
     };
     let n = rays.len();
-    if image.len() != n {
-        return Err(Error::Usage(format!(
-            "{}: {} for {}; give the file that belongs to these rays",
-            args.against.shown(),
-            count(image.len(), "result"),
-            count(n, "ray")
-        )));
-    }
-    let advice = "judge a part of the picture with --crop";
-    memory::require(format!("judging {n} rays"), (n as u64).saturating_mul(RAY_BYTES), advice)?;
-    let view = match &rays {
-        Rays::Pixels(pixels) => Some(pixels.view),
-        Rays::List(_) => None,
-    };
-    let claims = Claims::new(image.clone(), &conventions, view.as_ref())?;
-    let warning = judge::check_colors(&scene, &claims, &args.scene.shown())?;
-    warning.iter().for_each(|warning| args.talk.warn(warning));
+    let allowed = args.allow.clone().map_or_else(|| Allowed::of_rays(""), Ok)?;
+    let case = Case::new(Arc::clone(&scene), rays, image, conventions, allowed)?;
+    case.warning().iter().for_each(|warning| args.talk.warn(warning));
 
     let (choice, kernel) = (&args.device.device, Kernel::Certified);
     let device = device::open_for(choice, kernel, &scene, n, &args.talk)?;
     let mut session = Session::new(Arc::clone(&scene), device, kernel);
     let progress = Progress::start(&args.talk, &run.control, 2 * n as u64);
-    let truth = judge::truth(&mut session, &rays, &run.control)?;
+    let judged = case.judge(&mut session, &run.control)?;
     drop(progress);
-    let judgement = judge::judge(&scene, &rays, &truth, &claims)?;
-    let allowed = args.allow.unwrap_or_default();
-    let broken = allowed.broken(&judgement);
-    let failure = (!broken.is_empty()).then(|| Error::Comparison(broken.join("; ")));
-    let hint = match broken.is_empty() {
-        true => None,
-        false => {
-            let other = (&image, &conventions, view.as_ref());
-            hint(&scene, &rays, &truth, other, (&claims, &judgement))?
-        }
-    };
     run.control.check()?;
-    let file = match (file, &rays) {
-        (Some(file), Rays::Pixels(pixels)) => {
-            let size = [pixels.width, pixels.height];
-            Some(write_picture(file, size, &error_picture(&judgement))?)
-        }
-        _ => None,
-    };
-
-    let case = Case { scene: &scene, rays: &rays, truth: &truth, claims: &claims };
-    let worst = case.worst(&judgement, &allowed, args.worst);
-    let how = |finding: &Finding| explain(&args.scene, &rays, finding.ray);
-    let judged: Vec<&str> = claims.quantities.iter().map(|quantity| quantity.name()).collect();
+    let picture = file.zip(judged.picture());
+    let file =
+        picture.map(|(file, (size, colors))| write_picture(file, size, &colors)).transpose()?;
+    let broken = judged.broken.join("; ");
+    let failure = (!broken.is_empty()).then_some(Error::Comparison(broken));
+    let worst = judged.worst(args.worst, |ray| Some(explain(&args.scene, &judged.case.rays, ray)));
     if args.talk.json {
-        let (size, crop) = match &rays {
-            Rays::Pixels(p) => {
-                let is_part = (p.width, p.height) != (p.image_width, p.image_height);
-                let crop = is_part.then_some([p.x, p.y, p.width, p.height]);
-                (Some([p.image_width, p.image_height]), crop)
-            }
-            Rays::List(_) => (None, None),
-        };
-        let silhouettes = size.map(|_| case.part(&judgement.silhouettes));
         let summary = Summary {
             on: On::from(session.device()),
             against: args.against.display().to_string(),
-            format: image.format,
-            size,
-            crop,
-            objects: Objects::from(&*scene),
-            rays: n,
-            judged,
-            allowed: allowed.to_string(),
-            away: case.part(&judgement.away),
-            silhouettes,
-            worst: worst.iter().map(|finding| Shown { finding, explain: how(finding) }).collect(),
-            hint,
-            broken: broken.clone(),
+            format,
+            judged: judged.summary(worst),
         };
         print_verdict("judge", &summary, failure.as_ref())?;
     } else {
-        let what = match &rays {
-            Rays::Pixels(pixels) => size(pixels),
-            Rays::List(_) => count(n, "ray"),
-        };
-        let mut text = format!(
+        let what = judged.pixels().map_or(count(n, "ray"), size);
+        let head = format!(
             "{}: {what}, {} against exact arithmetic on {} ({})\n\n",
             args.against.shown(),
-            judged.join(", "),
+            judged.quantities().join(", "),
             args.scene.shown(),
             objects(&scene)
         );
-        text += &case.table(&judgement);
-        text += &in_words(&worst, how);
-        if let Some(options) = &hint {
-            text += &format!("\nfar more of it would be right with {options}\n");
-        }
-        text += &format!("\nallowed: {allowed}{}\n", if broken.is_empty() { ": kept" } else { "" });
-        print_text(&text)?;
+        print_text(&(head + &judged.in_words(&worst)))?;
     }
     output::commit(file, &run.control)?;
     failure.map_or(Ok(()), Err)
@@ -308,35 +229,13 @@ fn conventions(args: &JudgeArgs) -> Result<Conventions> {
 
 /// The pixels that the file shows.
 fn pixels(args: &JudgeArgs, scene: &Scene, image: &Image) -> Result<Pixels> {
-    let path = args.against.shown();
-    if image.is_list {
-        return Err(Error::Usage(format!(
-            "{path}: a list of {}; give the rays that they are of with --rays",
-            count(image.width, "result")
-        )));
-    }
-    let own = [image.width, image.height];
-    let is_whole = image.whole == own && image.first == [0, 0];
-    let of_file = image.whole.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
-    if let Some([_, _, width, height]) = args.size.crop {
-        if [width as usize, height as usize] != own {
-            return Err(Error::Usage(format!(
-                "{path}: {}×{} pixels, but --crop has {width}×{height}",
-                own[0], own[1]
-            )));
-        }
-        let size = args.size.whole.size.or((!is_whole).then_some(of_file));
-        let size = SizeArgs { whole: WholeArgs { size }, crop: args.size.crop };
-        return size.pixels(scene, &args.scene);
-    }
-    let size = args.size.whole.size.unwrap_or(of_file);
-    if size != of_file {
-        return Err(Error::Usage(format!(
-            "{path}: {}×{} pixels, but --size has {}×{}; say with --crop which part of it they are",
-            of_file[0], of_file[1], size[0], size[1]
-        )));
-    }
-    pixels_of(image, WholeArgs { size: Some(size) }.pixels(scene, &args.scene)?)
+    let SizeArgs { whole: WholeArgs { size }, crop } = args.size;
+    let size = whole_size(image, size, crop).map_err(|error| match error {
+        Error::Usage(what) => Error::Usage(format!("{}: {what}", args.against.shown())),
+        error => error,
+    })?;
+    let pixels = SizeArgs { whole: WholeArgs { size }, crop }.pixels(scene, &args.scene)?;
+    if crop.is_some() { Ok(pixels) } else { pixels_of(image, pixels) }
 }
 
 /// The command that shows why a ray sees what it sees.

@@ -2,28 +2,24 @@
 
 use kugelblitz::plain::Shown;
 use kugelblitz::trace::Kernel;
-use kugelblitz::verify::{OfKernel, Verification, broken_of, table};
+use kugelblitz::verify::{Verification, Verified};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use crate::args::VerifyArgs;
 use crate::device;
-use crate::head::{Objects, On, print_verdict};
+use crate::head::{On, print_verdict};
 use crate::output::{objects, print_text};
 use crate::progress::Progress;
 use crate::render::size;
 use crate::{Run, scene};
 
 #[derive(Serialize)]
-struct Summary {
+struct Summary<'a> {
     #[serde(flatten)]
     on: On,
-    size: [u32; 2],
-    objects: Objects,
-    rays: u64,
-    samples: usize,
-    seed: u64,
-    kernels: Vec<OfKernel>,
+    #[serde(flatten)]
+    verified: &'a Verified,
 }
 
 /// Compares the devices with each other and with exact arithmetic.
@@ -36,30 +32,22 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
     run.control.check()?;
 
     let kernels = only.map_or(Kernel::ALL.to_vec(), |kernel| vec![kernel]);
-    let n_samples = verification.n_samples();
     let n_steps = verification.n_steps(kernels.len(), device.facts().is_some());
     let progress = Progress::start(&args.talk, &run.control, n_steps);
     let device_of = |kernel| device::or_cpu(&device, kernel, &args.talk);
-    let results = verification.run(&kernels, device_of, &run.control)?;
+    let verified = verification.run(&kernels, device_of, &run.control)?;
     drop(progress);
 
-    let broken = broken_of(&results);
-    let failure = (!broken.is_empty()).then(|| Error::Comparison(broken.join("; ")));
+    let broken = verified.broken().join("; ");
+    let failure = (!broken.is_empty()).then_some(Error::Comparison(broken));
     if args.talk.json {
-        let summary = Summary {
-            on: On::from(&device),
-            size: [pixels.width, pixels.height],
-            objects: Objects::from(&*scene),
-            rays: pixels.len() as u64,
-            samples: n_samples,
-            seed: args.seed,
-            kernels: results,
-        };
+        let summary = Summary { on: On::from(&device), verified: &verified };
         print_verdict("verify", &summary, failure.as_ref())?;
     } else {
-        let share = match n_samples == pixels.len() {
+        let Verified { rays, samples, seed, .. } = verified;
+        let share = match samples == rays {
             true => "all pixels".to_string(),
-            false => format!("{n_samples} of {} pixels (seed {})", pixels.len(), args.seed),
+            false => format!("{samples} of {rays} pixels (seed {seed})"),
         };
         let head = format!(
             "{}: {}, {}, on {}; {share} against exact arithmetic\n",
@@ -68,7 +56,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
             objects(&scene),
             device.label()
         );
-        print_text(&(head + &table(&results)))?;
+        print_text(&(head + &verified.in_words()))?;
     }
     failure.map_or(Ok(()), Err)
 }

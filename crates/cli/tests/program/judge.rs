@@ -10,8 +10,7 @@ use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::glam::DVec3;
 use kugelblitz::judge::{
-    self, Allowed, Claims, Conventions, Judgement, NormalSide, NormalSpace, Quantity, hint, judge,
-    truth,
+    self, Allowed, Conventions, Judged, NormalSide, NormalSpace, Quantity, truth,
 };
 use kugelblitz::picture::{Channel, Image, Samples, read_bytes, read_image};
 use kugelblitz::rays::{Pixels, Rays, View};
@@ -76,45 +75,38 @@ impl Case {
         }
     }
 
-    fn judged(&self, image: &Image, conventions: &Conventions) -> (Claims, Judgement) {
-        let claims = Claims::new(image.clone(), conventions, Some(&self.view)).unwrap();
-        let judgement = judge(&self.scene, &self.rays, &self.truth, &claims).unwrap();
-        (claims, judgement)
+    fn judged(&self, image: &Image, conventions: &Conventions, allow: &str) -> Judged {
+        let allowed = Allowed::of_rays(allow).unwrap();
+        let (scene, rays) = (Arc::clone(&self.scene), self.rays.clone());
+        let case = judge::Case::new(scene, rays, image.clone(), conventions.clone(), allowed);
+        Judged::new(case.unwrap(), self.truth.clone()).unwrap()
     }
 
     /// What is not right by these rules.
     fn broken(&self, image: &Image, conventions: &Conventions, allow: &str) -> Vec<String> {
-        let allowed = if allow.is_empty() { Allowed::default() } else { allow.parse().unwrap() };
-        allowed.broken(&self.judged(image, conventions).1)
+        self.judged(image, conventions, allow).broken
     }
 
     /// The rays that are more wrong than they may be, of which `ray` is one: as they are counted, and as they are
     /// told one by one.
     fn wrong(&self, image: &Image, ray: usize) -> Vec<usize> {
-        let (claims, judgement) = self.judged(image, &Conventions::default());
-        let (allowed, Case { scene, rays, truth, .. }) = (Allowed::default(), self);
-        let case = judge::Case { scene, rays, truth, claims: &claims };
-        let told = |i: &usize| !case.of_ray(&judgement, &allowed, *i).is_empty();
-        let wrong: Vec<usize> = (0..rays.len()).filter(told).collect();
-        let counted = |i: &usize| !allowed.is_right(&judgement.errors[*i]);
-        assert_eq!(wrong, (0..rays.len()).filter(counted).collect::<Vec<_>>());
-        let worst = case.worst(&judgement, &allowed, 1);
-        assert_eq!(worst, case.of_ray(&judgement, &allowed, ray));
+        let judged = self.judged(image, &Conventions::default(), "");
+        let told = |i: &usize| !judged.of_ray(*i).is_empty();
+        let wrong: Vec<usize> = (0..self.rays.len()).filter(told).collect();
+        assert_eq!(wrong, judged.wrong_rays().collect::<Vec<_>>());
+        assert_eq!(judged.worst(1, |_| None), judged.of_ray(ray));
         wrong
     }
 
     fn hint(&self, image: &Image) -> Option<String> {
-        let conventions = Conventions::default();
-        let (claims, judgement) = self.judged(image, &conventions);
-        let other = (image, &conventions, Some(&self.view));
-        hint(&self.scene, &self.rays, &self.truth, other, (&claims, &judgement)).unwrap()
+        self.judged(image, &Conventions::default(), "").hint
     }
 
     /// A pixel that sees an object, away from silhouettes or at one.
     fn pixel(&self, at_silhouette: bool) -> usize {
-        let judgement = self.judged(&self.honest, &Conventions::default()).1;
-        let is_wanted =
-            |&i: &usize| self.truth.id[i] > 0 && judgement.is_at_silhouette[i] == at_silhouette;
+        let judged = self.judged(&self.honest, &Conventions::default(), "");
+        let is_at = |i: usize| judged.errors.is_at_silhouette[i];
+        let is_wanted = |&i: &usize| self.truth.id[i] > 0 && is_at(i) == at_silhouette;
         // Not the first, which lies at the border.
         (0..self.truth.id.len()).filter(is_wanted).nth(50).unwrap()
     }
@@ -134,6 +126,20 @@ fn channel<'a>(image: &'a mut Image, name: &str) -> &'a mut Samples {
     &mut image.channels.iter_mut().find(|channel| channel.name == name).unwrap().samples
 }
 
+fn ids(image: &mut Image) -> &mut Vec<u32> {
+    match channel(image, "id") {
+        Samples::U32(ids) => ids,
+        _ => panic!("ids"),
+    }
+}
+
+fn floats<'a>(image: &'a mut Image, name: &str) -> &'a mut Vec<f32> {
+    match channel(image, name) {
+        Samples::F32(numbers) => numbers,
+        _ => panic!("{name}"),
+    }
+}
+
 #[test]
 fn honest_claims_are_right_and_each_wrong_one_is_seen() {
     let own = Conventions::default();
@@ -143,36 +149,21 @@ fn honest_claims_are_right_and_each_wrong_one_is_seen() {
         let inner = case.pixel(false);
         type Sabotage = (&'static str, &'static str, fn(&mut Image, usize));
         let sabotages: [Sabotage; 6] = [
-            ("id", "ids away from silhouettes", |image, i| match channel(image, "id") {
-                Samples::U32(ids) => ids[i] += 1,
-                _ => panic!(),
+            ("id", "ids away from silhouettes", |image, i| ids(image)[i] += 1),
+            ("a miss", "ids away from silhouettes", |image, i| ids(image)[i] = 0),
+            ("t", "t is off", |image, i| {
+                let t = &mut floats(image, "Z")[i];
+                *t = t.next_up();
             }),
-            ("a miss", "ids away from silhouettes", |image, i| match channel(image, "id") {
-                Samples::U32(ids) => ids[i] = 0,
-                _ => panic!(),
-            }),
-            ("t", "t is off", |image, i| match channel(image, "Z") {
-                Samples::F32(t) => t[i] = t[i].next_up(),
-                _ => panic!(),
-            }),
-            ("NaN", "t is off by ∞", |image, i| match channel(image, "Z") {
-                Samples::F32(t) => t[i] = f32::NAN,
-                _ => panic!(),
-            }),
+            ("NaN", "t is off by ∞", |image, i| floats(image, "Z")[i] = f32::NAN),
             ("a normal's bits", "a normal is off", |image, i| {
-                for name in ["N.X", "N.Y", "N.Z"] {
-                    match channel(image, name) {
-                        Samples::F32(n) => n[i] += 1e-6 * if name == "N.Y" { -1.0 } else { 1.0 },
-                        _ => panic!(),
-                    }
+                for (name, step) in [("N.X", 1e-6), ("N.Y", -1e-6), ("N.Z", 1e-6)] {
+                    floats(image, name)[i] += step;
                 }
             }),
             ("its direction", "a normal is off by 180", |image, i| {
                 for name in ["N.X", "N.Y", "N.Z"] {
-                    match channel(image, name) {
-                        Samples::F32(n) => n[i] = -n[i],
-                        _ => panic!(),
-                    }
+                    floats(image, name)[i] *= -1.0;
                 }
             }),
         ];
@@ -187,19 +178,31 @@ fn honest_claims_are_right_and_each_wrong_one_is_seen() {
     }
 }
 
+/// A result too few, and a picture of another size, are no results of these rays.
+#[test]
+fn a_missing_row_is_refused() {
+    let case = Case::new("figure1");
+    let mut short = case.honest.clone();
+    short.height -= 1;
+    let allowed = Allowed::of_rays("ids=any,t=any,normal=any").unwrap();
+    let (scene, rays) = (Arc::clone(&case.scene), case.rays.clone());
+    let refused = judge::Case::new(scene, rays, short, Conventions::default(), allowed.clone());
+    assert!(refused.is_err_and(|error| error.to_string().contains("give one for each")));
+    let (scene, rays) = (Arc::clone(&case.scene), case.rays.clone());
+    let honest = judge::Case::new(scene, rays, case.honest, Conventions::default(), allowed);
+    assert!(Judged::new(honest.unwrap(), Truth::default()).is_err());
+}
+
 #[test]
 fn wrong_ids_at_silhouettes_are_counted_there() {
     let case = Case::new("figure1");
     for at_silhouette in [false, true] {
         let mut spoiled = case.honest.clone();
-        match channel(&mut spoiled, "id") {
-            Samples::U32(ids) => ids[case.pixel(at_silhouette)] = 7000,
-            _ => panic!(),
-        }
-        let judgement = case.judged(&spoiled, &Conventions::default()).1;
-        let wrong = [judgement.away.wrong_ids(), judgement.silhouettes.wrong_ids()];
+        ids(&mut spoiled)[case.pixel(at_silhouette)] = 7000;
+        let errors = case.judged(&spoiled, &Conventions::default(), "").errors;
+        let wrong = [errors.away.wrong_ids, errors.silhouettes.wrong_ids];
         assert_eq!(wrong, if at_silhouette { [0, 1] } else { [1, 0] });
-        let rays = judgement.away.rays + judgement.silhouettes.rays;
+        let rays = errors.away.rays + errors.silhouettes.rays;
         assert_eq!(rays, u64::from(SIZE[0] * SIZE[1]));
         let broken = |allow| case.broken(&spoiled, &Conventions::default(), allow).len();
         assert_eq!(broken("ids=0,silhouettes=1"), usize::from(!at_silhouette));
@@ -631,7 +634,7 @@ fn wrong_usage_is_told_what_to_do() {
             "did you mean id?",
         ),
         (&["judge", &figure, "--against", &npy, "--allow", "idz=1"], "did you mean ids?"),
-        (&["judge", &figure, "--against", &npy, "--size", "9x9"], "--crop"),
+        (&["judge", &figure, "--against", &npy, "--size", "9x9"], "with crop"),
         (&["judge", &figure, "--against", &npy, "-o", "a.exr"], ".png"),
         (&["judge", &figure, "--against", &array], "--as"),
         (&["judge", &lit, "--against", &png], "kugelblitz compare"),

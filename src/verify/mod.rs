@@ -1,88 +1,123 @@
 //! Results of a kernel against exact arithmetic, and the promises that they keep or break.
 
 mod colors;
-mod errors;
 #[cfg(feature = "gpu")]
 mod picture;
 mod truth;
-
-use crate::compare::Comparison;
-use crate::kernel::Exactness;
-use crate::trace::Kernel;
-pub(crate) use colors::samples_of_pixel;
-pub use colors::{
-    COLOR_BYTES, ColorDifferences, ColorTruth, Shown, broken_color_promises, color_promise,
-    compare_colors, compare_colors_to_exact,
-};
-pub use errors::{AgainstExact, NormalError, RayError, TError, compare_to_exact, ray_errors};
 #[cfg(feature = "gpu")]
-pub use picture::{ColorsOfKernel, OfKernel, OnBoth, Verification, broken_of, table};
+mod words;
+
+pub(crate) use colors::samples_of_pixel;
+pub use colors::{COLOR_BYTES, ColorDifferences, ColorTruth, RenderedColors};
+#[cfg(feature = "gpu")]
+pub use picture::{AgainstExact, ColorsOfKernel, OfKernel, OnBoth, Parity, Verification, Verified};
 use truth::hit_of;
 pub(crate) use truth::{Near, is_clearly_missed};
 pub use truth::{SAMPLE_BYTES, Truth, sample};
+
+use crate::compare::{RayDifferences, RayResult};
+pub use crate::compare::{RayError, TError};
+use crate::trace::{Hits, Kernel};
 
 /// The exact `t`'s own rounding to f64, which adds to a kernel's error: 2⁻⁵³ of `t`, which is at most
 /// 2⁻²⁹ of a step.
 const T_REFERENCE_ULP: f64 = 1.0 / (1u64 << 29) as f64;
 
-/// The promise of a kernel, in words. `bit_equal` says whether the kernel's arithmetic on the device
-/// is that of IEEE 754 operation by operation, so that its result must be the CPU's bit by bit.
-pub fn promise(kernel: Kernel, bit_equal: bool) -> &'static str {
-    let promise = &kernel.about().promise;
-    if bit_equal { promise.words } else { promise.words_elsewhere }
+/// How hits of a device differ from those of another one or from the exact ones, and colours where they are looked at.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Differences {
+    /// The hits.
+    pub rays: RayDifferences,
+    /// The colours.
+    pub colors: Option<ColorDifferences>,
 }
 
-/// The promises of `kernel` that these results break, one sentence each. `parity` compares GPU
-/// with CPU where both ran; `exact` has each device's name and result.
+/// Compares `hits` with the truth about some of its rays, in the order of the truth.
+pub fn ray_errors<'a>(hits: &'a Hits, truth: &'a Truth) -> impl Iterator<Item = RayError> + 'a {
+    let error = |(k, &index): (usize, &usize)| {
+        RayError::of(RayResult::of(hits, index), &truth.row(k), |normal| {
+            normal == truth.normal_f32[k]
+        })
+    };
+    truth.index.iter().enumerate().map(error)
+}
+
+/// Compares `hits` with the truth about some of its rays. `t` and normals are looked at where
+/// `hits` has them and the id is right. A ray that `hits` lacks counts as a wrong id.
+pub fn compare_to_exact(hits: &Hits, truth: &Truth) -> RayDifferences {
+    let mut found = RayDifferences::default();
+    truth
+        .index
+        .iter()
+        .zip(ray_errors(hits, truth))
+        .for_each(|(&ray, error)| found.see(ray, &error));
+    found
+}
+
+/// The promise of a kernel, in words. `bit_equal` says whether the kernel's arithmetic on the device
+/// is that of IEEE 754 operation by operation, so that its result must be the CPU's bit by bit; `has_colors`, whether
+/// colours are looked at.
+pub fn promise(kernel: Kernel, bit_equal: bool, has_colors: bool) -> String {
+    let promise = &kernel.about().promise;
+    let words = if bit_equal { promise.words } else { promise.words_elsewhere };
+    let of_colors = match has_colors && promise.exact.is_some() {
+        true => ", every byte and every float of the colours the exact one",
+        false => "",
+    };
+    words.to_owned() + of_colors
+}
+
+/// The promises of `kernel` that these results break, one sentence each. `parity` is the GPU's from the
+/// CPU's where both ran; `exact` has each device's name, and its differences from what is exact.
 pub fn broken_promises(
     kernel: Kernel,
     bit_equal: bool,
-    parity: Option<&Comparison>,
-    exact: &[(&str, &AgainstExact)],
+    parity: Option<&Differences>,
+    exact: &[(&str, &Differences)],
 ) -> Vec<String> {
     let mut broken = Vec::new();
     let name = kernel.name();
     let promised = kernel.about().promise.exact;
-    let are_equal = bit_equal || promised.is_some();
-    if let Some(parity) = parity.filter(|_| are_equal) {
-        if parity.ids_differ() > 0 {
-            broken.push(format!(
-                "{name}: GPU and CPU see different objects in {} of {} rays",
-                parity.ids_differ(),
-                parity.rays
-            ));
-        } else if !parity.is_equal() {
-            broken.push(format!(
-                "{name}: GPU and CPU are not equal bit by bit: t differs in {} of {} rays (by up \
-                 to {} ulp), the normal in {}",
-                parity.t_differs, parity.rays, parity.t_ulp_max, parity.normal_differs
-            ));
+    if let Some(Differences { rays, colors }) = parity.filter(|_| bit_equal || promised.is_some()) {
+        let RayDifferences { rays: n, t_differs, t_ulp_max, normal_differs, .. } = rays;
+        match rays.wrong_ids() {
+            0 if rays.is_equal() => {}
+            0 => broken.push(format!(
+                "{name}: GPU and CPU are not equal bit by bit: t differs in {t_differs} of {n} rays (by up to \
+                 {t_ulp_max} ulp), the normal in {normal_differs}"
+            )),
+            wrong => broken.push(format!("{name}: GPU and CPU see different objects in {wrong} of {n} rays")),
+        }
+        if let Some(found) = colors.as_ref().filter(|found| !found.is_equal()) {
+            broken.push(format!("{name}: GPU and CPU show different colours: {found}"));
         }
     }
-    for (device, against) in exact {
-        if against.rays == 0 {
-            broken.push(format!("{name} on the {device}: no ray was compared"));
+    for (device, Differences { rays, colors }) in exact {
+        let mut add = |what: String| broken.push(format!("{name} on the {device}: {what}"));
+        if rays.rays == 0 {
+            add("no ray was compared".into());
         }
-        let Some(Exactness { t_ulp, .. }) = promised else { continue };
-        if against.wrong_ids() > 0 {
-            broken.push(format!(
-                "{name} on the {device}: {} of {} ids are wrong",
-                against.wrong_ids(),
-                against.rays
+        if colors.as_ref().is_some_and(|colors| colors.pixels == 0) {
+            add("no colour was compared".into());
+        }
+        let Some(promised) = promised else { continue };
+        if rays.wrong_ids() > 0 {
+            add(format!("{} of {} ids are wrong", rays.wrong_ids(), rays.rays));
+        }
+        if rays.t_ulp_max > promised.t_ulp + T_REFERENCE_ULP {
+            add(format!(
+                "t is off by {:.3} ulp, promised is {}: the exact one rounded",
+                rays.t_ulp_max, promised.t_ulp
             ));
         }
-        if against.t_ulp_max > t_ulp + T_REFERENCE_ULP {
-            broken.push(format!(
-                "{name} on the {device}: t is off by {:.3} ulp, promised is {t_ulp}: the \
-                 exact one rounded",
-                against.t_ulp_max
+        if rays.normal_differs > 0 {
+            add(format!(
+                "{} normals are not the exact ones rounded; the worst is off by {:.3e}",
+                rays.normal_differs, rays.normal_distance_max
             ));
         }
-        if against.normals_not_nearest > 0 {
-            broken.push(format!(
-                "{name} on the {device}: {} normals are not the exact ones rounded; the worst is off by {:.3e}",
-                against.normals_not_nearest, against.normal_distance_max
-            ));
+        if let Some(found) = colors.as_ref().filter(|found| !found.is_equal()) {
+            add(format!("wrong colours: {found}"));
         }
     }
     broken
@@ -119,10 +154,6 @@ mod tests {
         (scene, pixels)
     }
 
-    fn promised() -> Exactness {
-        Kernel::Certified.about().promise.exact.unwrap()
-    }
-
     /// The exact result, rounded: it keeps every promise.
     fn rounded(truth: &Truth) -> Hits {
         Hits {
@@ -139,10 +170,14 @@ mod tests {
         Truth::of_pixels(&scene, &pixels, all, &Control::default()).unwrap()
     }
 
+    fn differences(rays: RayDifferences) -> Differences {
+        Differences { rays, colors: None }
+    }
+
     fn broken(kernel: Kernel, hits: &Hits) -> Vec<String> {
         let truth = truth();
-        let parity = compare(hits, &rounded(&truth));
-        let against = compare_to_exact(hits, &truth);
+        let parity = differences(compare(hits, &rounded(&truth)));
+        let against = differences(compare_to_exact(hits, &truth));
         broken_promises(kernel, true, Some(&parity), &[("GPU", &against)])
     }
 
@@ -187,7 +222,7 @@ mod tests {
                 "false miss" => against.false_misses == 1,
                 "wrong object" => against.wrong_object == 1,
                 "t" => against.t_ulp_max > 1.0,
-                _ => against.normals_not_nearest == 1,
+                _ => against.normal_differs == 1,
             };
             assert!(noticed, "{what}: {against:?}");
             let wrong_ids = u64::from(!matches!(what, "t" | "normal"));
@@ -221,7 +256,8 @@ mod tests {
         // is not IEEE 754's.
         for bit_equal in [false, true] {
             let parity = |gpu: &Hits| {
-                broken_promises(Kernel::Certified, bit_equal, Some(&compare(gpu, &cpu)), &[])
+                let parity = differences(compare(gpu, &cpu));
+                broken_promises(Kernel::Certified, bit_equal, Some(&parity), &[])
             };
             assert_eq!(parity(&cpu), Vec::<String>::new());
             for (what, apply) in sabotages {
@@ -233,8 +269,7 @@ mod tests {
         }
     }
 
-    /// A `t` is the exact one rounded: its neighbour is not, and what would round to 0 is the
-    /// smallest f32.
+    /// A `t` is the exact one rounded: its neighbour is not.
     #[test]
     fn certified_t_is_rounded() {
         let truth = truth();
@@ -242,14 +277,10 @@ mod tests {
         for step in [1, -1] {
             let mut hits = rounded(&truth);
             hits.t[i] = f32::from_bits(hits.t[i].to_bits().wrapping_add_signed(step));
-            let against = compare_to_exact(&hits, &truth);
+            let against = differences(compare_to_exact(&hits, &truth));
             let broken = broken_promises(Kernel::Certified, false, None, &[("GPU", &against)]);
             assert!(broken.len() == 1 && broken[0].contains("t is off"), "{step}: {broken:?}");
         }
-        let least = f32::from_bits(1);
-        assert!(TError::new(least, 1e-60).ulp <= promised().t_ulp);
-        assert!(TError::new(least, f64::from(least) * 1.6).ulp > promised().t_ulp);
-        assert!(TError::new(0.0, 1e-45).ulp > promised().t_ulp);
     }
 
     /// The bound is not wider than promised: one and a half of it is too much.
@@ -257,7 +288,7 @@ mod tests {
     fn the_tolerance_is_tight() {
         for factor in [1.0, 1.5] {
             let t_ulp_max = 0.5 * factor;
-            let against = AgainstExact { rays: 1, t_ulp_max, ..AgainstExact::default() };
+            let against = differences(RayDifferences { rays: 1, t_ulp_max, ..Default::default() });
             let broken = broken_promises(Kernel::Certified, true, None, &[("CPU", &against)]);
             assert_eq!(broken.is_empty(), factor == 1.0, "{broken:?}");
         }
@@ -265,14 +296,15 @@ mod tests {
 
     #[test]
     fn what_is_not_promised_is_not_broken_and_nothing_is_not_success() {
-        let parity = Comparison { rays: 9, other_object: 1, first: Some(3), ..Default::default() };
-        let wrong = AgainstExact { rays: 9, wrong_object: 1, ..AgainstExact::default() };
+        let wrong =
+            RayDifferences { rays: 9, wrong_object: 1, first: Some(3), ..Default::default() };
+        let wrong = differences(wrong);
         let stable = |bit_equal| {
-            broken_promises(Kernel::Stable, bit_equal, Some(&parity), &[("GPU", &wrong)])
+            broken_promises(Kernel::Stable, bit_equal, Some(&wrong), &[("GPU", &wrong)])
         };
         assert!(stable(false).is_empty());
         assert_eq!(stable(true).len(), 1);
-        let nothing = AgainstExact::default();
+        let nothing = Differences::default();
         assert_eq!(broken_promises(Kernel::Stable, true, None, &[("CPU", &nothing)]).len(), 1);
     }
 }
