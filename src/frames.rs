@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::input;
 use crate::memory;
 use crate::plain::Shown;
-use crate::scene::{Camera, Projection, Scene, checked, turned};
+use crate::scene::{Camera, Projection, Scene, turned};
 use crate::words::did_you_mean;
 
 /// Most frames of a film: seven digits in their names.
@@ -70,7 +70,7 @@ pub fn read_path(path: &Path, camera: &Camera) -> Result<Vec<Camera>> {
             return Err(of_line(format!("a film has at most {MAX_FRAMES} frames; make parts")));
         }
         let of_frame = columns.camera(&record, camera).map_err(of_line)?;
-        cameras.push(checked(of_frame).map_err(|error| of_line(error.to_string()))?);
+        cameras.push(of_frame.check().map_err(|error| of_line(error.to_string()))?);
     }
     match cameras.is_empty() {
         true => Err(wrong("there is no line below the header; give one for each frame".into())),

@@ -12,12 +12,11 @@ use glam::DVec3;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::memory;
-use crate::npy::write_float_header;
 use crate::output::OutputFile;
-use crate::plain::Shown;
 use crate::random::SplitMix;
+use crate::scene::schema::{CameraKeys, CloudKeys, SceneKeys};
 use crate::scene::{
-    Camera, Color, MAX_OBJECTS, Projection, Scene, Sphere, Spheres, cloud_scene_text, seen_from,
+    Camera, Color, MAX_OBJECTS, Projection, Scene, Sphere, Spheres, in_utf8, seen_from, write_rows,
 };
 
 /// How the spheres lie in space. Colours follow the place, so that pictures can be read.
@@ -78,26 +77,7 @@ const ROWS_AT_ONCE: u64 = 1 << 14;
 /// [`Error::Usage`] for a count that can't be; [`Error::Io`] and [`Error::Interrupted`].
 pub fn write_cloud(file: &mut OutputFile, recipe: &Recipe, control: &Control) -> Result<()> {
     recipe.check()?;
-    let path = file.path().to_path_buf();
-    let mut bytes = Vec::new();
-    write_float_header([recipe.count, N_COLUMNS as u64], &mut bytes);
-    control.expect_bytes(bytes.len() as u64 + recipe.count * size_of::<Row>() as u64);
-    let mut rows = recipe.rows();
-    let mut n_left = recipe.count;
-    loop {
-        control.check()?;
-        file.write_all(&bytes).map_err(Error::io(&path))?;
-        control.advance_bytes(bytes.len() as u64);
-        if n_left == 0 {
-            return Ok(());
-        }
-        bytes.clear();
-        let n_rows = n_left.min(ROWS_AT_ONCE);
-        for _ in 0..n_rows {
-            bytes.extend(rows().map(f64::to_le_bytes).as_flattened());
-        }
-        n_left -= n_rows;
-    }
+    write_rows(file, recipe.count, recipe.rows(), control)
 }
 
 /// Writes a scene file with the cloud in the file `cloud` and a camera that sees all of it where
@@ -110,16 +90,19 @@ pub fn write_scene(file: &mut OutputFile, cloud: &Path, recipe: &Recipe) -> Resu
     recipe.check()?;
     let path = file.path().to_path_buf();
     let name = seen_from(&path, cloud)?;
-    let Some(name) = name.to_str() else {
-        let message = format!("{}: a scene can name only a file in UTF-8", cloud.shown());
-        return Err(Error::Usage(message));
+    let file_name = Some(in_utf8(&name)?.to_owned().into());
+    let scene = SceneKeys {
+        background: Color::from_hex("#20242c").map(Into::into),
+        camera: Some(CameraKeys::from(&recipe.camera()).into()),
+        spheres: Some(vec![CloudKeys { file: file_name, ..CloudKeys::default() }].into()),
+        ..SceneKeys::default()
     };
     let Recipe { distribution, count, seed } = recipe;
-    let about = format!(
-        "kugelblitz generate cloud --distribution {} --count {count} --seed {seed}",
-        distribution.name()
+    let text = format!(
+        "# kugelblitz generate cloud --distribution {} --count {count} --seed {seed}\n{}",
+        distribution.name(),
+        scene.document()
     );
-    let text = cloud_scene_text(&about, name, &recipe.camera());
     file.write_all(text.as_bytes()).map_err(Error::io(path))
 }
 

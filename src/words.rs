@@ -25,6 +25,11 @@ pub fn did_you_mean<'n>(known: impl IntoIterator<Item = &'n str>, given: &str) -
     near.min_by_key(|(slips, _)| *slips).map(|(_, name)| name)
 }
 
+/// [`did_you_mean`] as the end of a sentence; nothing where no name is near.
+pub fn did_you_mean_at_end<'n>(known: impl IntoIterator<Item = &'n str>, given: &str) -> String {
+    did_you_mean(known, given).map_or(String::new(), |near| format!("; did you mean {near}?"))
+}
+
 /// The first `n_chars` of a text, with `…` in the place of the others.
 pub fn cut(text: &str, n_chars: usize) -> Cow<'_, str> {
     match text.char_indices().nth(n_chars) {

@@ -2,18 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
 use kugelblitz::frames;
 use kugelblitz::scene::{
-    self, Framing, ImageSize, Projection, Viewpoint, WishedLens, Wishes, place_camera,
+    self, Framing, ImageSize, Projection, SceneOverrides, Viewpoint, place_camera, schema,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use toml::{Table, Value};
 
-use crate::argument::{Size, Vector};
+use crate::argument::{Size, Vector, named};
 use crate::scene::Scene;
-use crate::table::scene_of;
+use crate::table::{key, scene_of};
 use crate::work;
 
 /// A camera: `Camera(position, look_at, up=(0, 1, 0), fov=45)`, or with `height` in place of `fov` for an
@@ -70,11 +69,11 @@ impl Camera {
         py: Python<'_>,
         scene: &Scene,
         view: Option<&str>,
-        up: Option<Vector>,
-        fov: Option<f64>,
+        up: Option<&Bound<'_, PyAny>>,
+        fov: Option<&Bound<'_, PyAny>>,
         height: Option<&Bound<'_, PyAny>>,
         margin: Option<f64>,
-        look_at: Option<Vector>,
+        look_at: Option<&Bound<'_, PyAny>>,
         size: Option<Size>,
         n_turns: u32,
     ) -> PyResult<Camera> {
@@ -82,19 +81,13 @@ impl Camera {
             let message = "scene: there is no sphere to be framed; give Camera(position, look_at)";
             return Err(PyValueError::new_err(message));
         }
-        let wishes = Wishes {
-            view: view.map(viewpoint).transpose()?,
-            margin: Some(usable_margin(margin)?.unwrap_or(Framing::MARGIN)),
-            look_at: look_at.map(|look_at| finite("look_at", look_at)).transpose()?,
-            up: up.map(|up| direction("up", up)).transpose()?,
-            lens: lens(fov, height)?,
-            n_turns,
-            size: size.map(usable_size).transpose()?,
-            ..Wishes::default()
-        };
+        let margin = margin.or(Some(Framing::MARGIN));
+        let mut overrides = framing(view, margin, [up, fov, height], size)?;
+        overrides.camera.look_at = key("look_at", look_at, schema::point)?;
+        overrides.n_turns = n_turns;
         let path = Path::new("the scene");
         let of_scene =
-            work::run(py, None, 0, |control| place_camera(&scene.of, &wishes, path, control))?;
+            work::run(py, None, 0, |control| place_camera(&scene.of, &overrides, path, control))?;
         Ok(Camera { of_scene })
     }
 
@@ -172,49 +165,34 @@ fn all(cameras: Vec<scene::Camera>) -> Vec<Camera> {
     cameras.into_iter().map(|of_scene| Camera { of_scene }).collect()
 }
 
-/// The side of this name.
-pub fn viewpoint(name: &str) -> PyResult<Viewpoint> {
-    let found = Viewpoint::ALL.into_iter().find(|view| view.name() == name);
-    found.ok_or_else(|| {
-        let names = Viewpoint::ALL.map(Viewpoint::name).join(", ");
-        PyValueError::new_err(format!("view: there is no side {name:?}; give one of {names}"))
-    })
-}
-
-/// A lens of `fov`, or of `height`: a number or "auto".
-pub fn lens(fov: Option<f64>, height: Option<&Bound<'_, PyAny>>) -> PyResult<Option<WishedLens>> {
-    let wrong = |message: String| Err(PyValueError::new_err(message));
-    match (fov, height) {
-        (Some(_), Some(_)) => {
-            wrong("fov, height: a camera has one of them; leave the other out".into())
-        }
-        (Some(fov), None) if fov > 0.0 && fov < 180.0 => Ok(Some(WishedLens::Fov(fov))),
-        (Some(fov), None) => {
-            wrong(format!("fov: {fov:?}, but it is greater than 0 and less than 180 degrees"))
-        }
-        (None, None) => Ok(None),
-        (None, Some(height)) => match (height.extract::<f64>(), height.extract::<String>()) {
-            (Ok(height), _) if height > 0.0 && height.is_finite() => {
-                Ok(Some(WishedLens::Height(height)))
-            }
-            (_, Ok(word)) if word == "auto" => Ok(Some(WishedLens::AnyHeight)),
-            _ => wrong(format!(
-                "height: {}, but it is a length greater than 0, or \"auto\"",
-                height.repr()?
-            )),
-        },
+/// What a camera that frames everything is asked for; a height may be "auto".
+pub fn framing(
+    view: Option<&str>,
+    margin: Option<f64>,
+    [up, fov, height]: [Option<&Bound<'_, PyAny>>; 3],
+    size: Option<Size>,
+) -> PyResult<SceneOverrides> {
+    if fov.is_some() && height.is_some() {
+        let message = "fov, height: a camera has one of them; leave the other out";
+        return Err(PyValueError::new_err(message));
     }
-}
-
-/// A margin that leaves something of the picture.
-pub fn usable_margin(margin: Option<f64>) -> PyResult<Option<f64>> {
-    match margin {
-        Some(margin) if !(0.0..=Framing::MAX_MARGIN).contains(&margin) => {
-            let most = Framing::MAX_MARGIN;
-            Err(PyValueError::new_err(format!("margin: {margin:?}, but it goes from 0 to {most}")))
-        }
-        margin => Ok(margin),
+    let most = Framing::MAX_MARGIN;
+    if let Some(margin) = margin.filter(|margin| !(0.0..=most).contains(margin)) {
+        let message = format!("margin: {margin:?}, but it goes from 0 to {most}");
+        return Err(PyValueError::new_err(message));
     }
+    let view = view.map(|view| named("view", view, Viewpoint::ALL, Viewpoint::name)).transpose()?;
+    let is_auto =
+        |height: &&Bound<'_, PyAny>| height.extract::<String>().is_ok_and(|h| h == "auto");
+    let is_height_chosen = height.as_ref().is_some_and(is_auto);
+    let camera = schema::CameraKeys {
+        up: key("up", up, schema::direction)?,
+        fov: key("fov", fov, schema::fov)?,
+        height: key("height", height.filter(|_| !is_height_chosen), schema::height)?,
+        ..schema::CameraKeys::default()
+    };
+    let size = size.map(usable_size).transpose()?;
+    Ok(SceneOverrides { view, margin, is_height_chosen, camera, size, ..SceneOverrides::default() })
 }
 
 /// A size that a picture can have.
@@ -225,23 +203,5 @@ pub fn usable_size(Size([width, height]): Size) -> PyResult<[u32; 2]> {
         false => Err(PyValueError::new_err(format!(
             "size: ({width}, {height}), but a picture has 1 to {most} pixels a side"
         ))),
-    }
-}
-
-/// A point of finite numbers.
-pub fn finite(name: &str, Vector(point): Vector) -> PyResult<DVec3> {
-    match DVec3::from_array(point) {
-        point if point.is_finite() => Ok(point),
-        _ => {
-            Err(PyValueError::new_err(format!("{name}: {point:?} has a number that is not finite")))
-        }
-    }
-}
-
-/// A direction of finite length.
-pub fn direction(name: &str, direction: Vector) -> PyResult<DVec3> {
-    match finite(name, direction)? {
-        DVec3::ZERO => Err(PyValueError::new_err(format!("{name}: (0, 0, 0) points nowhere"))),
-        direction => Ok(direction),
     }
 }

@@ -2,9 +2,7 @@
 
 use std::collections::HashMap;
 
-use kugelblitz::scene::{
-    Color, ColorMap, Coloring, Light, Paint, Plane, Samples, Scene, Sky, Spheres,
-};
+use kugelblitz::scene::{Color, Coloring, Light, Plane, Samples, Scene, Sky, Spheres, schema};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -12,7 +10,7 @@ use toml::Value;
 
 use crate::array::{Numbers, n_masked};
 use crate::error;
-use crate::table::{scene_of, value};
+use crate::table::{key, scene_of, value, value_of};
 
 pub fn planes_of(given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<Plane>> {
     Ok(scenes_of("planes", "plane", given)?.into_iter().flat_map(|scene| scene.planes).collect())
@@ -37,26 +35,7 @@ pub fn sky_of(given: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Sky>> {
 }
 
 pub fn ambient_of(given: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Color>> {
-    let Some(ambient) = given else { return Ok(None) };
-    Ok(scene_of("ambient", "ambient", value("ambient", ambient)?)?.ambient)
-}
-
-/// A colour as wishes have it.
-pub fn paint(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Paint> {
-    let color = color_of(name, given)?;
-    Ok(match given.extract::<String>() {
-        Ok(text) => Paint::Text(text),
-        Err(_) => Paint::Linear(color.0),
-    })
-}
-
-pub fn usable_radius(radius: f64) -> PyResult<f64> {
-    match radius.is_finite() && radius > 0.0 {
-        true => Ok(radius),
-        false => {
-            Err(PyValueError::new_err(format!("radius: {radius:?} is no length greater than 0")))
-        }
-    }
+    Ok(key("ambient", given, schema::ambient)?.map(|ambient| ambient.value))
 }
 
 pub fn usable_samples(samples: u32) -> PyResult<Samples> {
@@ -98,19 +77,12 @@ pub fn name_all(spheres: &mut Spheres, names: &Bound<'_, PyAny>) -> PyResult<()>
 pub fn colored_by(
     spheres: Spheres,
     numbers: &Bound<'_, PyAny>,
-    colormap: Option<&str>,
-    range: Option<[f64; 2]>,
-    missing_color: Option<&Bound<'_, PyAny>>,
+    [colormap, range, missing_color]: [Option<&Bound<'_, PyAny>>; 3],
 ) -> PyResult<(Spheres, Coloring)> {
-    let map = colormap.map_or(Ok(ColorMap::default()), |name| {
-        ColorMap::from_name(name).ok_or_else(|| {
-            let names = ColorMap::names().collect::<Vec<_>>().join(", ");
-            PyValueError::new_err(format!(
-                "colormap: there is no {name:?}; give one of {names}, each also with _r behind it"
-            ))
-        })
-    })?;
-    let missing_color = missing_color.map(|color| color_of("missing_color", color)).transpose()?;
+    let map = key("colormap", colormap, schema::colormap)?.map(|map| map.value).unwrap_or_default();
+    let range = key("range", range, schema::range)?.map(|range| range.value);
+    let missing_color =
+        key("missing_color", missing_color, schema::color)?.map(|color| color.value);
     // A series of pandas says what it is called.
     let name = numbers.getattr("name").and_then(|name| name.extract::<String>());
     let name = name.unwrap_or_else(|_| "color_by".into());
@@ -135,10 +107,6 @@ fn each<'py>(name: &str, given: Option<&Bound<'py, PyAny>>) -> PyResult<Vec<Boun
         .try_iter()
         .map_err(|_| PyTypeError::new_err(format!("{name}: give a list of dictionaries")))?;
     entries.collect()
-}
-
-pub fn color_of(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Color> {
-    Ok(scene_of(name, "background", value(name, given)?)?.background)
 }
 
 pub fn spheres_of(
@@ -178,7 +146,9 @@ pub fn spheres_of(
     let one_for_all =
         color.is_instance_of::<PyString>() || { Numbers::new("color", color)?.shape().len() == 1 };
     if one_for_all {
-        return spheres.with_color(color_of("color", color)?).map_err(error::of("color"));
+        return spheres
+            .with_color(value_of("color", color, schema::color)?)
+            .map_err(error::of("color"));
     }
     let colors = Numbers::new("color", color)?;
     let is_bytes = colors.is_bytes;

@@ -2,15 +2,16 @@
 
 use glam::DVec3;
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::Scene;
+use kugelblitz::scene::{Scene, schema};
 use kugelblitz::trace::{Ray, Rays, StageCounts};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::argument::{Crop, Pixel, Size, Vector};
+use crate::argument::{Crop, Pixel, Size};
 use crate::array::Numbers;
-use crate::camera::{self, Camera, finite, usable_size};
+use crate::camera::{Camera, usable_size};
+use crate::table::value_of;
 
 /// What is wrong where a picture has no camera.
 pub fn no_camera() -> PyErr {
@@ -66,13 +67,8 @@ pub fn one_ray(
             Ok(Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..whole }))
         }
         (None, Some((origin, direction))) => {
-            let point = |name: &str, given: &Bound<'_, PyAny>| {
-                given
-                    .extract::<Vector>()
-                    .map_err(|_| PyTypeError::new_err(format!("ray: its {name} is three numbers")))
-            };
-            let origin = finite("ray", point("origin", &origin)?)?;
-            let direction = camera::direction("ray", point("direction", &direction)?)?;
+            let origin = value_of("ray", &origin, schema::point)?;
+            let direction = value_of("ray", &direction, schema::direction)?;
             Ok(Rays::List(vec![Ray { origin, direction }]))
         }
         _ => {

@@ -1,6 +1,5 @@
 //! The scene, and what is done with it.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,8 +16,8 @@ use kugelblitz::picture::hit_records;
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::n_steps;
 use kugelblitz::scene::{
-    self, Color, Coloring, DataWishes, ImageSize, Samples, Wishes, compose_scene, is_cloud_file,
-    parse_scene, read_scene_with,
+    self, Color, Coloring, ImageSize, Samples, SceneOverrides, compose_scene, is_cloud_file,
+    parse_scene, read_scene_with, schema,
 };
 use kugelblitz::shade::{Background, Encoding, Style};
 use kugelblitz::show::{self, Entry, Show};
@@ -29,14 +28,13 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::argument::{Crop, Pixel, Size, Vector, named};
-use crate::camera::{Camera, direction, lens, usable_margin, usable_size, viewpoint};
+use crate::argument::{Crop, Pixel, Size, named};
+use crate::camera::{Camera, framing, usable_size};
 use crate::drawing::{Drawing, Tinted};
 use crate::error::exception;
 use crate::explain::{Explanation, explained};
 use crate::given::{
-    ambient_of, color_of, colored_by, lights_of, name_all, paint, planes_of, sky_of, spheres_of,
-    usable_radius, usable_samples,
+    ambient_of, colored_by, lights_of, name_all, planes_of, sky_of, spheres_of, usable_samples,
 };
 use crate::judge::{self, Judgement};
 use crate::pickle::{State, of_state, state_of};
@@ -44,7 +42,7 @@ use crate::picture::Picture;
 use crate::place;
 use crate::rays::{counts_of, no_camera, one_ray, pixels_of, rays_of};
 use crate::session::{Sessions, Shared};
-use crate::table::to_python;
+use crate::table::{key, to_python, value_of};
 use crate::verify::{Asked, Verification};
 use crate::work;
 
@@ -146,8 +144,8 @@ impl Scene {
         radius: Option<&Bound<'_, PyAny>>,
         color: Option<&Bound<'_, PyAny>>,
         color_by: Option<&Bound<'_, PyAny>>,
-        colormap: Option<&str>,
-        range: Option<[f64; 2]>,
+        colormap: Option<&Bound<'_, PyAny>>,
+        range: Option<&Bound<'_, PyAny>>,
         missing_color: Option<&Bound<'_, PyAny>>,
         names: Option<&Bound<'_, PyAny>>,
         planes: Option<&Bound<'_, PyAny>>,
@@ -172,7 +170,7 @@ impl Scene {
                 return Err(PyValueError::new_err(message));
             }
             let (spheres, made) =
-                colored_by(scene.spheres, color_by, colormap, range, missing_color)?;
+                colored_by(scene.spheres, color_by, [colormap, range, missing_color])?;
             scene.spheres = spheres;
             coloring = Some(made);
         } else if colormap.is_some() || range.is_some() || missing_color.is_some() {
@@ -188,7 +186,7 @@ impl Scene {
         scene.sky = sky_of(sky)?;
         scene.ambient = ambient_of(ambient)?;
         if let Some(background) = background {
-            scene.background = color_of("background", background)?;
+            scene.background = value_of("background", background, schema::color)?;
         }
         scene.camera = camera.map(|camera| camera.of_scene.clone());
         Ok(Scene::new_colored(scene, coloring))
@@ -210,48 +208,42 @@ impl Scene {
     fn open(
         py: Python<'_>,
         path: PathBuf,
-        radius: Option<f64>,
+        radius: Option<&Bound<'_, PyAny>>,
         color: Option<&Bound<'_, PyAny>>,
         color_by: Option<String>,
-        colormap: Option<String>,
-        range: Option<[f64; 2]>,
-        columns: Option<BTreeMap<String, Bound<'_, PyAny>>>,
+        colormap: Option<&Bound<'_, PyAny>>,
+        range: Option<&Bound<'_, PyAny>>,
+        columns: Option<&Bound<'_, PyAny>>,
         frame: Option<u32>,
         view: Option<&str>,
-        up: Option<Vector>,
-        fov: Option<f64>,
+        up: Option<&Bound<'_, PyAny>>,
+        fov: Option<&Bound<'_, PyAny>>,
         height: Option<&Bound<'_, PyAny>>,
         margin: Option<f64>,
         size: Option<Size>,
         samples: Option<u32>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Scene> {
-        let column = |(key, name): (String, Bound<'_, PyAny>)| Ok((key, name.str()?.to_string()));
-        let columns = columns.unwrap_or_default().into_iter().map(column);
-        let wishes = Wishes {
-            view: view.map(viewpoint).transpose()?,
-            margin: usable_margin(margin)?,
-            up: up.map(|up| direction("up", up)).transpose()?,
-            lens: lens(fov, height)?,
-            size: size.map(usable_size).transpose()?,
+        let overrides = SceneOverrides {
             samples: samples.map(usable_samples).transpose()?,
-            data: DataWishes {
-                radius: radius.map(usable_radius).transpose()?,
-                color: color.map(|color| paint("color", color)).transpose()?,
-                color_by,
-                colormap,
-                range,
-                columns: columns.collect::<PyResult<_>>()?,
-                frame,
+            cloud: schema::CloudKeys {
+                radius: key("radius", radius, schema::radius)?,
+                color: key("color", color, schema::color)?,
+                columns: key("columns", columns, schema::table)?,
+                color_by: color_by.map(Into::into),
+                colormap: key("colormap", colormap, schema::colormap)?,
+                range: key("range", range, schema::range)?,
+                frame: frame.map(Into::into),
+                ..schema::CloudKeys::default()
             },
-            ..Wishes::default()
+            ..framing(view, margin, [up, fov, height], size)?
         };
         // A file that needs nothing of this is only read: it may be of rays alone.
-        let is_as_written = wishes == Wishes::default() && !is_cloud_file(&path);
+        let is_as_written = overrides == SceneOverrides::default() && !is_cloud_file(&path);
         let read = |control: &Control| match is_as_written {
             true => read_scene_with(&path, control),
             false => {
-                let composed = compose_scene(&path, &wishes, control)?;
+                let composed = compose_scene(&path, &overrides, control)?;
                 let mut scene = composed.scene;
                 scene.notes.extend(composed.notes);
                 Ok(scene)
@@ -304,7 +296,9 @@ impl Scene {
                 "sky" => scene.sky = sky_of(given)?,
                 "ambient" => scene.ambient = ambient_of(given)?,
                 "background" => {
-                    let color = given.map(|given| color_of("background", given)).transpose()?;
+                    let color = given
+                        .map(|given| value_of("background", given, schema::color))
+                        .transpose()?;
                     scene.background = color.unwrap_or_default();
                 }
                 other => {

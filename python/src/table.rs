@@ -4,10 +4,11 @@
 use std::path::Path;
 
 use kugelblitz::Error;
+use kugelblitz::scene::schema::{Reader, Spanned, read_value};
 use kugelblitz::scene::{Scene, parse_scene};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
+use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyInt, PyString};
 use serde::Serialize;
 use toml::{Table, Value};
 
@@ -25,6 +26,27 @@ pub fn scene_of(subject: &str, key: &str, value: Value) -> PyResult<Scene> {
         }
         other => crate::error::exception(other, subject),
     })
+}
+
+/// The value of a scene's key, out of the argument `name`.
+///
+/// # Errors
+/// As [`scene_of`].
+pub fn value_of<T>(name: &'static str, given: &Bound<'_, PyAny>, read: Reader<T>) -> PyResult<T> {
+    read_value(name, &value(name, given)?.to_string(), read)
+        .map_err(|[found, help]| SceneError::new_err(format!("{name}: {found}; {help}")))
+}
+
+/// The key of a scene file that the argument `name` gives, where it is given.
+///
+/// # Errors
+/// As [`scene_of`].
+pub fn key<T>(
+    name: &'static str,
+    given: Option<&Bound<'_, PyAny>>,
+    read: Reader<T>,
+) -> PyResult<Option<Spanned<T>>> {
+    given.map(|given| value_of(name, given, read).map(Into::into)).transpose()
 }
 
 /// The value of a scene file that an object stands for.
@@ -54,6 +76,9 @@ pub fn value(subject: &str, given: &Bound<'_, PyAny>) -> PyResult<Value> {
             table.insert(key, entry);
         }
         return Ok(Value::Table(table));
+    }
+    if given.is_instance_of::<PyBytes>() || given.is_instance_of::<PyByteArray>() {
+        return Err(unknown(subject, given));
     }
     // Arrays and scalars of numpy.
     if let Ok(list) = given.call_method0("tolist") {

@@ -2,9 +2,10 @@
 
 use std::fmt;
 
-use super::{RayError, TError, did_you_mean};
+use super::{RayError, TError};
 use crate::error::{Error, Result};
 use crate::trace::Kernel;
+use crate::words::did_you_mean_at_end;
 
 /// How much of a thing may be wrong, or how far it may be off.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -175,7 +176,7 @@ impl Allowed {
             let (key, value) = part.split_once('=').unwrap_or((part, ""));
             let (key, value) = (key.trim(), value.trim());
             let Some(at) = names.iter().position(|name| *name == key) else {
-                let near = did_you_mean(names, key);
+                let near = did_you_mean_at_end(names, key);
                 let names = names.join(", ");
                 let message =
                     format!("nothing that can be allowed is called “{key}”; give {names}{near}");

@@ -55,10 +55,3 @@ impl Precision {
         }
     }
 }
-
-/// The known name that `given` is likely to mean, as the end of a sentence; nothing where no name is near it.
-pub(crate) fn did_you_mean<'n>(known: impl IntoIterator<Item = &'n str>, given: &str) -> String {
-    let slips = known.into_iter().map(|name| (strsim::osa_distance(given, name), name));
-    let near = slips.filter(|(n, name)| *n <= 1 + name.len() / 4).min();
-    near.map_or(String::new(), |(_, near)| format!("; did you mean {near}?"))
-}

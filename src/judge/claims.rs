@@ -3,11 +3,12 @@
 use glam::DVec3;
 
 use super::conventions::{Conventions, NormalSide, NormalSpace, Quantity};
-use crate::compare::{RayResult, did_you_mean};
+use crate::compare::RayResult;
 use crate::error::{Error, Result};
 use crate::picture::{Image, Samples};
 use crate::rays::{Lens, Rays, View};
 use crate::scene::Color;
+use crate::words::did_you_mean_at_end;
 
 /// An id that no object has.
 const NO_OBJECT: u32 = u32::MAX;
@@ -232,7 +233,7 @@ impl<'a> Reader<'a> {
         let image = self.image;
         if let Some(name) = &self.conventions.channel {
             return image.channel(name).ok_or_else(|| {
-                let near = did_you_mean(names(image), name);
+                let near = did_you_mean_at_end(names(image), name);
                 Error::Usage(format!("the {} file has no channel {name}{near}", image.format))
             });
         }

@@ -2,8 +2,8 @@
 
 use std::str::FromStr;
 
-use crate::compare::did_you_mean;
 use crate::error::{Error, Result};
+use crate::words::did_you_mean_at_end;
 
 /// What a channel tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,7 +52,7 @@ impl FromStr for Quantity {
     fn from_str(name: &str) -> Result<Quantity> {
         Quantity::ALL.into_iter().find(|quantity| quantity.name() == name).ok_or_else(|| {
             let names = Quantity::ALL.map(Quantity::name);
-            let (known, near) = (names.join(", "), did_you_mean(names, name));
+            let (known, near) = (names.join(", "), did_you_mean_at_end(names, name));
             Error::Usage(format!("“{name}” is nothing that a channel tells; use {known}{near}"))
         })
     }

@@ -6,7 +6,8 @@
 
 use crate::kernel::Kernel;
 use crate::rays::{Pixels, View};
-use crate::scene::{Camera, Samples, camera_in_a_line};
+use crate::scene::schema::{CameraKeys, Value as _};
+use crate::scene::{Camera, Samples};
 
 /// Before the names of all texts but the program's.
 const PREFIX: &str = "kugelblitz.";
@@ -47,7 +48,7 @@ impl Metadata {
         texts.add("scene", scene);
         // The caller may look through another one.
         if let Some(camera) = camera.filter(|camera| View::new(camera) == view) {
-            texts.add("camera", &camera_in_a_line(camera));
+            texts.add("camera", &format!("camera = {}", CameraKeys::from(camera).toml()));
         }
         texts.add("size", &format!("{image_width}x{image_height}"));
         if (width, height) != (image_width, image_height) {

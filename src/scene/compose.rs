@@ -1,4 +1,4 @@
-//! A scene that is put together from a scene file or from data, and from wishes.
+//! A scene that is put together from a scene file or from data, and from options.
 //!
 //! The result is a text that a scene file could have, and it is read as scene files are: what a picture
 //! shows is what the text says. Two things are found by looking at the spheres, and then written into
@@ -9,14 +9,16 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::clouds::is_cloud_file;
-use super::draft::{COLOR, Draft, OF_DATA, SIZE, file_of, set_file};
+use super::document::{
+    COLOR, OF_DATA, SIZE, SceneDocument, file_of, folder_of, seen_from, set_file,
+};
 use super::framing::bounds;
 use super::neighbours::usual_radius;
 use super::open::Files;
+use super::overrides::usual_up;
 use super::read::{parse_scene_from, text_of};
-use super::wishes::{framing_lens, usual_up};
-use super::write::{checked, folder_of, seen_from};
-use super::{Camera, Framing, ImageSize, Samples, Scene, Wishes};
+use super::schema::CloudKeys;
+use super::{Camera, Color, Framing, ImageSize, Samples, Scene, SceneOverrides};
 use crate::control::Control;
 use crate::error::{Error, Lack, Result, SceneError};
 use crate::plain::Shown;
@@ -35,13 +37,17 @@ pub struct Composed {
     samples: Option<Samples>,
 }
 
-/// Reads the scene or the data at `path` with these wishes. Where there is no camera, one is placed so
+/// Reads the scene or the data at `path` with these options. Where there is no camera, one is placed so
 /// that it frames all spheres.
 ///
 /// # Errors
-/// Those of [`super::read_scene_with`]; [`Error::Usage`] for wishes that can't be.
-pub fn compose_scene(path: &Path, wishes: &Wishes, control: &Control) -> Result<Composed> {
-    compose(Files::All, path, wishes, control)
+/// Those of [`super::read_scene_with`]; [`Error::Usage`] for options that can't be.
+pub fn compose_scene(
+    path: &Path,
+    overrides: &SceneOverrides,
+    control: &Control,
+) -> Result<Composed> {
+    compose(Files::All, path, overrides, control)
 }
 
 /// As [`compose_scene`], for those who do it again while they watch the file, as
@@ -49,35 +55,45 @@ pub fn compose_scene(path: &Path, wishes: &Wishes, control: &Control) -> Result<
 ///
 /// # Errors
 /// As [`compose_scene`].
-pub fn recompose_scene(path: &Path, wishes: &Wishes, control: &Control) -> Result<Composed> {
-    compose(Files::Regular, path, wishes, control)
+pub fn recompose_scene(
+    path: &Path,
+    overrides: &SceneOverrides,
+    control: &Control,
+) -> Result<Composed> {
+    compose(Files::Regular, path, overrides, control)
 }
 
-fn compose(files: Files, path: &Path, wishes: &Wishes, control: &Control) -> Result<Composed> {
+fn compose(
+    files: Files,
+    path: &Path,
+    overrides: &SceneOverrides,
+    control: &Control,
+) -> Result<Composed> {
     let of_data = is_cloud_file(path);
     let text = if of_data { OF_DATA.to_owned() } else { text_of(files, path)? };
     let read = |text: &str| parse_scene_from(files, text, path, control);
-    let is_as_written = !of_data && wishes.leave_the_text();
+    let is_as_written = !of_data && overrides.leave_the_text();
     let (mut scene, mut notes, mut text) = match is_as_written {
         true => (read(&text)?, Vec::new(), text),
         false => {
             // What is wrong in the text itself, the reader tells.
-            let mut draft = Draft::new(&text, path).or_else(|odd| read(&text).and(Err(odd)))?;
-            draft.apply(wishes, path, of_data)?;
-            let (scene, notes) = completed(&mut draft, of_data, read)
-                .map_err(|error| of_draft(error, path, of_data))?;
-            (scene, notes, draft.text())
+            let mut document =
+                SceneDocument::new(&text, path).or_else(|odd| read(&text).and(Err(odd)))?;
+            document.apply(overrides, path, of_data)?;
+            let (scene, notes) = completed(&mut document, of_data, read)
+                .map_err(|error| of_document(error, path, of_data))?;
+            (scene, notes, document.text())
         }
     };
     if of_data && scene.spheres.is_empty() {
         let help = "give a row or a line for each sphere";
         return Err(SceneError::whole_file(path, "there is no sphere in it", help).into());
     }
-    if scene.camera.is_none() || wishes.frame() {
-        let camera = place_camera(&scene, wishes, path, control)?;
-        let mut draft = Draft::new(&text, path)?;
-        draft.set_camera(&camera);
-        text = draft.text();
+    if scene.camera.is_none() || overrides.frame() {
+        let camera = place_camera(&scene, overrides, path, control)?;
+        let mut document = SceneDocument::new(&text, path)?;
+        document.set_camera(&camera);
+        text = document.text();
         if !of_data && scene.camera.is_none() {
             notes.push(format!(
                 "{}: the scene has no [camera]; this one frames all spheres",
@@ -88,12 +104,12 @@ fn compose(files: Files, path: &Path, wishes: &Wishes, control: &Control) -> Res
     }
     // As the text will have them.
     let is_possible = |size: &[u32; 2]| size.iter().all(|s| (1..=ImageSize::MAX_SIDE).contains(s));
-    let size = wishes.size.filter(is_possible);
+    let size = overrides.size.filter(is_possible);
     if let Some([width, height]) = size {
         scene.image = Some(ImageSize { width, height });
     }
-    scene.samples = wishes.samples.or(scene.samples);
-    Ok(Composed { scene, notes, path: path.to_owned(), text, size, samples: wishes.samples })
+    scene.samples = overrides.samples.or(scene.samples);
+    Ok(Composed { scene, notes, path: path.to_owned(), text, size, samples: overrides.samples })
 }
 
 impl Composed {
@@ -104,10 +120,10 @@ impl Composed {
     /// [`Error::Io`] for a folder that is not there; [`Error::Usage`] for a path that has no place in a
     /// text.
     pub fn text(&self, place: Option<&Path>) -> Result<String> {
-        let mut draft = Draft::new(&self.text, &self.path)?;
-        draft.set_image(self.size, self.samples);
+        let mut document = SceneDocument::new(&self.text, &self.path)?;
+        document.set_image(self.size, self.samples);
         let here = folder_of(&self.path)?;
-        for cloud in draft.clouds() {
+        for cloud in document.clouds() {
             let Some(name) = file_of(cloud) else { continue };
             let file = here.join(name);
             let name = match place {
@@ -118,19 +134,19 @@ impl Composed {
             };
             set_file(cloud, &name)?;
         }
-        Ok(draft.text())
+        Ok(document.text())
     }
 }
 
-/// A camera for a scene without one, or one that frames a scene anew, by what the wishes say of the camera and
+/// A camera for a scene without one, or one that frames a scene anew, by what the options say of the camera and
 /// of the picture's size. `path` is for messages.
 ///
 /// # Errors
-/// [`Error::Scene`] where there is no sphere to be framed; [`Error::Usage`] for wishes that can't be;
+/// [`Error::Scene`] where there is no sphere to be framed; [`Error::Usage`] for options that can't be;
 /// [`Error::Interrupted`] when `control` was cancelled.
 pub fn place_camera(
     scene: &Scene,
-    wishes: &Wishes,
+    overrides: &SceneOverrides,
     path: &Path,
     control: &Control,
 ) -> Result<Camera> {
@@ -138,16 +154,17 @@ pub fn place_camera(
     if scene.spheres.is_empty() && of_scene.is_none() {
         return scene.require_camera(path).cloned();
     }
-    let above = wishes.up.or(of_scene.map(|camera| camera.up)).unwrap_or(DVec3::Y);
-    let up = |from| wishes.up.unwrap_or_else(|| usual_up(from, above));
-    let lens = framing_lens(wishes.lens, of_scene.map(|camera| camera.projection));
-    if let Some(position) = wishes.position {
+    let up = overrides.camera.up.as_ref().map(|up| up.value);
+    let above = up.or(of_scene.map(|camera| camera.up)).unwrap_or(DVec3::Y);
+    let up = |from| up.unwrap_or_else(|| usual_up(from, above));
+    let lens = overrides.lens(of_scene.map(|camera| camera.projection));
+    if let Some(position) = overrides.camera.position.as_ref().map(|position| position.value) {
         // With a `look_at` as well, the text has all of it.
         let look_at = bounds(&scene.spheres)?.0;
         let projection = lens.projection();
-        return checked(Camera { position, look_at, up: up(position - look_at), projection });
+        return Camera { position, look_at, up: up(position - look_at), projection }.check();
     }
-    let from = match (wishes.view, of_scene) {
+    let from = match (overrides.view, of_scene) {
         (None, Some(camera)) => camera.position - camera.look_at,
         (view, _) => view.unwrap_or_default().direction(above),
     };
@@ -155,43 +172,42 @@ pub fn place_camera(
         from,
         up: up(from),
         lens,
-        size: wishes.size.or(scene.image.map(|i| [i.width, i.height])).unwrap_or(SIZE),
-        margin: wishes.margin.unwrap_or(Framing::MARGIN),
-        look_at: wishes.look_at,
-        n_turns: wishes.n_turns,
+        size: overrides.size.or(scene.image.map(|i| [i.width, i.height])).unwrap_or(SIZE),
+        margin: overrides.margin.unwrap_or(Framing::MARGIN),
+        look_at: overrides.camera.look_at.as_ref().map(|point| point.value),
+        n_turns: overrides.n_turns,
     };
-    checked(Camera {
-        position: from,
-        look_at: DVec3::ZERO,
-        up: framing.up,
-        projection: lens.projection(),
-    })?;
-    checked(framing.camera(&scene.spheres, control)?)
+    let (look_at, projection) = (DVec3::ZERO, lens.projection());
+    Camera { position: from, look_at, up: framing.up, projection }.check()?;
+    framing.camera(&scene.spheres, control)?.check()
 }
 
-/// The scene of a draft, with what data may lack: it is chosen, written into the text, and told.
+/// The scene of a document, with what data may lack: it is chosen, written into the text, and told.
 fn completed(
-    draft: &mut Draft,
+    document: &mut SceneDocument,
     of_data: bool,
     read: impl Fn(&str) -> Result<Scene>,
 ) -> Result<(Scene, Vec<String>)> {
+    let with_radius =
+        |radius: f64| CloudKeys { radius: Some(radius.into()), ..CloudKeys::default() };
     let (mut lacks_radius, mut notes) = (false, Vec::new());
     let mut scene = loop {
-        match read(&draft.text_so_far()) {
+        match read(&document.text_so_far()) {
             Err(Error::Scene(error)) if of_data && error.lacks == Some(Lack::Radius) => {
                 // Any, until the spheres are there.
                 lacks_radius = true;
-                draft.set_of_cloud("radius", 1.0);
+                document.set_of_cloud(&with_radius(1.0));
             }
             Err(Error::Scene(error)) if of_data && error.lacks == Some(Lack::Color) => {
-                draft.set_of_cloud("color", COLOR);
+                let color = Color::parse(COLOR).map(Into::into);
+                document.set_of_cloud(&CloudKeys { color, ..CloudKeys::default() });
             }
             read => break read?,
         }
     };
     if lacks_radius {
         let radius = with_three_digits(usual_radius(&scene.spheres));
-        draft.set_of_cloud("radius", radius);
+        document.set_of_cloud(&with_radius(radius));
         scene.spheres.iter_mut().for_each(|sphere| sphere.radius = radius);
         notes.push(format!(
             "the data have no radius: each sphere gets {radius:?}, half the median distance \
@@ -202,7 +218,7 @@ fn completed(
 }
 
 /// An error in a text that the user never saw.
-fn of_draft(error: Error, path: &Path, of_data: bool) -> Error {
+fn of_document(error: Error, path: &Path, of_data: bool) -> Error {
     let Error::Scene(error) = error else { return error };
     let name = path.shown();
     if !of_data {

@@ -4,22 +4,22 @@ mod clouds;
 mod color;
 mod colormap;
 mod compose;
-mod draft;
+mod document;
 mod edges;
 mod framing;
 mod legend;
 mod light;
 mod neighbours;
 mod open;
+mod overrides;
 mod places;
 mod read;
 mod samples;
 mod save;
+pub mod schema;
 mod sniff;
 mod spheres;
 mod table;
-mod wishes;
-mod write;
 
 use std::path::{Path, PathBuf};
 
@@ -32,21 +32,20 @@ pub use clouds::is_cloud_file;
 pub use color::{Color, hex, linear_from_srgb, srgb_from_linear};
 pub use colormap::ColorMap;
 pub use compose::{Composed, compose_scene, place_camera, recompose_scene};
+pub(crate) use document::{in_utf8, seen_from};
 pub use edges::Edges;
 pub(crate) use edges::Linear;
 pub(crate) use framing::turned;
 pub use framing::{Framing, FramingLens, USUAL_FOV_DEGREES};
 pub use legend::Coloring;
 pub use light::{Light, Sky, Source};
+pub use overrides::{SceneOverrides, Viewpoint};
 pub use read::{
     parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with, reread_scene,
 };
 pub use samples::Samples;
+pub(crate) use save::write_rows;
 pub use spheres::{Sphere, Spheres};
-pub use wishes::{DataWishes, Paint, Viewpoint, WishedLens, Wishes};
-#[cfg(feature = "view")]
-pub(crate) use write::camera_text;
-pub(crate) use write::{camera_in_a_line, checked, cloud_scene_text, seen_from};
 
 /// The most objects that a scene may have: ids are `u32`, 0 is the background, and one more is
 /// left free.
@@ -78,6 +77,13 @@ pub struct Camera {
     pub up: DVec3,
     /// Field of view, or height of the picture.
     pub projection: Projection,
+}
+
+/// A camera as a scene file has it, with all digits: read again, it is the same one.
+#[cfg(feature = "view")]
+pub(crate) fn camera_text(camera: &Camera) -> String {
+    let camera = Some(schema::CameraKeys::from(camera).into());
+    schema::SceneKeys { camera, ..Default::default() }.document()
 }
 
 impl Camera {

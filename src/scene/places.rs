@@ -9,7 +9,7 @@ use crate::words::cut;
 
 /// An error in a text that is still being read: the span is enough, the place is found later.
 #[derive(Debug)]
-pub(super) struct Fault {
+pub struct Fault {
     pub span: Range<usize>,
     pub message: String,
     pub help: String,

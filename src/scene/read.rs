@@ -1,18 +1,23 @@
-//! Scene files: which tables and keys they have, and what a valid scene is.
+//! Scene files: what a valid scene is.
 
+use std::ops::Range;
 use std::path::Path;
 
 use glam::DVec3;
 use toml::de::DeTable;
 
-use super::clouds::{CloudTable, ColumnNames, Given, Part, is_cloud_file, read_clouds};
+use super::clouds::{CloudTable, ColumnNames, Part, is_cloud_file, read_clouds};
 use super::open::Files;
 use super::places::{Fault, Stop};
+use super::schema::{
+    CameraKeys, CloudKeys, ColumnKeys, FOV, HEIGHT, ImageKeys, LightKeys, PlaneKeys, SceneKeys,
+    SkyKeys, Spanned, SphereKeys,
+};
 use super::sniff::look_of_bytes;
-use super::table::{Checked, Field, Kind, Table, syntax_fault};
+use super::table::{Checked, lacks, read_table, syntax_fault};
 use super::{
-    Camera, Color, ColorMap, Coloring, ImageSize, Light, Plane, Projection, Samples, Scene, Sky,
-    Source, Sphere, Spheres,
+    Camera, Color, Coloring, ImageSize, Light, Plane, Projection, Scene, Sky, Source, Sphere,
+    Spheres,
 };
 use crate::control::Control;
 use crate::error::{Error, Result, SceneError};
@@ -51,9 +56,9 @@ fn read_scene_from(files: Files, path: &Path, control: &Control) -> Result<Scene
     parse_scene_from(files, &text_of(files, path)?, path, control)
 }
 
-/// Bytes of memory for each byte of a scene file while it is parsed. Measured: 42 for spheres, 76
-/// for lists of short numbers.
-const PARSE_BYTES: u64 = 80;
+/// Bytes of memory for each byte of a scene file while it is parsed. Measured for TOML alone: 45 for spheres, 95 for
+/// lists of short numbers; the keys of a sphere take at most 15 for each byte of its text.
+const PARSE_BYTES: u64 = 100;
 
 /// The text of a scene file.
 ///
@@ -138,137 +143,53 @@ pub(super) fn parse_scene_from(
     read().map_err(|stop| stop.in_text(text, path))
 }
 
-const TOP: Kind = Kind {
-    header: "the top of the file",
-    keys: &[
-        ("background", "\"#20242c\""),
-        ("ambient", "0.1"),
-        ("camera", ""),
-        ("image", ""),
-        ("light", ""),
-        ("sky", ""),
-        ("sphere", ""),
-        ("spheres", ""),
-        ("plane", ""),
-    ],
-};
-const CAMERA: Kind = Kind {
-    header: "[camera]",
-    keys: &[
-        ("position", "[0.0, 1.0, 6.0]"),
-        ("look_at", "[0.0, 0.5, 0.0]"),
-        ("up", "[0.0, 1.0, 0.0]"),
-        ("fov", "40.0"),
-        ("height", "4.0"),
-    ],
-};
-const IMAGE: Kind =
-    Kind { header: "[image]", keys: &[("width", "1280"), ("height", "720"), ("samples", "4")] };
-const LIGHT: Kind = Kind {
-    header: "[[light]]",
-    keys: &[
-        ("position", "[4.0, 6.0, 3.0]"),
-        ("direction", "[-1.0, -2.0, -1.0]"),
-        ("color", "\"#ffffff\""),
-        ("intensity", "0.9"),
-        ("shadows", "true"),
-    ],
-};
-const SKY: Kind = Kind { header: "[sky]", keys: &[("intensity", "0.5"), ("directions", "64")] };
-const SPHERE: Kind = Kind {
-    header: "[[sphere]]",
-    keys: &[
-        ("name", "\"red giant\""),
-        ("center", "[0.0, 1.0, -4.0]"),
-        ("radius", "2.0"),
-        ("color", "\"#d62728\""),
-    ],
-};
-const PLANE: Kind = Kind {
-    header: "[[plane]]",
-    keys: &[
-        ("name", "\"floor\""),
-        ("point", "[0.0, 0.0, 0.0]"),
-        ("normal", "[0.0, 1.0, 0.0]"),
-        ("color", "\"#8c8c8c\""),
-    ],
-};
-const SPHERES: Kind = Kind {
-    header: "[[spheres]]",
-    keys: &[
-        ("file", "\"cloud.npy\""),
-        ("radius", "0.01"),
-        ("color", "\"#1f77b4\""),
-        ("columns", ""),
-        ("color_by", "\"speed\""),
-        ("colormap", "\"viridis\""),
-        ("range", "[0.0, 2.5]"),
-        ("missing_color", "\"#ff00ff\""),
-        ("frame", "0"),
-    ],
-};
-const COLUMNS: Kind = Kind {
-    header: "`columns` of [[spheres]]",
-    keys: &[
-        ("x", "\"px\""),
-        ("y", "\"py\""),
-        ("z", "\"pz\""),
-        ("radius", "\"grain_radius\""),
-        ("diameter", "\"grain_size\""),
-        ("red", "\"R\""),
-        ("green", "\"G\""),
-        ("blue", "\"B\""),
-        ("element", "\"atom\""),
-    ],
-};
-/// All kinds, to tell where a key that is known elsewhere belongs.
-pub(super) const KINDS: [&Kind; 9] =
-    [&TOP, &CAMERA, &IMAGE, &SPHERE, &PLANE, &SPHERES, &LIGHT, &SKY, &COLUMNS];
-/// Those of objects.
-pub(super) const OBJECTS: [&Kind; 3] = [&SPHERE, &PLANE, &SPHERES];
-
 /// The scene without its clouds, and what the file says about them.
 fn read_document(text: &str) -> Checked<(Scene, Vec<CloudTable>)> {
     let document = DeTable::parse(text).map_err(|error| syntax_fault(text, &error))?;
-    let top = Table::new(&TOP, document.get_ref(), 0..0)?;
-    let background = match top.get("background") {
-        Some(field) => field.color()?,
-        None => Color::BLACK,
-    };
-    let camera = top.get("camera").map(|field| read_camera(&field.table(&CAMERA)?)).transpose()?;
-    let (image, samples) = match top.get("image") {
-        Some(field) => read_image(&field.table(&IMAGE)?)?,
-        None => (None, None),
-    };
-    let ambient = top.get("ambient").map(|field| read_ambient(&field)).transpose()?;
-    let eye = camera.as_ref().map_or(DVec3::ZERO, |camera| camera.position);
-    let lights = top.each("light", &LIGHT, |table| read_light(table, eye))?;
-    let sky = top.get("sky").map(|field| read_sky(&field.table(&SKY)?)).transpose()?;
-    let mut spheres = Spheres::default();
-    for (index, (sphere, color, name)) in
-        (0..).zip(top.each("sphere", &SPHERE, |table| read_sphere(table, eye))?)
-    {
-        spheres.push(sphere, color);
-        if let Some(name) = name {
-            spheres.set_name(index, name);
+    read_table::<SceneKeys>(document.get_ref(), 0..0)?.scene()
+}
+
+impl SceneKeys {
+    fn scene(self) -> Checked<(Scene, Vec<CloudTable>)> {
+        let camera = self.camera.map(|camera| camera.camera()).transpose()?;
+        let image = self.image.unwrap_or_else(|| ImageKeys::default().into()).value;
+        let eye = camera.as_ref().map_or(DVec3::ZERO, |camera| camera.position);
+        let lights = each(self.light, |light| light.light(eye))?;
+        let mut spheres = Spheres::default();
+        for (index, keys) in (0..).zip(self.sphere.into_iter().flat_map(|all| all.value)) {
+            let (sphere, color) = keys.sphere(eye)?;
+            spheres.push(sphere, color);
+            if let Some(name) = keys.name {
+                spheres.set_name(index, name.value);
+            }
         }
+        let scene = Scene {
+            background: self.background.map_or(Color::BLACK, |color| color.value),
+            image: image.size()?,
+            samples: image.samples.map(|samples| samples.value),
+            lights,
+            sky: self.sky.map(|sky| sky.sky()).transpose()?,
+            ambient: self.ambient.map(|ambient| ambient.value),
+            planes: each(self.plane, |plane| plane.plane(eye))?,
+            camera,
+            spheres,
+            clouds: Vec::new(),
+            notes: Vec::new(),
+        };
+        Ok((scene, each(self.spheres, CloudKeys::cloud)?))
     }
-    let planes = top.each("plane", &PLANE, |table| read_plane(table, eye))?;
-    let clouds = top.each("spheres", &SPHERES, read_cloud_table)?;
-    let scene = Scene {
-        background,
-        camera,
-        image,
-        samples,
-        lights,
-        sky,
-        ambient,
-        spheres,
-        planes,
-        clouds: Vec::new(),
-        notes: Vec::new(),
+}
+
+/// The value of a key that its table must have.
+macro_rules! need {
+    ($keys:ident.$key:ident) => {
+        $keys.$key.as_ref().ok_or_else(|| lacks::<Self>(&$keys.span, &[stringify!($key)]))?
     };
-    Ok((scene, clouds))
+}
+
+/// Of each table under a key.
+fn each<S, T>(tables: Option<Spanned<Vec<S>>>, of: impl Fn(S) -> Checked<T>) -> Checked<Vec<T>> {
+    tables.into_iter().flat_map(|tables| tables.value).map(of).collect()
 }
 
 /// The sine between `up` and the view axis above which `right` has a direction. Its f64 value is
@@ -276,231 +197,183 @@ fn read_document(text: &str) -> Checked<(Scene, Vec<CloudTable>)> {
 /// so at 2⁻⁴⁰ `right` is good to one part in 2⁹, and much below that it is rounding noise.
 const MIN_UP_SINE: f64 = 1.0 / (1u64 << 40) as f64;
 
-fn read_camera(table: &Table) -> Checked<Camera> {
-    let position = table.require("position")?.vector()?;
-    let look_at_field = table.require("look_at")?;
-    let look_at = look_at_field.vector()?;
-    let axis = finite_difference(&look_at_field, look_at, position)?;
-    if axis == DVec3::ZERO {
-        return Err(Fault::new(
-            look_at_field.span(),
-            "`look_at` is the same point as `position`",
-            "the camera looks from `position` towards `look_at`; move one of them",
-        ));
-    }
-    let up_field = table.get("up");
-    let up = match &up_field {
-        Some(field) => field.nonzero_vector()?,
-        None => DVec3::Y,
-    };
-    let up_sine = direction(axis).cross(direction(up)).length();
-    if up_sine <= MIN_UP_SINE {
-        let default = if up_field.is_none() { "default " } else { "" };
-        let other = match direction(axis).abs().y > 0.5 {
-            true => "[0.0, 0.0, 1.0]",
-            false => "[0.0, 1.0, 0.0]",
-        };
-        return Err(Fault::new(
-            up_field.as_ref().unwrap_or(&look_at_field).span(),
-            format!(
-                "the {default}`up` {:?} is parallel to the view from `position` to `look_at`",
-                up.to_array()
-            ),
-            format!("choose a direction across the view, e.g. up = {other}"),
-        ));
-    }
-    let of = |projection| Camera { position, look_at, up, projection };
-    // A number near the smallest f64 has no half or tangent but 0, and a picture no extent.
-    let checked = |field: &Field, projection, is_in_range, help| {
-        if is_in_range && View::new(&of(projection)).h > 0.0 {
-            return Ok(of(projection));
-        }
-        let found = format!("`{}` is {:?}", field.key, field.number()?);
-        Err(Fault::new(field.span(), found, help))
-    };
-    match (table.get("fov"), table.get("height")) {
-        (None, None) => Ok(Camera { up, ..Camera::new(position, look_at) }),
-        (Some(field), None) => {
-            let fov_degrees = field.number()?;
-            let is_in_range = fov_degrees > 0.0 && fov_degrees < 180.0;
-            let help = "the vertical field of view is in degrees, greater than 0 and less than 180";
-            checked(&field, Projection::Perspective { fov_degrees }, is_in_range, help)
-        }
-        (None, Some(field)) => {
-            let height = field.number()?;
-            let help = "the height of an orthographic camera's picture is in world units, greater \
-                        than 0";
-            checked(&field, Projection::Orthographic { height }, height > 0.0, help)
-        }
-        (Some(_), Some(field)) => Err(Fault::new(
-            field.span(),
-            "the camera has both `fov` and `height`",
-            "`fov` is for a perspective camera, `height` for an orthographic one; remove one of them",
-        )),
-    }
-}
-
-/// The size, of which the file gives both sides or none, and the samples.
-fn read_image(table: &Table) -> Checked<(Option<ImageSize>, Option<Samples>)> {
-    let side = |key| table.require(key)?.whole_number("pixels", ImageSize::MAX_SIDE);
-    let size = match (table.get("width"), table.get("height")) {
-        (None, None) => None,
-        _ => Some(ImageSize { width: side("width")?, height: side("height")? }),
-    };
-    let samples = |field: Field| field.whole_number("samples", Samples::MOST).map(Samples::nearest);
-    Ok((size, table.get("samples").map(samples).transpose()?))
-}
-
-/// A number for all three channels, or a colour.
-fn read_ambient(field: &Field) -> Checked<Color> {
-    match field.is_number() {
-        true => field.not_negative().map(|light| Color([light; 3])),
-        false => field.color(),
-    }
-}
-
-fn read_light(table: &Table, eye: DVec3) -> Checked<Light> {
-    let source = match (table.get("position"), table.get("direction")) {
-        (Some(field), None) if field.is_text() => {
-            field.require_word("eye", "a point of three numbers, or \"eye\" for the camera")?;
-            Source::Eye
-        }
-        (Some(field), None) => {
-            let position = field.vector()?;
-            finite_difference(&field, position, eye)?;
-            Source::Point(position)
-        }
-        (None, Some(field)) => Source::Sun(field.nonzero_vector()?),
-        (None, None) => return Err(table.lacks(["position", "direction"])),
-        (Some(_), Some(field)) => {
+impl CameraKeys {
+    /// The camera that this says.
+    fn camera(&self) -> Checked<Camera> {
+        let position = need!(self.position).value;
+        let look_at = need!(self.look_at);
+        let axis = from_eye("look_at", look_at.value, &look_at.span, position)?;
+        if axis == DVec3::ZERO {
             return Err(Fault::new(
-                field.span(),
-                "the light has both `position` and `direction`",
-                "`position` is for a light at a point, `direction` for a sun: the way its light \
-                 travels; remove one of them",
+                look_at.span.clone(),
+                "`look_at` is the same point as `position`",
+                "the camera looks from `position` towards `look_at`; move one of them",
             ));
         }
-    };
-    Ok(Light {
-        source,
-        color: table.get("color").map_or(Ok(Color([1.0; 3])), |field| field.color())?,
-        intensity: table.get("intensity").map_or(Ok(1.0), |field| field.not_negative())?,
-        shadows: table.get("shadows").map_or(Ok(true), |field| field.flag())?,
-    })
-}
-
-fn read_sky(table: &Table) -> Checked<Sky> {
-    let directions = |field: Field| field.whole_number("directions", Sky::MAX_DIRECTIONS);
-    Ok(Sky {
-        intensity: table.require("intensity")?.not_negative()?,
-        directions: table.get("directions").map_or(Ok(Sky::DIRECTIONS), directions)?,
-    })
-}
-
-/// A sphere, its colour and its name.
-fn read_sphere(table: &Table, eye: DVec3) -> Checked<(Sphere, Color, Option<String>)> {
-    let name = table.get("name").map(|field| field.text()).transpose()?;
-    let center_field = table.require("center")?;
-    let center = center_field.vector()?;
-    finite_difference(&center_field, center, eye)?;
-    let radius_field = table.require("radius")?;
-    let radius = read_radius(&radius_field)?;
-    if !(center.abs() + DVec3::splat(radius)).is_finite() {
-        return Err(too_far(&radius_field));
-    }
-    Ok((Sphere { center, radius }, table.require("color")?.color()?, name))
-}
-
-fn read_radius(field: &Field) -> Checked<f64> {
-    match field.number()? {
-        radius if radius > 0.0 => Ok(radius),
-        radius => Err(Fault::new(
-            field.span(),
-            format!("`radius` is {radius:?}"),
-            "a radius is greater than 0",
-        )),
-    }
-}
-
-fn read_cloud_table(table: &Table) -> Checked<CloudTable> {
-    let file = table.require("file")?;
-    let radius = table.get("radius").map(|field| Given::new(field.span(), read_radius(&field)));
-    let color = table.get("color").map(|field| Given::new(field.span(), field.color()));
-    let mut columns = ColumnNames::default();
-    if let Some(field) = table.get("columns") {
-        let names = field.table(&COLUMNS)?;
-        for part in Part::ALL {
-            let name = names.get(part.key());
-            let name = name.map(|field| Given::new(field.span(), field.column())).transpose()?;
-            columns.set(part, name);
+        let up = self.up.as_ref().map_or(DVec3::Y, |up| up.value);
+        if !(direction(axis).cross(direction(up)).length() > MIN_UP_SINE) {
+            let default = if self.up.is_none() { "default " } else { "" };
+            let other = match direction(axis).abs().y > 0.5 {
+                true => "[0.0, 0.0, 1.0]",
+                false => "[0.0, 1.0, 0.0]",
+            };
+            return Err(Fault::new(
+                self.up.as_ref().map_or(&look_at.span, |up| &up.span).clone(),
+                format!(
+                    "the {default}`up` {:?} is parallel to the view from `position` to `look_at`",
+                    up.to_array()
+                ),
+                format!("choose a direction across the view, e.g. up = {other}"),
+            ));
         }
+        let mut camera = Camera { up, ..Camera::new(position, look_at.value) };
+        let (key, given, projection, (expected, is_possible)) = match (&self.fov, &self.height) {
+            (None, None) => return Ok(camera),
+            (Some(fov), _) => ("fov", fov, Projection::Perspective { fov_degrees: fov.value }, FOV),
+            (None, Some(height)) => {
+                ("height", height, Projection::Orthographic { height: height.value }, HEIGHT)
+            }
+        };
+        camera.projection = projection;
+        let number = given.value;
+        // A number near the smallest f64 has no half or tangent but 0, and a picture no extent.
+        if is_possible(number) && View::new(&camera).h > 0.0 {
+            return Ok(camera);
+        }
+        let found = format!("`{key}` is {number:?}");
+        Err(Fault::new(given.span.clone(), found, format!("expected {expected}")))
     }
-    let color_by = table.get("color_by").map(|field| {
-        let name = field.column().and_then(|name| name.map_or_else(|| field.text(), Ok));
-        Given::new(field.span(), name)
-    });
-    let of_color_by = ["colormap", "range", "missing_color"];
-    let alone = of_color_by.into_iter().filter(|_| color_by.is_none());
-    if let Some(field) = alone.filter_map(|key| table.get(key)).next() {
-        return Err(Fault::new(
-            field.span(),
-            format!("`{}` is given without `color_by`", field.key),
-            "it says how a column is coloured: name the column, e.g. `color_by = \"speed\"`",
-        ));
-    }
-    if let (Some(field), Some(_)) = (table.get("color"), &color_by) {
-        return Err(Fault::new(
-            field.span(),
-            "both `color` and `color_by` are given",
-            "`color` is one colour for all spheres, `color_by` the column that gives each its own; \
-             remove one of them",
-        ));
-    }
-    let whole = "a whole number: 0 is the first frame";
-    let frame = table.get("frame").map(|field| Given::new(field.span(), field.index(whole)));
-    Ok(CloudTable {
-        file: Given::new(file.span(), file.text())?,
-        radius: radius.transpose()?,
-        color: color.transpose()?,
-        columns,
-        color_by: color_by.transpose()?,
-        colormap: table
-            .get("colormap")
-            .map_or(Ok(ColorMap::default()), |field| field.colormap())?,
-        range: table.get("range").map(|field| field.range()).transpose()?,
-        missing_color: table
-            .get("missing_color")
-            .map_or(Ok(Coloring::MISSING_COLOR), |field| field.color())?,
-        frame: frame.transpose()?,
-    })
 }
 
-fn read_plane(table: &Table, eye: DVec3) -> Checked<Plane> {
-    let name = table.get("name").map(|field| field.text()).transpose()?.map(Into::into);
-    let point_field = table.require("point")?;
-    let point = point_field.vector()?;
-    finite_difference(&point_field, point, eye)?;
-    Ok(Plane {
-        name,
-        point,
-        normal: table.require("normal")?.nonzero_vector()?,
-        color: table.require("color")?.color()?,
-    })
+impl Camera {
+    /// The camera, if a scene file may have it.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] in the words of the scene's reader.
+    pub fn check(self) -> Result<Camera> {
+        let checked = CameraKeys::from(&self).camera();
+        checked.map_err(|Fault { message, help, .. }| {
+            Error::Usage(format!("the camera: {message}; {help}"))
+        })
+    }
+}
+
+impl ImageKeys {
+    /// The size, of which a file gives both sides or none.
+    fn size(&self) -> Checked<Option<ImageSize>> {
+        if self.width.is_none() && self.height.is_none() {
+            return Ok(None);
+        }
+        let width = need!(self.width).value;
+        let height = need!(self.height).value;
+        Ok(Some(ImageSize { width, height }))
+    }
+}
+
+impl LightKeys {
+    fn light(self, eye: DVec3) -> Checked<Light> {
+        let source = match (&self.position, &self.direction) {
+            (Some(place), _) => {
+                if let Source::Point(point) = place.value {
+                    from_eye("position", point, &place.span, eye)?;
+                }
+                place.value
+            }
+            (None, Some(direction)) => Source::Sun(direction.value),
+            (None, None) => return Err(lacks::<Self>(&self.span, &["position", "direction"])),
+        };
+        Ok(Light {
+            source,
+            color: self.color.map_or(Color([1.0; 3]), |color| color.value),
+            intensity: self.intensity.map_or(1.0, |intensity| intensity.value),
+            shadows: self.shadows.is_none_or(|shadows| shadows.value),
+        })
+    }
+}
+
+impl SkyKeys {
+    fn sky(&self) -> Checked<Sky> {
+        let intensity = need!(self.intensity).value;
+        let directions = self.directions.as_ref().map_or(Sky::DIRECTIONS, |number| number.value);
+        Ok(Sky { intensity, directions })
+    }
+}
+
+impl SphereKeys {
+    fn sphere(&self, eye: DVec3) -> Checked<(Sphere, Color)> {
+        let center = need!(self.center);
+        from_eye("center", center.value, &center.span, eye)?;
+        let radius = need!(self.radius);
+        let sphere = Sphere { center: center.value, radius: radius.value };
+        if !(sphere.center.abs() + DVec3::splat(sphere.radius)).is_finite() {
+            return Err(too_far("radius", &radius.span));
+        }
+        Ok((sphere, need!(self.color).value))
+    }
+}
+
+impl PlaneKeys {
+    fn plane(self, eye: DVec3) -> Checked<Plane> {
+        let point = need!(self.point);
+        from_eye("point", point.value, &point.span, eye)?;
+        Ok(Plane {
+            point: point.value,
+            normal: need!(self.normal).value,
+            color: need!(self.color).value,
+            name: self.name.map(|name| name.value.into()),
+        })
+    }
+}
+
+impl CloudKeys {
+    fn cloud(self) -> Checked<CloudTable> {
+        let file = need!(self.file).clone();
+        if self.color_by.is_none() {
+            let keys = [
+                ("colormap", self.colormap.as_ref().map(|key| &key.span)),
+                ("range", self.range.as_ref().map(|key| &key.span)),
+                ("missing_color", self.missing_color.as_ref().map(|key| &key.span)),
+            ];
+            if let Some((key, span)) = keys.into_iter().find_map(|(key, span)| Some((key, span?))) {
+                return Err(Fault::new(
+                    span.clone(),
+                    format!("`{key}` is given without `color_by`"),
+                    "it says how a column is coloured: name the column, e.g. `color_by = \"speed\"`",
+                ));
+            }
+        }
+        let ColumnKeys { x, y, z, radius, diameter, red, green, blue, element, .. } =
+            self.columns.map(|columns| columns.value).unwrap_or_default();
+        let mut columns = ColumnNames::default();
+        let names = [x, y, z, radius, diameter, red, green, blue, element];
+        Part::ALL.into_iter().zip(names).for_each(|(part, name)| columns.set(part, name));
+        Ok(CloudTable {
+            file,
+            radius: self.radius,
+            color: self.color,
+            columns,
+            color_by: self.color_by,
+            colormap: self.colormap.map(|map| map.value).unwrap_or_default(),
+            range: self.range.map(|range| range.value),
+            missing_color: self.missing_color.map_or(Coloring::MISSING_COLOR, |key| key.value),
+            frame: self.frame,
+        })
+    }
 }
 
 /// `point − eye`, which all later arithmetic starts from.
-fn finite_difference(field: &Field, point: DVec3, eye: DVec3) -> Checked<DVec3> {
+fn from_eye(key: &str, point: DVec3, span: &Range<usize>, eye: DVec3) -> Checked<DVec3> {
     let difference = point - eye;
     match difference.is_finite() {
         true => Ok(difference),
-        false => Err(too_far(field)),
+        false => Err(too_far(key, span)),
     }
 }
 
-fn too_far(field: &Field) -> Fault {
+fn too_far(key: &str, span: &Range<usize>) -> Fault {
     Fault::new(
-        field.span(),
-        format!("`{}` reaches too far from the eye or the origin", field.key),
+        span.clone(),
+        format!("`{key}` reaches too far from the eye or the origin"),
         "sums and differences of coordinates must stay below 1.8e308, the largest 64-bit float",
     )
 }

@@ -1,11 +1,15 @@
 //! A scene into a file, so that it reads as the same scene again.
 
-use std::fmt::Write as _;
 use std::io::Write;
 use std::path::Path;
 
-use super::write::camera_text;
-use super::{Color, Light, Plane, Scene, Sky, Source, Sphere};
+use glam::DVec3;
+
+use super::document::in_utf8;
+use super::schema::{
+    CameraKeys, CloudKeys, ImageKeys, LightKeys, PlaneKeys, SceneKeys, SkyKeys, Spanned, SphereKeys,
+};
+use super::{Color, Scene, Sphere};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::npy::write_float_header;
@@ -19,7 +23,7 @@ const MOST_IN_FILE: usize = 256;
 const N_COLUMNS: usize = 7;
 
 /// Rows of a cloud that are written at a time.
-const ROWS_AT_ONCE: usize = 1 << 16;
+const ROWS_AT_ONCE: u64 = 1 << 14;
 
 impl Scene {
     /// Writes the scene into a `.toml` file and, if it has many spheres, those without a name into an
@@ -37,9 +41,7 @@ impl Scene {
         }
         let n_single = self.n_spheres_in_file();
         let cloud_path = path.with_extension("npy");
-        let cloud = cloud_path.file_name().and_then(|name| name.to_str()).ok_or_else(|| {
-            Error::Usage(format!("{}: a scene can name only a file in UTF-8", path.shown()))
-        })?;
+        let cloud = in_utf8(cloud_path.file_name().unwrap_or_default().as_ref())?;
         let has_cloud = n_single < self.spheres.len();
         let text = self.text(n_single, has_cloud.then_some(cloud));
         let mut file = OutputFile::create(path, false)?;
@@ -48,7 +50,13 @@ impl Scene {
             return output::commit([file], control);
         }
         let mut data = OutputFile::create(&cloud_path, false)?;
-        self.write_cloud(n_single, &mut data, control)?;
+        let rows = self.spheres[n_single..].iter().zip(self.spheres.colors().skip(n_single));
+        let mut rows =
+            rows.map(|(Sphere { center: DVec3 { x, y, z }, radius }, Color([r, g, b]))| {
+                [*x, *y, *z, *radius, r, g, b]
+            });
+        let row = || rows.next().unwrap_or_default();
+        write_rows(&mut data, (self.spheres.len() - n_single) as u64, row, control)?;
         output::commit([data, file], control)
     }
 
@@ -65,114 +73,76 @@ impl Scene {
         self.text(0, None)
     }
 
-    fn text(&self, n_single: usize, cloud: Option<&str>) -> String {
-        let mut text = format!("background = {}\n", color(self.background));
-        if let Some(ambient) = self.ambient {
-            line(&mut text, format_args!("ambient = {}", color(ambient)));
+    fn text(&self, n_single: usize, cloud_file: Option<&str>) -> String {
+        let image = self.image.map(|image| [image.width, image.height]);
+        let image = ImageKeys::new(image, self.samples);
+        let sphere = |(index, sphere): (usize, &Sphere)| SphereKeys {
+            name: self.spheres.name(index).map(|name| name.to_owned().into()),
+            center: Some(sphere.center.into()),
+            radius: Some(sphere.radius.into()),
+            color: self.spheres.color(index).map(Into::into),
+            span: 0..0,
+        };
+        let cloud =
+            |file: &str| CloudKeys { file: Some(file.to_owned().into()), ..CloudKeys::default() };
+        SceneKeys {
+            background: Some(self.background.into()),
+            ambient: self.ambient.map(Into::into),
+            camera: self.camera.as_ref().map(|camera| CameraKeys::from(camera).into()),
+            image: (image != ImageKeys::default()).then(|| image.into()),
+            light: list(self.lights.iter().map(LightKeys::from)),
+            sky: self.sky.as_ref().map(|sky| SkyKeys::from(sky).into()),
+            sphere: list(self.spheres[..n_single].iter().enumerate().map(sphere)),
+            spheres: list(cloud_file.into_iter().map(cloud)),
+            plane: list(self.planes.iter().map(PlaneKeys::from)),
+            span: 0..0,
         }
-        if let Some(camera) = &self.camera {
-            text += "\n";
-            text += &camera_text(camera);
-        }
-        if self.image.is_some() || self.samples.is_some() {
-            text += "\n[image]\n";
-            if let Some(image) = self.image {
-                let (width, height) = (image.width, image.height);
-                line(&mut text, format_args!("width = {width}\nheight = {height}"));
-            }
-            if let Some(samples) = self.samples {
-                line(&mut text, format_args!("samples = {}", samples.across()));
-            }
-        }
-        self.lights.iter().for_each(|light| light_text(light, &mut text));
-        if let Some(Sky { intensity, directions }) = self.sky {
-            let sky = format_args!("\n[sky]\nintensity = {intensity:?}\ndirections = {directions}");
-            line(&mut text, sky);
-        }
-        for (index, sphere) in self.spheres[..n_single].iter().enumerate() {
-            let (name, color) = (self.spheres.name(index), self.color(index as u32 + 1));
-            sphere_text(name, sphere, color, &mut text);
-        }
-        if let Some(cloud) = cloud {
-            // A name may hold quotes and backslashes.
-            line(&mut text, format_args!("\n[[spheres]]\nfile = {}", toml::Value::from(cloud)));
-        }
-        self.planes.iter().for_each(|plane| plane_text(plane, &mut text));
-        text
-    }
-
-    fn write_cloud(&self, first: usize, file: &mut OutputFile, control: &Control) -> Result<()> {
-        let path = file.path().to_path_buf();
-        let n_rows = self.spheres.len() - first;
-        let mut bytes = Vec::new();
-        let shape = [n_rows as u64, N_COLUMNS as u64];
-        write_float_header(shape, &mut bytes);
-        let mut left = (first..self.spheres.len()).peekable();
-        while left.peek().is_some() || !bytes.is_empty() {
-            control.check()?;
-            for index in left.by_ref().take(ROWS_AT_ONCE) {
-                let Sphere { center, radius } = self.spheres[index];
-                let Color(color) = self.spheres.color(index).unwrap_or_default();
-                let numbers = center.to_array().into_iter().chain([radius]).chain(color);
-                numbers.for_each(|number| bytes.extend(number.to_le_bytes()));
-            }
-            file.write_all(&bytes).map_err(Error::io(&path))?;
-            bytes.clear();
-        }
-        Ok(())
+        .document()
     }
 }
 
-fn line(text: &mut String, arguments: std::fmt::Arguments) {
-    // A String takes all that is written to it.
-    let _ = writeln!(text, "{arguments}");
+fn list<T>(tables: impl Iterator<Item = T>) -> Option<Spanned<Vec<T>>> {
+    Some(Vec::from_iter(tables).into())
 }
 
-/// Linear floats, so that no bit is lost.
-fn color(color: Color) -> String {
-    format!("{:?}", color.0)
-}
-
-fn name_text(name: Option<&str>, text: &mut String) {
-    if let Some(name) = name {
-        line(text, format_args!("name = {}", toml::Value::from(name)));
+/// Writes an `.npy` file of so many rows: x, y, z, radius and linear red, green, blue. `control` counts its bytes.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Interrupted`].
+pub(crate) fn write_rows(
+    file: &mut OutputFile,
+    n_rows: u64,
+    mut row: impl FnMut() -> [f64; N_COLUMNS],
+    control: &Control,
+) -> Result<()> {
+    let path = file.path().to_path_buf();
+    let mut bytes = Vec::new();
+    write_float_header([n_rows, N_COLUMNS as u64], &mut bytes);
+    control.expect_bytes(bytes.len() as u64 + n_rows * size_of::<[f64; N_COLUMNS]>() as u64);
+    let mut n_left = n_rows;
+    loop {
+        control.check()?;
+        file.write_all(&bytes).map_err(Error::io(&path))?;
+        control.advance_bytes(bytes.len() as u64);
+        if n_left == 0 {
+            return Ok(());
+        }
+        bytes.clear();
+        let n = n_left.min(ROWS_AT_ONCE);
+        for _ in 0..n {
+            bytes.extend(row().map(f64::to_le_bytes).as_flattened());
+        }
+        n_left -= n;
     }
-}
-
-fn light_text(light: &Light, text: &mut String) {
-    let source = match light.source {
-        Source::Point(at) => format!("position = {:?}", at.to_array()),
-        Source::Sun(along) => format!("direction = {:?}", along.to_array()),
-        Source::Eye => "position = \"eye\"".into(),
-    };
-    let Light { intensity, shadows, .. } = light;
-    let color = color(light.color);
-    let rest = format!("color = {color}\nintensity = {intensity:?}\nshadows = {shadows}");
-    line(text, format_args!("\n[[light]]\n{source}\n{rest}"));
-}
-
-fn sphere_text(name: Option<&str>, sphere: &Sphere, of_all: Color, text: &mut String) {
-    text.push_str("\n[[sphere]]\n");
-    name_text(name, text);
-    let (center, radius, color) = (sphere.center.to_array(), sphere.radius, color(of_all));
-    line(text, format_args!("center = {center:?}\nradius = {radius:?}\ncolor = {color}"));
-}
-
-fn plane_text(plane: &Plane, text: &mut String) {
-    text.push_str("\n[[plane]]\n");
-    name_text(plane.name.as_deref(), text);
-    let [point, normal] = [plane.point, plane.normal].map(|v| v.to_array());
-    let color = color(plane.color);
-    line(text, format_args!("point = {point:?}\nnormal = {normal:?}\ncolor = {color}"));
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
     use crate::random::SplitMix;
-    use crate::scene::{Camera, ImageSize, Projection, Samples, read_scene};
+    use crate::scene::{
+        Camera, ImageSize, Light, Plane, Projection, Samples, Sky, Source, read_scene,
+    };
 
     fn scene(n_spheres: usize) -> Scene {
         let mut random = SplitMix::new(17);

@@ -1,117 +1,70 @@
 //! TOML tables and values with their places: types, known keys, and the words for what is wrong.
 
-use std::ops::Range;
+use std::fmt::{Debug, Display};
+use std::ops::{Range, RangeInclusive};
 
-use glam::DVec3;
-use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::places::{Fault, char_start, quoted};
-use super::read::{KINDS, OBJECTS};
+use super::schema::{
+    CloudKeys, Key, PlaneKeys, SECTIONS, SceneKeys, Section, SectionInfo, SphereKeys,
+};
 use super::sniff::look_of_text;
-use super::{Color, ColorMap};
 use crate::words::did_you_mean;
 
-pub(super) type Checked<T> = std::result::Result<T, Fault>;
+pub type Checked<T> = std::result::Result<T, Fault>;
 
-/// A kind of table in the file: how it is written, and each known key with an example value.
-pub(super) struct Kind {
-    pub header: &'static str,
-    pub keys: &'static [(&'static str, &'static str)],
-}
-
-/// A table whose keys are all known.
-pub(super) struct Table<'t> {
-    kind: &'static Kind,
-    table: &'t DeTable<'t>,
-    /// The header, or the whole of an inline table.
-    span: Range<usize>,
-}
-
-impl<'t> Table<'t> {
-    pub fn new(
-        kind: &'static Kind,
-        table: &'t DeTable<'t>,
-        span: Range<usize>,
-    ) -> Checked<Table<'t>> {
-        let unknown = table
-            .keys()
-            .filter(|key| !kind.keys.iter().any(|(name, _)| name == key.get_ref()))
-            .min_by_key(|key| key.span().start);
-        match unknown {
-            Some(key) => {
-                let value = table.get(key.get_ref().as_ref()).map(Spanned::get_ref);
-                let is_table = match value {
-                    Some(DeValue::Array(values)) => values.iter().any(|v| v.get_ref().is_table()),
-                    Some(value) => value.is_table(),
-                    None => false,
-                };
-                Err(unknown_key(kind, key.get_ref(), is_table, key.span()))
-            }
-            None => Ok(Table { kind, table, span }),
-        }
-    }
-
-    pub fn get(&self, key: &str) -> Option<Field<'t>> {
-        let value = self.table.get(key)?;
-        let &(key, example) = self.kind.keys.iter().find(|(name, _)| *name == key)?;
-        Some(Field { key, example, value })
-    }
-
-    pub fn require(&self, key: &str) -> Checked<Field<'t>> {
-        self.get(key).ok_or_else(|| {
-            Fault::new(
-                self.span.clone(),
-                format!("`{key}` is missing in this {}", self.kind.header),
-                format!("add for example {}", self.example(key)),
-            )
-        })
-    }
-
-    /// The fault that a table has where it has none of two keys.
-    pub fn lacks(&self, [one, other]: [&str; 2]) -> Fault {
-        Fault::new(
-            self.span.clone(),
-            format!("`{one}` or `{other}` is missing in this {}", self.kind.header),
-            format!("add for example {} or {}", self.example(one), self.example(other)),
-        )
-    }
-
-    fn example(&self, key: &str) -> String {
-        let keys = self.kind.keys.iter();
-        let example = keys.filter(|(name, _)| *name == key).map(|(_, e)| *e);
-        format!("`{key} = {}`", example.collect::<String>())
-    }
-
-    /// Reads each table of the array `key`; none where the key is absent.
-    pub fn each<T>(
-        &self,
-        key: &str,
-        kind: &'static Kind,
-        read: impl Fn(&Table) -> Checked<T>,
-    ) -> Checked<Vec<T>> {
-        let Some(field) = self.get(key) else {
-            return Ok(Vec::new());
+/// Reads a table whose header stands there, or all of it where it is an inline table.
+pub(super) fn read_table<S: Section>(table: &DeTable, span: Range<usize>) -> Checked<S> {
+    let info = S::INFO;
+    let is_known = |name: &str| info.keys.iter().any(|key| key.name == name);
+    let unknown = table.iter().filter(|(key, _)| !is_known(key.get_ref()));
+    if let Some((key, value)) = unknown.min_by_key(|(key, _)| key.span().start) {
+        let is_table = match value.get_ref() {
+            DeValue::Array(values) => values.iter().any(|value| value.get_ref().is_table()),
+            value => value.is_table(),
         };
-        let expected = || format!("a list of tables, each under its own {}", kind.header);
-        let values = field.value.get_ref().as_array();
-        let values = values.ok_or_else(|| field.wrong_type(expected()))?;
-        let mut objects = Vec::with_capacity(values.len());
-        for value in values.iter() {
-            let element = Field { value, ..field };
-            let table = value.get_ref().as_table();
-            let table = table.ok_or_else(|| element.wrong_type(expected()))?;
-            objects.push(read(&Table::new(kind, table, value.span())?)?);
-        }
-        Ok(objects)
+        return Err(unknown_key(&info, key.get_ref(), is_table, key.span()));
     }
+    let mut section = S::at(span);
+    for key in info.keys {
+        if let Some(value) = table.get(key.name) {
+            section.set(&Field { key, value })?;
+        }
+    }
+    for (one, other, which) in info.exclusive {
+        if let (true, Some(value)) = (table.contains_key(*one), table.get(*other)) {
+            return Err(Fault::new(
+                value.span(),
+                format!("both `{one}` and `{other}` are given"),
+                format!("{which}; remove one of them"),
+            ));
+        }
+    }
+    Ok(section)
+}
+
+/// The fault of a table that has none of these keys.
+pub(super) fn lacks<S: Section>(span: &Range<usize>, names: &[&str]) -> Fault {
+    let known = |name: &&str| S::INFO.keys.iter().find(|key| key.name == *name);
+    let keys: Vec<&Key> = names.iter().filter_map(known).collect();
+    let listed = |each: fn(&&Key) -> String| keys.iter().map(each).collect::<Vec<_>>().join(" or ");
+    Fault::new(
+        span.clone(),
+        format!(
+            "{} is missing in this {}",
+            listed(|key| format!("`{}`", key.name)),
+            S::INFO.header
+        ),
+        format!("add for example {}", listed(|key| format!("`{} = {}`", key.name, key.example))),
+    )
 }
 
 /// A value and its key; lists share the key among their elements.
-pub(super) struct Field<'t> {
-    pub key: &'static str,
-    example: &'static str,
-    value: &'t Spanned<DeValue<'t>>,
+#[derive(Clone, Copy)]
+pub struct Field<'t> {
+    pub key: &'t Key,
+    pub value: &'t toml::Spanned<DeValue<'t>>,
 }
 
 impl<'t> Field<'t> {
@@ -119,8 +72,12 @@ impl<'t> Field<'t> {
         self.value.span()
     }
 
-    fn wrong_type(&self, expected: impl std::fmt::Display) -> Fault {
-        let found = match self.value.get_ref() {
+    pub fn value(&self) -> &'t DeValue<'t> {
+        self.value.get_ref()
+    }
+
+    pub fn wrong_type(&self, expected: impl Display) -> Fault {
+        let found = match self.value() {
             DeValue::String(_) => "a string",
             DeValue::Integer(_) => "an integer",
             DeValue::Float(_) => "a float",
@@ -129,56 +86,32 @@ impl<'t> Field<'t> {
             DeValue::Array(_) => "a list",
             DeValue::Table(_) => "a table",
         };
-        self.wrong(format!("found {found} in `{}`", self.key), expected)
+        self.wrong(format!("found {found} in `{}`", self.key.name), expected)
     }
 
-    fn wrong(&self, found: impl Into<String>, expected: impl std::fmt::Display) -> Fault {
-        let help = match self.example {
+    pub fn wrong_value(&self, found: impl Debug, expected: impl Display) -> Fault {
+        self.wrong(format!("`{}` is {found:?}", self.key.name), expected)
+    }
+
+    pub fn wrong(&self, found: impl Into<String>, expected: impl Display) -> Fault {
+        let help = match self.key.example {
             "" => format!("expected {expected}"),
-            example => format!("expected {expected}, e.g. `{} = {example}`", self.key),
+            example => format!("expected {expected}, e.g. `{} = {example}`", self.key.name),
         };
         Fault::new(self.span(), found, help)
     }
 
-    pub fn table(&self, kind: &'static Kind) -> Checked<Table<'t>> {
-        match self.value.get_ref() {
-            DeValue::Table(table) => Table::new(kind, table, self.span()),
-            _ => Err(self.wrong_type(format!("one table under {}", kind.header))),
+    /// The fault of a name that is none of those of `what`; `near` is the one that may be meant.
+    pub fn misspelt(&self, what: &str, name: &str, near: Option<&str>, expected: &str) -> Fault {
+        let mut fault = self.wrong(format!("{:?} is not {what}", quoted(name)), expected);
+        if let Some(near) = near {
+            fault.help = format!("did you mean {near:?}? {}", fault.help);
         }
-    }
-
-    pub fn is_text(&self) -> bool {
-        matches!(self.value.get_ref(), DeValue::String(_))
-    }
-
-    pub fn is_number(&self) -> bool {
-        matches!(self.value.get_ref(), DeValue::Float(_) | DeValue::Integer(_))
-    }
-
-    pub fn flag(&self) -> Checked<bool> {
-        match self.value.get_ref() {
-            DeValue::Boolean(flag) => Ok(*flag),
-            _ => Err(self.wrong_type("true or false")),
-        }
-    }
-
-    /// A text that is this word, and nothing else.
-    pub fn require_word(&self, word: &str, expected: &str) -> Checked<()> {
-        match self.text()? {
-            text if text == word => Ok(()),
-            text => Err(self.wrong(format!("`{}` is {:?}", self.key, quoted(&text)), expected)),
-        }
-    }
-
-    pub fn text(&self) -> Checked<String> {
-        match self.value.get_ref() {
-            DeValue::String(text) => Ok(text.to_string()),
-            _ => Err(self.wrong_type("a string in quotes")),
-        }
+        fault
     }
 
     fn integer(&self, expected: &str) -> Checked<i64> {
-        let DeValue::Integer(integer) = self.value.get_ref() else {
+        let DeValue::Integer(integer) = self.value() else {
             return Err(self.wrong_type(expected));
         };
         i64::from_str_radix(integer.as_str(), integer.radix()).map_err(|_| {
@@ -189,11 +122,15 @@ impl<'t> Field<'t> {
 
     /// A finite number, the f64 nearest to the decimal text.
     pub fn number(&self) -> Checked<f64> {
-        match self.value.get_ref() {
+        match self.value() {
             DeValue::Float(float) => match float.as_str().parse::<f64>() {
                 Ok(number) if number.is_finite() => Ok(number),
                 _ => Err(self.wrong(
-                    format!("{} in `{}` is not a finite number", quoted(float.as_str()), self.key),
+                    format!(
+                        "{} in `{}` is not a finite number",
+                        quoted(float.as_str()),
+                        self.key.name
+                    ),
                     "a finite number that a 64-bit float can hold (up to 1.8e308)",
                 )),
             },
@@ -204,23 +141,20 @@ impl<'t> Field<'t> {
         }
     }
 
-    /// A finite number that is not negative.
-    pub fn not_negative(&self) -> Checked<f64> {
+    /// A number of which something is expected.
+    pub fn number_within(&self, (expected, is_possible): (&str, fn(f64) -> bool)) -> Checked<f64> {
         match self.number()? {
-            number if number >= 0.0 => Ok(number),
-            number => {
-                let found = format!("`{}` is {number:?}", self.key);
-                Err(self.wrong(found, "a number that is not negative"))
-            }
+            number if is_possible(number) => Ok(number),
+            number => Err(self.wrong_value(number, expected)),
         }
     }
 
-    fn numbers<const N: usize>(&self, expected: &str) -> Checked<[f64; N]> {
-        let DeValue::Array(values) = self.value.get_ref() else {
+    pub fn numbers<const N: usize>(&self, expected: &str) -> Checked<[f64; N]> {
+        let DeValue::Array(values) = self.value() else {
             return Err(self.wrong_type(expected));
         };
         if values.len() != N {
-            let found = format!("found {} values in `{}`", values.len(), self.key);
+            let found = format!("found {} values in `{}`", values.len(), self.key.name);
             return Err(self.wrong(found, expected));
         }
         let mut numbers = [0.0; N];
@@ -230,126 +164,45 @@ impl<'t> Field<'t> {
         Ok(numbers)
     }
 
-    pub fn vector(&self) -> Checked<DVec3> {
-        self.numbers("three numbers").map(DVec3::from_array)
-    }
-
-    pub fn nonzero_vector(&self) -> Checked<DVec3> {
-        match self.vector()? {
-            DVec3::ZERO => Err(self.wrong(
-                format!("`{}` is the zero vector", self.key),
-                "a direction of any length but zero",
-            )),
-            vector => Ok(vector),
-        }
-    }
-
-    pub fn color(&self) -> Checked<Color> {
-        let expected =
-            "\"#rrggbb\" or a name of CSS (sRGB), or [r, g, b] (linear, each from 0 to 1)";
-        if let DeValue::String(text) = self.value.get_ref() {
-            return Color::parse(text).ok_or_else(|| {
-                let mut fault = self.wrong(format!("{:?} is not a colour", quoted(text)), expected);
-                if let Some(name) = Color::nearest_name(text) {
-                    fault.help = format!("did you mean {name:?}? {}", fault.help);
-                }
-                fault
-            });
-        }
-        let linear = self.numbers(expected)?;
-        match linear.iter().find(|part| !(0.0..=1.0).contains(*part)) {
-            Some(part) => Err(self.wrong(format!("{part:?} in a linear colour"), expected)),
-            None => Ok(Color(linear)),
-        }
-    }
-
-    /// Two numbers, of which the first is the lesser one.
-    pub fn range(&self) -> Checked<[f64; 2]> {
-        let [low, high] = self.numbers("two numbers, the least and the largest")?;
-        if low < high {
-            return Ok([low, high]);
-        }
-        Err(Fault::new(
-            self.span(),
-            format!("`{}` is [{low:?}, {high:?}]", self.key),
-            "the first number is less than the second; a colour map is turned around by `_r` at its \
-             name: `colormap = \"viridis_r\"`",
-        ))
-    }
-
-    pub fn colormap(&self) -> Checked<ColorMap> {
-        let name = self.text()?;
-        ColorMap::from_name(&name).ok_or_else(|| {
-            let hint = match did_you_mean(ColorMap::names(), &name) {
-                Some(near) => format!("did you mean \"{near}\"? "),
-                None => String::new(),
-            };
-            let names: Vec<_> = ColorMap::names().collect();
-            let names = names.join(", ");
-            Fault::new(
-                self.span(),
-                format!("{:?} is not a colour map", quoted(&name)),
-                format!("{hint}known are {names}, and each with `_r` behind it, turned around"),
-            )
-        })
-    }
-
-    /// The name of a column, for which a number may stand; `None` for `false`.
-    pub fn column(&self) -> Checked<Option<String>> {
-        match self.value.get_ref() {
-            DeValue::Boolean(false) => Ok(None),
-            DeValue::Integer(_) => self.integer("a column").map(|number| Some(number.to_string())),
-            DeValue::String(text) => Ok(Some(text.to_string())),
-            _ => Err(self.wrong_type("the name of a column, or false for none")),
-        }
-    }
-
-    /// A whole number that is not negative.
-    pub fn index(&self, expected: &str) -> Checked<u32> {
-        let found = self.integer(expected)?;
-        u32::try_from(found).map_err(|_| self.wrong(format!("`{}` is {found}", self.key), expected))
-    }
-
-    /// A number of `things`, from 1 to `most`.
-    pub fn whole_number(&self, things: &str, most: u32) -> Checked<u32> {
-        let expected = format!("a whole number of {things} from 1 to {most}");
+    /// A whole number in this range; `of` says of what, behind these words.
+    pub fn whole_number(&self, of: &str, range: RangeInclusive<u32>) -> Checked<u32> {
+        let (least, most) = (range.start(), range.end());
+        let expected = match *most {
+            u32::MAX => format!("a whole number{of}"),
+            _ => format!("a whole number{of} from {least} to {most}"),
+        };
         let found = self.integer(&expected)?;
         match u32::try_from(found) {
-            Ok(number) if (1..=most).contains(&number) => Ok(number),
-            _ => Err(self.wrong(format!("`{}` is {found}", self.key), expected)),
+            Ok(number) if range.contains(&number) => Ok(number),
+            _ => Err(self.wrong_value(found, expected)),
         }
     }
 }
 
 /// `is_table` says whether a table or several stand under it.
-fn unknown_key(kind: &Kind, key: &str, is_table: bool, span: Range<usize>) -> Fault {
-    let known: Vec<_> = kind.keys.iter().map(|(name, _)| *name).collect();
-    let home = KINDS.iter().find(|other| other.keys.iter().any(|(name, _)| *name == key));
+fn unknown_key(info: &SectionInfo, key: &str, is_table: bool, span: Range<usize>) -> Fault {
+    let known: Vec<_> = info.keys.iter().map(|key| key.name).collect();
+    let home = SECTIONS.iter().find(|other| other.keys.iter().any(|known| known.name == key));
     let key_shown = quoted(key);
     let hint = match (home, did_you_mean(known.iter().copied(), key)) {
         (Some(home), _) => format!("`{key_shown}` belongs to {}; ", home.header),
         (None, Some(name)) => format!("did you mean `{name}`? "),
-        (None, None) if is_table => shapes(kind),
+        (None, None) if is_table && info.header == SceneKeys::INFO.header => {
+            let [sphere, cloud, plane] = OBJECTS;
+            format!("the objects are {sphere}, {cloud} and {plane}; ")
+        }
         (None, None) => String::new(),
     };
     Fault::new(
         span,
-        format!("unknown key `{key_shown}` in {}", kind.header),
+        format!("unknown key `{key_shown}` in {}", info.header),
         format!("{hint}known keys here: {}", known.join(", ")),
     )
 }
 
-/// The objects that a table takes: those of its keys that are lists of tables.
-fn shapes(kind: &Kind) -> String {
-    let headers = kind.keys.iter().map(|(name, _)| format!("[[{name}]]"));
-    let shapes: Vec<String> =
-        headers.filter(|header| OBJECTS.iter().any(|kind| kind.header == header)).collect();
-    match &shapes[..] {
-        [] => String::new(),
-        [only] => format!("the objects are {only}; "),
-        [first @ .., last] => format!("the objects are {} and {last}; ", first.join(", ")),
-    }
-}
+/// The tables of objects.
+const OBJECTS: [&str; 3] =
+    [SphereKeys::INFO.header, CloudKeys::INFO.header, PlaneKeys::INFO.header];
 
 pub(super) fn syntax_fault(text: &str, error: &toml::de::Error) -> Fault {
     let span = error.span().unwrap_or(text.len()..text.len());

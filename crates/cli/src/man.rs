@@ -7,11 +7,12 @@ use clap::{Args, Command, CommandFactory};
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, bold, italic, roman};
 use kugelblitz::output::{self, OutputFile};
+use kugelblitz::scene::schema::SECTIONS;
 use kugelblitz::{Error, Result};
 
 use crate::Run;
 use crate::args::{Cli, EXIT_CODES};
-use crate::manual::{ENVIRONMENT, EXAMPLES, SCENE, SCENE_EXAMPLE, SCENE_INTRODUCTION, SCENE_NOTES};
+use crate::manual::{ENVIRONMENT, EXAMPLES, SCENE_EXAMPLE, SCENE_INTRODUCTION, SCENE_NOTES};
 use crate::output::{STDOUT, print};
 use kugelblitz::words::did_you_mean;
 
@@ -150,13 +151,15 @@ fn scene_page() -> Result<Vec<u8>> {
     roff.text([roman("kugelblitz-scene - the scenes that Kugelblitz reads")]);
     roff.control("SH", ["DESCRIPTION"]);
     SCENE_INTRODUCTION.iter().for_each(|text| paragraph(&mut roff, text));
-    for (header, about, keys) in SCENE {
-        roff.control("SH", [*header]);
-        paragraph(&mut roff, about);
-        for (key, value, meaning) in *keys {
+    for section in SECTIONS {
+        let header = section.header;
+        let title = header.strip_prefix("the ").map_or(header.to_owned(), str::to_uppercase);
+        roff.control("SH", [&*title]);
+        paragraph(&mut roff, section.meaning);
+        for key in section.keys.iter().filter(|key| !key.example.is_empty()) {
             roff.control("TP", []);
-            roff.text([bold(*key), roman(" = "), italic(*value)]);
-            roff.text([roman(*meaning)]);
+            roff.text([bold(key.name), roman(" = "), italic(key.example)]);
+            roff.text([roman(key.meaning)]);
         }
     }
     roff.control("SH", ["NOTES"]);

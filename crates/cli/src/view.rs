@@ -25,13 +25,13 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
         let (scene, composed) = picture.read(&args.scene, args.size.size, 0, &args.talk, run)?;
         return output::commit(picture.print(&composed, &scene, &args.scene)?, &run.control);
     }
-    let wishes = picture.wishes(args.size.size, 0)?;
+    let overrides = picture.overrides(args.size.size, 0)?;
     let (scene, _) = picture.read(&args.scene, args.size.size, 0, &args.talk, run)?;
     let size = args.size.size.map(check_size).transpose()?;
     let options = Options {
         path: args.scene.clone(),
         reread: Arc::new(move |path, control| {
-            recompose_scene(path, &wishes, control).map(|composed| composed.scene)
+            recompose_scene(path, &overrides, control).map(|composed| composed.scene)
         }),
         device: device::pick_for_window(&args.device.device, args.kernel.kernel, &scene),
         scene,

@@ -35,13 +35,6 @@ impl Part {
         Part::Blue,
         Part::Element,
     ];
-
-    /// Its key under `columns`.
-    pub fn key(self) -> &'static str {
-        const KEYS: [&str; Part::ALL.len()] =
-            ["x", "y", "z", "radius", "diameter", "red", "green", "blue", "element"];
-        KEYS[self as usize]
-    }
 }
 
 /// The names under `columns` in a scene; `None` in place of a name is its `false`: no column is that.

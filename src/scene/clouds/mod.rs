@@ -28,13 +28,13 @@ mod xyz;
 use std::ffi::OsStr;
 use std::fmt::Display;
 use std::io;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
 use super::open::Files;
 use super::places::{Fault, Stop, quoted};
+use super::schema::Spanned as Given;
 use super::spheres::{Problem, problem_of};
 use super::table::Checked;
 use super::{Cloud, Color, ColorMap, Coloring, MAX_OBJECTS, Scene, Sphere, Spheres, hex};
@@ -47,19 +47,6 @@ use columns::Layout;
 pub(super) use columns::{ColumnNames, Part};
 use text::TextFormat;
 pub(crate) use watched::Watched;
-
-/// A value and its place in the scene file.
-#[derive(Debug)]
-pub(super) struct Given<T> {
-    value: T,
-    span: Range<usize>,
-}
-
-impl<T> Given<T> {
-    pub fn new(span: Range<usize>, value: Checked<T>) -> Checked<Given<T>> {
-        Ok(Given { value: value?, span })
-    }
-}
 
 /// The table of a cloud in a scene file.
 #[derive(Debug)]

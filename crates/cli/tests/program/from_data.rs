@@ -12,9 +12,10 @@ use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::frames::turntable;
 use kugelblitz::rays::{Pixels, View};
+use kugelblitz::scene::schema::{CameraKeys, CloudKeys, LightKeys, SkyKeys};
 use kugelblitz::scene::{
-    Composed, DataWishes, Light, Paint, Projection, Samples, Scene, Sky, Source, Viewpoint,
-    WishedLens, Wishes, compose_scene, parse_scene, read_scene,
+    Color, Composed, Light, Projection, Samples, Scene, SceneOverrides, Sky, Source, Viewpoint,
+    compose_scene, parse_scene, read_scene,
 };
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz_tests::folder::Folder;
@@ -115,8 +116,8 @@ fn all_that_is_there_is_in_the_picture() {
     }
 }
 
-fn composed(path: &str, wishes: &Wishes) -> Composed {
-    compose_scene(path.as_ref(), wishes, &Control::default()).unwrap()
+fn composed(path: &str, overrides: &SceneOverrides) -> Composed {
+    compose_scene(path.as_ref(), overrides, &Control::default()).unwrap()
 }
 
 /// The text is the scene: read again, it is the same, number for number.
@@ -131,36 +132,40 @@ fn same_again(composed: &Composed, place: &Path) -> (Scene, String) {
 #[test]
 fn the_printed_scene_is_the_scene() {
     let folder = data();
-    let camera_of = |wishes: &Wishes| {
+    let camera_of = |overrides: &SceneOverrides| {
         for name in DATA {
             let place = folder.path().join("again.toml");
-            let (scene, _) = same_again(&composed(&path(&folder, name), wishes), &place);
+            let (scene, _) = same_again(&composed(&path(&folder, name), overrides), &place);
             assert!(scene.camera.is_some() && scene.image.is_some());
         }
     };
-    let of = |change: fn(&mut Wishes)| {
-        let mut wishes = Wishes::default();
-        change(&mut wishes);
-        camera_of(&wishes);
+    let of = |change: fn(&mut SceneOverrides)| {
+        let mut overrides = SceneOverrides::default();
+        change(&mut overrides);
+        camera_of(&overrides);
     };
     of(|_| ());
     of(|w| w.view = Some(Viewpoint::Iso));
-    of(|w| w.position = Some(DVec3::new(30.0, 20.0, 50.0)));
-    of(|w| (w.position, w.look_at) = (Some(DVec3::splat(30.0)), Some(DVec3::X)));
-    of(|w| w.look_at = Some(DVec3::new(0.5, 0.25, 1e-3)));
-    of(|w| (w.up, w.view) = (Some(DVec3::Z), Some(Viewpoint::Quarter)));
-    of(|w| w.lens = Some(WishedLens::Fov(75.0)));
-    of(|w| w.lens = Some(WishedLens::Height(12.0)));
-    of(|w| w.lens = Some(WishedLens::AnyHeight));
-    of(|w| (w.size, w.samples) = (Some([300, 800]), Some(Samples::nearest(3))));
-    of(|w| w.background = Some(Paint::Linear([1.0, 0.5, 0.0])));
-    of(|w| w.n_turns = 7);
-    of(|w| (w.sky, w.ambient) = (Some(None), Some(Some(Paint::Grey(0.25)))));
+    of(|w| w.camera.position = Some(DVec3::new(30.0, 20.0, 50.0).into()));
     of(|w| {
-        w.sky = Some(Some(Sky { intensity: 0.75, directions: 9 }));
-        w.ambient = Some(Some(Paint::Text("#102030".into())));
+        w.camera.position = Some(DVec3::splat(30.0).into());
+        w.camera.look_at = Some(DVec3::X.into());
+    });
+    of(|w| w.camera.look_at = Some(DVec3::new(0.5, 0.25, 1e-3).into()));
+    of(|w| (w.camera.up, w.view) = (Some(DVec3::Z.into()), Some(Viewpoint::Quarter)));
+    of(|w| w.camera.fov = Some(75.0.into()));
+    of(|w| w.camera.height = Some(12.0.into()));
+    of(|w| w.is_height_chosen = true);
+    of(|w| (w.size, w.samples) = (Some([300, 800]), Some(Samples::nearest(3))));
+    of(|w| w.background = Some(Color([1.0, 0.5, 0.0])));
+    of(|w| w.n_turns = 7);
+    of(|w| (w.sky, w.ambient) = (Some(None), Some(Some(Color([0.25; 3])))));
+    of(|w| {
+        w.sky = Some(Some(SkyKeys::from(&Sky { intensity: 0.75, directions: 9 })));
+        w.ambient = Some(Color::from_hex("#102030"));
         let light =
             |source| Light { source, color: [1.0; 3].into(), intensity: 0.5, shadows: true };
+        let light = |source| LightKeys::from(&light(source));
         let sources = [Source::Eye, Source::Point(DVec3::Y * 9.0), Source::Sun(DVec3::NEG_Y)];
         w.lights = Some(sources.map(light).to_vec());
     });
@@ -173,8 +178,10 @@ fn points_get_a_radius_that_is_told() {
     let (points, out) = (path(&folder, "points.npy"), path(&folder, "a.png"));
     let ran = render(&[&points, "-o", &out], 0);
     assert!(ran.stderr.contains("each sphere gets 0.25"), "{}", ran.stderr);
-    let (scene, text) =
-        same_again(&composed(&points, &Wishes::default()), &folder.path().join("again.toml"));
+    let (scene, text) = same_again(
+        &composed(&points, &SceneOverrides::default()),
+        &folder.path().join("again.toml"),
+    );
     assert!(scene.spheres.iter().all(|sphere| sphere.radius == 0.25), "{text}");
     let ran = render(&[&points, "-o", &out, "--radius", "0.125", "--color", "#ff0000"], 0);
     assert!(!ran.stderr.contains("radius"), "{}", ran.stderr);
@@ -193,7 +200,7 @@ fn a_scene_without_a_camera_gets_one_and_stays_as_it_is() {
     let scene = path(&folder, "balls.toml");
     fs::write(&scene, LONELY).unwrap();
     let again = folder.path().join("again.toml");
-    let (found, text) = same_again(&composed(&scene, &Wishes::default()), &again);
+    let (found, text) = same_again(&composed(&scene, &SceneOverrides::default()), &again);
     assert!(text.starts_with(LONELY), "{text}");
     // Not lit: a scene says itself what lights it.
     assert!(!found.is_lit() && found.camera.is_some());
@@ -201,17 +208,17 @@ fn a_scene_without_a_camera_gets_one_and_stays_as_it_is() {
     let ran = render(&[&scene, "-o", &out], 0);
     assert!(ran.stderr.contains("has no [camera]"), "{}", ran.stderr);
     // In perspective or not, each option is in the text.
-    let wishes = Wishes {
-        background: Some(Paint::Text("#ffffff".into())),
-        lights: Some(vec![Light {
+    let overrides = SceneOverrides {
+        background: Color::from_hex("#ffffff"),
+        lights: Some(vec![LightKeys::from(&Light {
             source: Source::Eye,
             color: [1.0; 3].into(),
             intensity: 1.0,
             shadows: true,
-        }]),
-        ..Wishes::default()
+        })]),
+        ..SceneOverrides::default()
     };
-    let (_, text) = same_again(&composed(&scene, &wishes), &again);
+    let (_, text) = same_again(&composed(&scene, &overrides), &again);
     assert!(text.contains("background = \"#ffffff\"  # night"), "{text}");
     assert!(text.starts_with("# Two balls.\n") && text.contains("[[light]]"), "{text}");
     // Nothing to be seen: no camera can be placed.
@@ -225,34 +232,40 @@ fn options_win_over_a_scenes_camera() {
     let folder = tempfile::tempdir().unwrap();
     let scene = scene_file("figure1");
     let old = read_scene(scene.as_ref()).unwrap().camera.unwrap();
-    let camera = |wishes: Wishes| {
+    let camera = |overrides: SceneOverrides| {
         let again = folder.path().join("again.toml");
-        same_again(&composed(&scene, &wishes), &again).0.camera.unwrap()
+        same_again(&composed(&scene, &overrides), &again).0.camera.unwrap()
     };
-    let usual = Wishes::default;
+    let usual = SceneOverrides::default;
     assert_eq!(camera(usual()), old);
     let position = DVec3::new(1.0, 2.0, 9.0);
-    let moved = camera(Wishes { position: Some(position), ..usual() });
+    let moved = camera(SceneOverrides {
+        camera: CameraKeys { position: Some(position.into()), ..CameraKeys::default() },
+        ..usual()
+    });
     assert_eq!(
         (moved.position, moved.look_at, moved.projection),
         (position, old.look_at, old.projection)
     );
-    let flat = camera(Wishes { lens: Some(WishedLens::Height(3.0)), ..usual() });
+    let flat = camera(SceneOverrides {
+        camera: CameraKeys { height: Some(3.0.into()), ..CameraKeys::default() },
+        ..usual()
+    });
     assert_eq!(
         (flat.position, flat.projection),
         (old.position, Projection::Orthographic { height: 3.0 })
     );
-    let side = camera(Wishes { view: Some(Viewpoint::X), ..usual() });
+    let side = camera(SceneOverrides { view: Some(Viewpoint::X), ..usual() });
     let way = side.position - side.look_at;
     assert!(
         way.x > 0.0 && way.y == 0.0 && way.z == 0.0 && side.projection == old.projection,
         "{side:?}"
     );
     // With a margin alone, from where the scene's camera looks.
-    let near = camera(Wishes { margin: Some(0.0), ..usual() });
+    let near = camera(SceneOverrides { margin: Some(0.0), ..usual() });
     let [a, b] = [&near, &old].map(|c| (c.position - c.look_at).normalize());
     assert!((a - b).length() < 1e-9, "{near:?}");
-    let above = camera(Wishes { view: Some(Viewpoint::Y), ..usual() });
+    let above = camera(SceneOverrides { view: Some(Viewpoint::Y), ..usual() });
     assert_eq!(above.up, DVec3::NEG_Z);
 }
 
@@ -260,14 +273,15 @@ fn options_win_over_a_scenes_camera() {
 fn the_keys_of_data_are_for_one_cloud() {
     let folder = data();
     let scene = path(&folder, "cloud.toml");
-    let cloud = "[[spheres]]\nfile = \"points.npy\"\nradius = 0.1  # thin\ncolor = \"#ffffff\"\n";
-    fs::write(&scene, cloud).unwrap();
-    let data = DataWishes { radius: Some(0.2), ..DataWishes::default() };
-    let wishes = Wishes { data, ..Wishes::default() };
-    let (found, text) = same_again(&composed(&scene, &wishes), &folder.path().join("again.toml"));
+    let one = "[[spheres]]\nfile = \"points.npy\"\nradius = 0.1  # thin\ncolor = \"#ffffff\"\n";
+    fs::write(&scene, one).unwrap();
+    let cloud = CloudKeys { radius: Some(0.2.into()), ..CloudKeys::default() };
+    let overrides = SceneOverrides { cloud, ..SceneOverrides::default() };
+    let (found, text) =
+        same_again(&composed(&scene, &overrides), &folder.path().join("again.toml"));
     assert!(found.spheres[0].radius == 0.2 && text.contains("radius = 0.2  # thin"), "{text}");
     let out = path(&folder, "a.png");
-    fs::write(&scene, cloud.repeat(2)).unwrap();
+    fs::write(&scene, one.repeat(2)).unwrap();
     let ran = render(&[&scene, "-o", &out, "--radius", "1"], 2);
     assert!(ran.stderr.contains("one [[spheres]], but this one has 2"), "{}", ran.stderr);
     render(&[&scene_file("figure1"), "-o", &out, "--color", "#ff0000"], 2);
@@ -439,7 +453,7 @@ fn a_film_has_one_tree() {
     let folder = tempfile::tempdir().unwrap();
     let data = path(&folder, "many.npy");
     run(&["generate", "cloud", "--count", "20000", "-q", "-o", &data], 0);
-    let scene = composed(&data, &Wishes { n_turns: 3, ..Wishes::default() }).scene;
+    let scene = composed(&data, &SceneOverrides { n_turns: 3, ..SceneOverrides::default() }).scene;
     let cameras = turntable(scene.camera.as_ref().unwrap(), 3);
     let mut session = Session::new(scene, Device::Cpu, Kernel::Certified);
     let trees = cameras.iter().map(|camera| {

@@ -2,83 +2,38 @@
 
 use glam::DVec3;
 
-use super::{FramingLens, Light, Projection, Samples, Sky, USUAL_FOV_DEGREES};
+use super::schema::{CameraKeys, CloudKeys, LightKeys, SkyKeys};
+use super::{Color, FramingLens, Projection, Samples, USUAL_FOV_DEGREES};
 
 /// What options ask for. What is `None` is as the scene says it, or as is usual.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Wishes {
+pub struct SceneOverrides {
     /// The side that everything is seen from. It asks for a camera that frames everything.
     pub view: Option<Viewpoint>,
     /// Part of the picture's shorter side that is free at each edge, up to
-    /// [`super::Framing::MAX_MARGIN`]. It
-    /// asks for such a camera as well.
+    /// [`super::Framing::MAX_MARGIN`]. It asks for such a camera as well.
     pub margin: Option<f64>,
-    /// The camera's place, world units.
-    pub position: Option<DVec3>,
-    /// The point in the middle of the picture.
-    pub look_at: Option<DVec3>,
-    /// The direction that appears upward.
-    pub up: Option<DVec3>,
-    /// Field of view or height.
-    pub lens: Option<WishedLens>,
+    /// True for an orthographic camera whose picture is as high as everything needs.
+    pub is_height_chosen: bool,
     /// Directions around `up` that the camera is turned to, all of which are to see everything; 0 and 1
     /// are one picture.
     pub n_turns: u32,
+    /// Keys of the camera.
+    pub camera: CameraKeys,
     /// Columns and rows.
     pub size: Option<[u32; 2]>,
     /// Samples across and down a pixel.
     pub samples: Option<Samples>,
     /// Colour where no object is.
-    pub background: Option<Paint>,
+    pub background: Option<Color>,
     /// All lights.
-    pub lights: Option<Vec<Light>>,
+    pub lights: Option<Vec<LightKeys>>,
     /// The sky, or none.
-    pub sky: Option<Option<Sky>>,
+    pub sky: Option<Option<SkyKeys>>,
     /// Light from nowhere, or none.
-    pub ambient: Option<Option<Paint>>,
-    /// How the data are read.
-    pub data: DataWishes,
-}
-
-/// The keys of a cloud, `[[spheres]]`, as they are written in a scene.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct DataWishes {
-    /// Radius of all spheres.
-    pub radius: Option<f64>,
-    /// Colour of all spheres.
-    pub color: Option<Paint>,
-    /// The column whose numbers become colours.
-    pub color_by: Option<String>,
-    /// The colour map.
-    pub colormap: Option<String>,
-    /// The numbers at both ends of the colour map.
-    pub range: Option<[f64; 2]>,
-    /// Which columns of the file are x, y, z, radius and so on.
-    pub columns: Vec<(String, String)>,
-    /// Which of several frames, from 0.
-    pub frame: Option<u32>,
-}
-
-/// A camera's lens.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum WishedLens {
-    /// A perspective camera with this vertical field of view, degrees.
-    Fov(f64),
-    /// An orthographic camera with a picture of this height, world units.
-    Height(f64),
-    /// An orthographic camera whose picture is as high as everything needs.
-    AnyHeight,
-}
-
-/// A colour as scenes write it.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Paint {
-    /// In quotes: `#1f77b4`.
-    Text(String),
-    /// Linear red, green and blue.
-    Linear([f64; 3]),
-    /// The same for red, green and blue: ambient light.
-    Grey(f64),
+    pub ambient: Option<Option<Color>>,
+    /// Keys of the data, or of a scene's only cloud.
+    pub cloud: CloudKeys,
 }
 
 /// A side that everything can be seen from.
@@ -173,34 +128,33 @@ pub(super) fn usual_up(from: DVec3, usual: DVec3) -> DVec3 {
     if is_along(up) { DVec3::X } else { up }
 }
 
-impl Wishes {
+impl SceneOverrides {
     /// True where the file's own text is what is wanted, but for size and samples.
     pub(super) fn leave_the_text(&self) -> bool {
-        let Wishes { size, samples, n_turns, .. } = *self;
-        *self == Wishes { size, samples, n_turns, ..Wishes::default() }
+        let SceneOverrides { size, samples, n_turns, .. } = *self;
+        *self == SceneOverrides { size, samples, n_turns, ..SceneOverrides::default() }
     }
 
     /// True where the camera's place is chosen so that everything is in the picture.
     pub(super) fn frame(&self) -> bool {
-        self.view.is_some() || self.margin.is_some() || self.lens == Some(WishedLens::AnyHeight)
+        self.view.is_some() || self.margin.is_some() || self.is_height_chosen
     }
-}
 
-/// The lens that is wished, or that of the scene, or the usual one.
-pub(super) fn framing_lens(
-    wished: Option<WishedLens>,
-    of_scene: Option<Projection>,
-) -> FramingLens {
-    match (wished, of_scene) {
-        (Some(WishedLens::Fov(fov_degrees)), _) => FramingLens::Perspective { fov_degrees },
-        (Some(WishedLens::Height(height)), _) => FramingLens::Orthographic { height: Some(height) },
-        (Some(WishedLens::AnyHeight), _) | (None, Some(Projection::Orthographic { .. })) => {
-            FramingLens::Orthographic { height: None }
+    /// The lens that is asked for, or that of the scene, or the usual one.
+    pub(super) fn lens(&self, of_scene: Option<Projection>) -> FramingLens {
+        let CameraKeys { fov, height, .. } = &self.camera;
+        match (fov, height, of_scene) {
+            (Some(fov), ..) => FramingLens::Perspective { fov_degrees: fov.value },
+            (_, Some(height), _) => FramingLens::Orthographic { height: Some(height.value) },
+            _ if self.is_height_chosen => FramingLens::Orthographic { height: None },
+            (.., Some(Projection::Orthographic { .. })) => {
+                FramingLens::Orthographic { height: None }
+            }
+            (.., Some(Projection::Perspective { fov_degrees })) => {
+                FramingLens::Perspective { fov_degrees }
+            }
+            (.., None) => FramingLens::Perspective { fov_degrees: USUAL_FOV_DEGREES },
         }
-        (None, Some(Projection::Perspective { fov_degrees })) => {
-            FramingLens::Perspective { fov_degrees }
-        }
-        (None, None) => FramingLens::Perspective { fov_degrees: USUAL_FOV_DEGREES },
     }
 }
 

@@ -1,0 +1,370 @@
+//! A scene file while it is changed: options become its keys, and all else stays as it was written.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
+
+use super::overrides::usual_up;
+use super::schema::{CameraKeys, CloudKeys, ImageKeys, SceneKeys, Section};
+use super::{Camera, Samples, SceneOverrides};
+use crate::error::{Error, Result};
+use crate::plain::Shown;
+
+/// Size of a picture of data.
+pub(super) const SIZE: [u32; 2] = [1280, 720];
+
+/// Samples across and down a pixel of a picture of data.
+pub(super) const SAMPLES: Samples = Samples::nearest(2);
+
+/// The scene of a data file before any option. Its light is bright where a surface faces the eye, never
+/// brighter than its colour, and darker in hollows. A sky of 16 directions costs a quarter of one of 64,
+/// and looks the same at a glance: see the guide, "Pictures from data".
+pub(super) const OF_DATA: &str = "\
+background = \"#20242c\"
+
+[camera]
+
+[image]
+
+[[light]]
+position  = \"eye\"
+intensity = 0.6
+shadows   = false  # nothing that the eye sees is in its shadow
+
+[sky]
+intensity  = 0.4
+directions = 16
+
+[[spheres]]
+";
+
+/// The colour of spheres that have none.
+pub(super) const COLOR: &str = "#8fb4d9";
+
+/// A scene file while it is changed.
+pub(super) struct SceneDocument {
+    document: DocumentMut,
+}
+
+impl SceneDocument {
+    /// The scene file at `path` with this text.
+    pub(super) fn new(text: &str, path: &Path) -> Result<SceneDocument> {
+        // Of a scene that can be read, but not changed: nobody knows of one.
+        let odd = |_| {
+            let path = path.shown();
+            let help = "options can't be written into this scene; change it by hand";
+            Error::Usage(format!("{path}: {help}"))
+        };
+        Ok(SceneDocument { document: text.parse().map_err(odd)? })
+    }
+
+    /// Its text.
+    pub(super) fn text(&self) -> String {
+        self.document.to_string()
+    }
+
+    /// Its text without a camera that is still empty: something else is read first.
+    pub(super) fn text_so_far(&self) -> String {
+        let mut document = self.document.clone();
+        if document.get("camera").and_then(Item::as_table).is_some_and(Table::is_empty) {
+            document.remove("camera");
+        }
+        document.to_string()
+    }
+
+    /// Writes the options into it.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for options that can't be.
+    pub(super) fn apply(
+        &mut self,
+        options: &SceneOverrides,
+        path: &Path,
+        of_data: bool,
+    ) -> Result<()> {
+        if options.frame() && options.camera.position.is_some() {
+            return Err(Error::Usage(
+                "a position says where the camera is, but a view, a margin or an automatic height \
+                 choose it so that everything is in the picture; leave one of them out"
+                    .into(),
+            ));
+        }
+        if of_data {
+            let name = path.file_name().map(PathBuf::from).unwrap_or_default();
+            self.clouds().into_iter().try_for_each(|cloud| set_file(cloud, &name))?;
+            self.set_image(Some(SIZE), Some(SAMPLES));
+            self.set_image(options.size, options.samples);
+        }
+        self.apply_to_camera(options, of_data)?;
+        let top = SceneKeys {
+            background: options.background.map(Into::into),
+            ambient: options.ambient.flatten().map(Into::into),
+            ..SceneKeys::default()
+        };
+        lay(self.document.as_table_mut(), &top);
+        if options.ambient == Some(None) {
+            self.document.remove("ambient");
+        }
+        if let Some(lights) = &options.lights {
+            let tables = lights.iter().map(table_of).collect();
+            self.replace("light", (!lights.is_empty()).then_some(Item::ArrayOfTables(tables)));
+        }
+        if let Some(sky) = &options.sky {
+            self.replace("sky", sky.as_ref().map(|sky| Item::Table(table_of(sky))));
+        }
+        self.apply_to_cloud(options, path)
+    }
+
+    /// Writes what is said of a camera that is not placed by itself.
+    fn apply_to_camera(&mut self, options: &SceneOverrides, of_data: bool) -> Result<()> {
+        if options.frame() {
+            return Ok(());
+        }
+        let CameraKeys { position, look_at, up, .. } = &options.camera;
+        if !of_data && self.document.contains_key("camera") {
+            // Reading tells where it is no table.
+            self.table("camera").into_iter().for_each(|camera| lay(camera, &options.camera));
+        } else if let (Some(position), Some(look_at)) = (position, look_at) {
+            let (position, look_at) = (position.value, look_at.value);
+            let usual = || usual_up(position - look_at, DVec3::Y);
+            let up = up.as_ref().map_or_else(usual, |up| up.value);
+            let projection = options.lens(None).projection();
+            self.set_camera(&Camera { position, look_at, up, projection }.check()?);
+        }
+        Ok(())
+    }
+
+    fn apply_to_cloud(&mut self, options: &SceneOverrides, path: &Path) -> Result<()> {
+        if options.cloud == CloudKeys::default() {
+            return Ok(());
+        }
+        let mut clouds = self.clouds();
+        let n_clouds = clouds.len();
+        let [cloud] = &mut clouds[..] else {
+            return Err(Error::Usage(format!(
+                "{}: --radius, --color, --color-by, --colormap, --range, --columns and --frame are for \
+                 data, or for a scene with one [[spheres]], but this one has {n_clouds}; change the \
+                 scene itself",
+                path.shown()
+            )));
+        };
+        if options.cloud.color.is_some() {
+            for key in ["colormap", "range", "missing_color"] {
+                cloud.remove(key);
+            }
+        }
+        lay(*cloud, &options.cloud);
+        Ok(())
+    }
+
+    /// Writes all of a camera.
+    pub(super) fn set_camera(&mut self, camera: &Camera) {
+        self.table("camera").into_iter().for_each(|table| lay(table, &CameraKeys::from(camera)));
+    }
+
+    /// Writes the picture's columns and rows, and the samples across and down a pixel.
+    pub(super) fn set_image(&mut self, size: Option<[u32; 2]>, samples: Option<Samples>) {
+        let keys = ImageKeys::new(size, samples);
+        if keys != ImageKeys::default() {
+            self.table("image").into_iter().for_each(|image| lay(image, &keys));
+        }
+    }
+
+    /// The table with this name, made where there is none. `None` for what is no table: reading it tells.
+    fn table(&mut self, key: &str) -> Option<&mut dyn TableLike> {
+        let item = self.document.entry(key).or_insert(Item::Table(Table::new()));
+        item.as_table_like_mut()
+    }
+
+    /// All clouds, which stand under headers or in a list.
+    pub(super) fn clouds(&mut self) -> Vec<&mut dyn TableLike> {
+        match self.document.get_mut("spheres") {
+            Some(Item::ArrayOfTables(tables)) => {
+                tables.iter_mut().map(|table| table as &mut dyn TableLike).collect()
+            }
+            Some(Item::Value(Value::Array(values))) => values
+                .iter_mut()
+                .filter_map(Value::as_inline_table_mut)
+                .map(|table| table as &mut dyn TableLike)
+                .collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Writes keys of the first cloud.
+    pub(super) fn set_of_cloud(&mut self, keys: &CloudKeys) {
+        self.clouds().into_iter().take(1).for_each(|cloud| lay(cloud, keys));
+    }
+
+    /// Puts a table or tables in the place of those with this name.
+    fn replace(&mut self, key: &str, new: Option<Item>) {
+        let old = self.document.remove(key);
+        let place = match &old {
+            Some(Item::Table(table)) => table.position(),
+            Some(Item::ArrayOfTables(tables)) => tables.iter().next().and_then(Table::position),
+            _ => None,
+        };
+        let Some(mut new) = new else { return };
+        match &mut new {
+            Item::Table(table) => table.set_position(place),
+            Item::ArrayOfTables(tables) => {
+                tables.iter_mut().for_each(|table| table.set_position(place));
+            }
+            _ => {}
+        }
+        self.document.insert(key, new);
+    }
+}
+
+/// Writes keys into a table: the spaces and the comments beside them stay, and what they exclude goes.
+fn lay<S: Section>(table: &mut dyn TableLike, keys: &S) {
+    keys.each(&mut |key, text| {
+        for (one, other, _) in S::INFO.exclusive {
+            match key {
+                key if key == *one => drop(table.remove(other)),
+                key if key == *other => drop(table.remove(one)),
+                _ => {}
+            }
+        }
+        // What a kind writes can be read.
+        let mut value = text.parse::<toml_edit::Value>().unwrap_or_else(|_| text.into());
+        let Some(item) = table.get_mut(key) else {
+            table.insert(key, Item::Value(value));
+            return;
+        };
+        if let Some(old) = item.as_value() {
+            *value.decor_mut() = old.decor().clone();
+        }
+        *item = Item::Value(value);
+    });
+}
+
+fn table_of(keys: &impl Section) -> Table {
+    let mut table = Table::new();
+    lay(&mut table, keys);
+    table
+}
+
+/// The file that a cloud names.
+pub(super) fn file_of(cloud: &dyn TableLike) -> Option<&str> {
+    cloud.get("file").and_then(Item::as_str)
+}
+
+/// Lets a cloud name this file.
+///
+/// # Errors
+/// [`Error::Usage`] for a path that has no place in a text.
+pub(super) fn set_file(cloud: &mut dyn TableLike, path: &Path) -> Result<()> {
+    let file = Some(in_utf8(path)?.to_owned().into());
+    lay(cloud, &CloudKeys { file, ..CloudKeys::default() });
+    Ok(())
+}
+
+/// The path as a scene can name it.
+///
+/// # Errors
+/// [`Error::Usage`] for one that is not UTF-8.
+pub(crate) fn in_utf8(path: &Path) -> Result<&str> {
+    path.to_str().ok_or_else(|| {
+        Error::Usage(format!("{}: a scene can name only a file in UTF-8", path.shown()))
+    })
+}
+
+/// `cloud` as a scene file at `scene` names it: alone where they share a folder.
+pub(crate) fn seen_from(scene: &Path, cloud: &Path) -> Result<PathBuf> {
+    let name = cloud.file_name().map(PathBuf::from).unwrap_or_default();
+    let folder_of_cloud = folder_of(cloud)?;
+    Ok(if folder_of(scene)? == folder_of_cloud { name } else { folder_of_cloud.join(name) })
+}
+
+/// The folder of a file that may not be there yet, from the root on.
+pub(super) fn folder_of(path: &Path) -> Result<PathBuf> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    folder.canonicalize().map_err(Error::io(folder))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plain::steers;
+    use crate::scene::schema::{LightKeys, SkyKeys, Value as _, read_value, table};
+    use crate::scene::{Light, Sky, Source};
+
+    fn changed(text: &str, options: &SceneOverrides, path: &str) -> String {
+        let mut document = SceneDocument::new(text, Path::new(path)).unwrap();
+        document.apply(options, Path::new(path), text == OF_DATA).unwrap();
+        document.text()
+    }
+
+    fn of_cloud(toml: &str) -> SceneOverrides {
+        let cloud = read_value("spheres", toml, table).unwrap();
+        SceneOverrides { cloud, ..SceneOverrides::default() }
+    }
+
+    #[test]
+    fn all_keys_of_data_are_written_and_exclude_each_other() {
+        let options = of_cloud(
+            "{ color_by = \"speed\", colormap = \"viridis\", range = [0, 2.5], frame = 3, \
+             columns = { x = \"px\", radius = \"R\" } }",
+        );
+        let text = changed(OF_DATA, &options, "a/heap.csv");
+        for line in [
+            "file = \"heap.csv\"",
+            "color_by = \"speed\"",
+            "colormap = \"viridis\"",
+            "range = [0.0, 2.5]",
+            "columns = { x = \"px\", radius = \"R\" }",
+            "frame = 3",
+        ] {
+            assert!(text.lines().any(|found| found == line), "{line}:\n{text}");
+        }
+        let plain = of_cloud("{ color = \"#ff0000\" }");
+        let colored = changed(&text.replace("[camera]\n", ""), &plain, "a.toml");
+        assert!(
+            colored.contains("color = \"#ff0000\"") && !colored.contains("color_by"),
+            "{colored}"
+        );
+        let again = changed(&colored, &options, "a.toml");
+        assert!(again.contains("color_by") && !again.contains("color = "), "{again}");
+    }
+
+    #[test]
+    fn tables_stay_in_their_order() {
+        let sky = Some(Some(SkyKeys::from(&Sky { intensity: 0.5, directions: 8 })));
+        let light = Light {
+            source: Source::Sun(DVec3::NEG_Y),
+            color: [1.0, 0.5, 0.0].into(),
+            intensity: 0.5,
+            shadows: false,
+        };
+        let light = LightKeys::from(&light);
+        let lights = Some(vec![light.clone(), light]);
+        let text = changed(
+            OF_DATA,
+            &SceneOverrides { sky, lights, ..SceneOverrides::default() },
+            "heap.csv",
+        );
+        let headers: Vec<&str> = text.lines().filter(|line| line.starts_with('[')).collect();
+        let expected = ["[camera]", "[image]", "[[light]]", "[[light]]", "[sky]", "[[spheres]]"];
+        assert_eq!(headers, expected, "{text}");
+        assert!(
+            text.contains("color = [1.0, 0.5, 0.0]") && text.contains("shadows = false"),
+            "{text}"
+        );
+        // In a list of a line as well.
+        let listed = "spheres = [{ file = \"a.npy\", radius = 1 }]\n";
+        let text = changed(listed, &of_cloud("{ radius = 2 }"), "a.toml");
+        assert_eq!(text, "spheres = [{ file = \"a.npy\", radius = 2.0 }]\n");
+    }
+
+    #[test]
+    fn any_name_has_its_place() {
+        for name in ["a\"b\\c", "\u{202e}\u{1b}[31m\n\t", "it's", "ü → 球"] {
+            let value: Value = name.toml().parse().unwrap();
+            assert_eq!(value.as_str(), Some(name));
+            assert!(!value.to_string().contains(steers), "{name:?}");
+        }
+    }
+}

@@ -1,0 +1,653 @@
+//! The keys of scene files, once: from these lists they are read, written, laid over a file, and described.
+
+use std::fmt::Write as _;
+use std::ops::{Deref, Range};
+
+use glam::DVec3;
+use toml::de::DeValue;
+
+use super::places::quoted;
+use super::table::{Checked, Field, read_table};
+use super::{
+    Camera, Color, ColorMap, ImageSize, Light, Plane, Projection, Samples, Sky, Source, hex,
+};
+use crate::plain::steers;
+use crate::words::did_you_mean;
+
+/// A key with an example of its value, which is empty where tables stand under it, and what it says.
+#[derive(Clone, Copy, Debug)]
+pub struct Key {
+    /// As the file has it.
+    pub name: &'static str,
+    /// In TOML.
+    pub example: &'static str,
+    /// A sentence.
+    pub meaning: &'static str,
+}
+
+/// A kind of table of a scene file.
+#[derive(Debug)]
+pub struct SectionInfo {
+    /// What stands above its keys.
+    pub header: &'static str,
+    /// A sentence.
+    pub meaning: &'static str,
+    /// The keys that it may have.
+    pub keys: &'static [Key],
+    /// Two keys of which a table has but one, and which is for what.
+    pub exclusive: &'static [(&'static str, &'static str, &'static str)],
+}
+
+/// A value, and where it stands in the text; at its beginning what comes from elsewhere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spanned<T> {
+    /// The value.
+    pub value: T,
+    /// Bytes of the text.
+    pub span: Range<usize>,
+}
+
+impl<T> From<T> for Spanned<T> {
+    fn from(value: T) -> Spanned<T> {
+        Spanned { value, span: 0..0 }
+    }
+}
+
+impl<T> Deref for Spanned<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        &self.value
+    }
+}
+
+/// A table of a scene file, of whose keys any may be missing.
+pub trait Section: Default {
+    /// What it is called, and its keys.
+    const INFO: SectionInfo;
+
+    /// Calls `write` with each key that is there and its value in TOML, in the order of the schema.
+    fn each(&self, write: &mut dyn FnMut(&'static str, String));
+
+    /// An empty table that stands there.
+    #[doc(hidden)]
+    fn at(span: Range<usize>) -> Self;
+
+    #[doc(hidden)]
+    fn set(&mut self, field: &Field) -> Checked<()>;
+}
+
+/// Defines a table: header, meaning, the keys that exclude each other, and each key with its type, its
+/// reader, an example and its meaning.
+macro_rules! section {
+    (
+        $(#[$doc:meta])*
+        $name:ident $header:literal, $about:literal, [$($exclusive:expr),*] {
+            $($key:ident: $kind:ty, $read:ident = $example:literal, $meaning:literal;)*
+        }
+    ) => {
+        $(#[$doc])*
+        #[derive(Clone, Debug, Default, PartialEq)]
+        pub struct $name {
+            $(#[doc = $meaning] pub $key: Option<Spanned<$kind>>,)*
+            /// Where its header stands, or all of an inline table.
+            pub span: Range<usize>,
+        }
+
+        impl Section for $name {
+            const INFO: SectionInfo = SectionInfo {
+                header: $header,
+                meaning: $about,
+                keys: &[$(Key { name: stringify!($key), example: $example, meaning: $meaning }),*],
+                exclusive: &[$($exclusive),*],
+            };
+
+            fn each(&self, write: &mut dyn FnMut(&'static str, String)) {
+                $(if let Some(value) = &self.$key {
+                    write(stringify!($key), value.toml());
+                })*
+            }
+
+            fn at(span: Range<usize>) -> $name {
+                $name { span, ..$name::default() }
+            }
+
+            fn set(&mut self, field: &Field) -> Checked<()> {
+                match field.key.name {
+                    $(stringify!($key) => {
+                        self.$key = Some(Spanned { value: $read(field)?, span: field.span() });
+                    })*
+                    _ => {}
+                }
+                Ok(())
+            }
+        }
+    };
+}
+
+section! {
+    /// All of a scene file.
+    SceneKeys "the top of the file", "Before the first header.", [] {
+        background: Color, color = "\"#20242c\"", "Where no object is seen; black without it.";
+        ambient: Color, ambient = "0.1", "Light from nowhere, for all objects: a number or a colour.";
+        camera: CameraKeys, table = "", "The eye.";
+        image: ImageKeys, table = "", "The picture.";
+        light: Vec<LightKeys>, tables = "", "Lamps and suns.";
+        sky: SkyKeys, table = "", "Light from everywhere.";
+        sphere: Vec<SphereKeys>, tables = "", "Spheres.";
+        spheres: Vec<CloudKeys>, tables = "", "Files of spheres.";
+        plane: Vec<PlaneKeys>, tables = "", "Planes.";
+    }
+}
+section! {
+    /// A camera.
+    CameraKeys "[camera]", "The eye. Needed for pictures, not for trace.", [(
+        "fov", "height", "`fov` is for a perspective camera, `height` for an orthographic one"
+    )] {
+        position: DVec3, point = "[0.0, 1.0, 6.0]", "The eye.";
+        look_at: DVec3, point = "[0.0, 0.5, 0.0]", "A point in the middle of the picture.";
+        up: DVec3, direction = "[0.0, 1.0, 0.0]", "What is up in the picture; this without it.";
+        fov: f64, fov = "40.0", "The vertical field of view, degrees; 45 without it.";
+        height: f64, height = "4.0", "In place of fov: parallel rays, and a picture so many units high.";
+    }
+}
+section! {
+    /// The size of a picture.
+    ImageKeys "[image]", "Optional; the command line wins over it.", [] {
+        width: u32, pixels = "1280", "Pixels across.";
+        height: u32, pixels = "720", "Pixels down.";
+        samples: Samples, samples = "4", "4 × 4 rays a pixel, at most 16 × 16; 1 without it.";
+    }
+}
+section! {
+    /// A sphere.
+    SphereKeys "[[sphere]]", "As many as there are spheres.", [] {
+        name: String, text = "\"red giant\"", "Optional.";
+        center: DVec3, point = "[0.0, 1.0, -4.0]", "The centre.";
+        radius: f64, radius = "2.0", "More than 0.";
+        color: Color, color = "\"#d62728\"", "A colour.";
+    }
+}
+section! {
+    /// A plane.
+    PlaneKeys "[[plane]]", "As many as there are planes.", [] {
+        name: String, text = "\"floor\"", "Optional.";
+        point: DVec3, point = "[0.0, 0.0, 0.0]", "Any point of the plane.";
+        normal: DVec3, direction = "[0.0, 1.0, 0.0]", "Across the plane, of any length but 0.";
+        color: Color, color = "\"#8c8c8c\"", "A colour.";
+    }
+}
+section! {
+    /// A file of spheres.
+    CloudKeys "[[spheres]]", "Many spheres from a file.", [(
+        "color_by", "color",
+        "`color` is one colour for all spheres, `color_by` the column that gives each its own"
+    )] {
+        file: String, text = "\"cloud.npy\"", "Its path from the folder of the scene: .npy, .csv or .xyz.";
+        radius: f64, radius = "0.01", "Of all, where the file has none.";
+        color: Color, color = "\"#1f77b4\"", "Of all, where the file has none.";
+        columns: ColumnKeys, table = "{ radius = \"R\" }", "The names of columns, where they are others.";
+        color_by: String, column = "\"speed\"", "A column that gives the colour, by a colour map.";
+        colormap: ColorMap, colormap = "\"viridis\"", "The colour map; viridis without it.";
+        range: [f64; 2], range = "[0.0, 2.5]",
+            "The ends of the colour map; the column's least and largest without it.";
+        missing_color: Color, color = "\"#ff00ff\"", "Where the column has no number.";
+        frame: u32, frame = "0", "Which frame of a file of several.";
+    }
+}
+section! {
+    /// The names of a file's columns.
+    ColumnKeys "`columns` of [[spheres]]", "The names of a file's columns; false: there is none.", [] {
+        x: Option<String>, column_or_none = "\"px\"", "A coordinate of the centre.";
+        y: Option<String>, column_or_none = "\"py\"", "A coordinate of the centre.";
+        z: Option<String>, column_or_none = "\"pz\"", "A coordinate of the centre.";
+        radius: Option<String>, column_or_none = "\"grain_radius\"", "The radius.";
+        diameter: Option<String>, column_or_none = "\"grain_size\"", "Twice the radius.";
+        red: Option<String>, column_or_none = "\"R\"", "A part of the colour.";
+        green: Option<String>, column_or_none = "\"G\"", "A part of the colour.";
+        blue: Option<String>, column_or_none = "\"B\"", "A part of the colour.";
+        element: Option<String>, column_or_none = "\"atom\"", "The chemical element.";
+    }
+}
+section! {
+    /// A light.
+    LightKeys "[[light]]",
+    "A lamp or a sun. Without any light, sky or ambient, colours are shown as they are.", [(
+        "position", "direction",
+        "`position` is for a light at a point, `direction` for a sun: the way its light travels"
+    )] {
+        position: Source, lamp = "[4.0, 6.0, 3.0]", "A lamp there; \"eye\" is one at the camera.";
+        direction: DVec3, direction = "[-1.0, -2.0, -1.0]", "Or a sun: the way that its light travels.";
+        color: Color, color = "\"#ffffff\"", "White without it.";
+        intensity: f64, intensity = "0.9", "Not negative; 1 without it. Nothing falls off with distance.";
+        shadows: bool, flag = "true", "With false, nothing is in its way.";
+    }
+}
+section! {
+    /// A sky.
+    SkyKeys "[sky]", "Soft white light from everywhere.", [] {
+        intensity: f64, intensity = "0.5", "What an open plane gets.";
+        directions: u32, directions = "64", "Suns that it is made of; 64 without it, at most 65536.";
+    }
+}
+
+/// All tables of a scene file, in the order of the manual.
+pub const SECTIONS: [&SectionInfo; 9] = [
+    &SceneKeys::INFO,
+    &CameraKeys::INFO,
+    &ImageKeys::INFO,
+    &SphereKeys::INFO,
+    &PlaneKeys::INFO,
+    &CloudKeys::INFO,
+    &LightKeys::INFO,
+    &SkyKeys::INFO,
+    &ColumnKeys::INFO,
+];
+
+/// How a value is read.
+pub type Reader<T> = fn(&Field) -> Checked<T>;
+
+/// True or false.
+pub fn flag(field: &Field) -> Checked<bool> {
+    field.value().as_bool().ok_or_else(|| field.wrong_type("true or false"))
+}
+
+/// A text in quotes.
+pub fn text(field: &Field) -> Checked<String> {
+    let text = field.value().as_str();
+    text.map(str::to_owned).ok_or_else(|| field.wrong_type("a string in quotes"))
+}
+
+/// A point, world units.
+pub fn point(field: &Field) -> Checked<DVec3> {
+    field.numbers("three numbers").map(DVec3::from_array)
+}
+
+/// A direction of any length but zero.
+pub fn direction(field: &Field) -> Checked<DVec3> {
+    match point(field)? {
+        DVec3::ZERO => Err(field.wrong(
+            format!("`{}` is the zero vector", field.key.name),
+            "a direction of any length but zero",
+        )),
+        vector => Ok(vector),
+    }
+}
+
+/// What is expected of a number, and which are.
+type Bounds = (&'static str, fn(f64) -> bool);
+
+pub(super) const FOV: Bounds =
+    ("degrees, greater than 0 and less than 180", |angle| angle > 0.0 && angle < 180.0);
+pub(super) const HEIGHT: Bounds =
+    ("a height in world units, greater than 0", |height| height > 0.0);
+
+/// A vertical field of view, degrees.
+pub fn fov(field: &Field) -> Checked<f64> {
+    field.number_within(FOV)
+}
+
+/// The height of an orthographic camera's picture, world units.
+pub fn height(field: &Field) -> Checked<f64> {
+    field.number_within(HEIGHT)
+}
+
+/// A radius, world units.
+pub fn radius(field: &Field) -> Checked<f64> {
+    field.number_within(("a number greater than 0", |radius| radius > 0.0))
+}
+
+/// How much light there is.
+pub fn intensity(field: &Field) -> Checked<f64> {
+    field.number_within(("a number that is not negative", |light| light >= 0.0))
+}
+
+/// Columns or rows of a picture.
+pub fn pixels(field: &Field) -> Checked<u32> {
+    field.whole_number(" of pixels", 1..=ImageSize::MAX_SIDE)
+}
+
+/// Samples across and down a pixel.
+pub fn samples(field: &Field) -> Checked<Samples> {
+    field.whole_number(" of samples", 1..=Samples::MOST).map(Samples::nearest)
+}
+
+/// Suns of a sky.
+pub fn directions(field: &Field) -> Checked<u32> {
+    field.whole_number(" of directions", 1..=Sky::MAX_DIRECTIONS)
+}
+
+/// Which frame of several in a file.
+pub fn frame(field: &Field) -> Checked<u32> {
+    field.whole_number(": 0 is the first frame", 0..=u32::MAX)
+}
+
+/// A colour: `"#rrggbb"`, a name of CSS, or linear red, green and blue.
+pub fn color(field: &Field) -> Checked<Color> {
+    let expected = "\"#rrggbb\" or a name of CSS (sRGB), or [r, g, b] (linear, each from 0 to 1)";
+    if let Some(text) = field.value().as_str() {
+        let near = || Color::nearest_name(text);
+        return Color::parse(text)
+            .ok_or_else(|| field.misspelt("a colour", text, near(), expected));
+    }
+    let linear = field.numbers(expected)?;
+    match linear.iter().find(|part| !(0.0..=1.0).contains(*part)) {
+        Some(part) => Err(field.wrong(format!("{part:?} in a linear colour"), expected)),
+        None => Ok(Color(linear)),
+    }
+}
+
+/// A colour, or a number for white light, which is not bounded by 1.
+pub fn ambient(field: &Field) -> Checked<Color> {
+    match field.value() {
+        DeValue::Integer(_) | DeValue::Float(_) => intensity(field).map(|light| Color([light; 3])),
+        _ => color(field),
+    }
+}
+
+/// Where a lamp is: a point, or at the eye.
+pub fn lamp(field: &Field) -> Checked<Source> {
+    match field.value().as_str() {
+        Some("eye") => Ok(Source::Eye),
+        Some(other) => {
+            Err(field
+                .wrong_value(quoted(other), "a point of three numbers, or \"eye\" for the camera"))
+        }
+        None => point(field).map(Source::Point),
+    }
+}
+
+/// Two numbers, the lesser one first.
+pub fn range(field: &Field) -> Checked<[f64; 2]> {
+    match field.numbers("two numbers, the least and the largest")? {
+        [low, high] if low < high => Ok([low, high]),
+        range => Err(field.wrong_value(
+            range,
+            "the lesser number first; a colour map is turned around by `_r` at its name: \
+             `colormap = \"viridis_r\"`",
+        )),
+    }
+}
+
+/// A colour map, by its name.
+pub fn colormap(field: &Field) -> Checked<ColorMap> {
+    let name = text(field)?;
+    ColorMap::from_name(&name).ok_or_else(|| {
+        let names: Vec<_> = ColorMap::names().collect();
+        let expected =
+            format!("one of {}, or one with `_r` behind it, turned around", names.join(", "));
+        field.misspelt("a colour map", &name, did_you_mean(ColorMap::names(), &name), &expected)
+    })
+}
+
+/// The name of a column, or its number; `None` for `false`.
+pub fn column_or_none(field: &Field) -> Checked<Option<String>> {
+    match field.value() {
+        DeValue::Boolean(false) => Ok(None),
+        DeValue::Integer(number) => Ok(Some(number.to_string())),
+        DeValue::String(text) => Ok(Some(text.to_string())),
+        _ => Err(field.wrong_type("the name of a column, or false for none")),
+    }
+}
+
+/// The name of a column, or its number.
+pub fn column(field: &Field) -> Checked<String> {
+    column_or_none(field)?.ok_or_else(|| field.wrong_type("the name of a column"))
+}
+
+/// A table under its header, or in a line.
+pub fn table<S: Section>(field: &Field) -> Checked<S> {
+    match field.value() {
+        DeValue::Table(table) => read_table(table, field.span()),
+        _ => Err(field.wrong_type(format!("one table under {}", S::INFO.header))),
+    }
+}
+
+/// Tables, each under its own header, or a list of them.
+pub fn tables<S: Section>(field: &Field) -> Checked<Vec<S>> {
+    let expected = || format!("a list of tables, each under its own {}", S::INFO.header);
+    let list = field.value().as_array().ok_or_else(|| field.wrong_type(expected()))?;
+    let read = |value: &toml::Spanned<DeValue>| match value.get_ref() {
+        DeValue::Table(table) => read_table(table, value.span()),
+        _ => Err(Field { value, ..*field }.wrong_type(expected())),
+    };
+    list.iter().map(read).collect()
+}
+
+/// What stands behind a key, as it is written.
+pub trait Value {
+    /// In TOML: read, it is the same.
+    fn toml(&self) -> String;
+}
+
+macro_rules! written_as_debug {
+    ($($type:ty),*) => {$(
+        impl Value for $type {
+            fn toml(&self) -> String {
+                format!("{self:?}")
+            }
+        }
+    )*};
+}
+
+written_as_debug!(bool, u32, f64, [f64; 2]);
+
+impl Value for str {
+    /// In double quotes; all that steers a terminal is escaped.
+    fn toml(&self) -> String {
+        let mut text = String::from('"');
+        for c in self.chars() {
+            match c {
+                '"' | '\\' => text.extend(['\\', c]),
+                '\n' => text += "\\n",
+                '\t' => text += "\\t",
+                // All of them are in Unicode's first plane.
+                c if steers(c) => text += &format!("\\u{:04x}", u32::from(c)),
+                c => text.push(c),
+            }
+        }
+        text + "\""
+    }
+}
+
+impl Value for String {
+    fn toml(&self) -> String {
+        self.as_str().toml()
+    }
+}
+
+impl Value for Option<String> {
+    fn toml(&self) -> String {
+        self.as_ref().map_or("false".into(), Value::toml)
+    }
+}
+
+impl Value for DVec3 {
+    fn toml(&self) -> String {
+        format!("{:?}", self.to_array())
+    }
+}
+
+impl Value for Source {
+    fn toml(&self) -> String {
+        match self {
+            Source::Eye => "\"eye\"".into(),
+            Source::Point(place) | Source::Sun(place) => place.toml(),
+        }
+    }
+}
+
+impl Value for Samples {
+    fn toml(&self) -> String {
+        self.across().to_string()
+    }
+}
+
+impl Value for ColorMap {
+    fn toml(&self) -> String {
+        self.name().toml()
+    }
+}
+
+impl Value for Color {
+    /// `#rrggbb` where that is this colour to the last bit; a number where it is more than a colour can be, as white
+    /// ambient light may.
+    fn toml(&self) -> String {
+        let srgb = self.to_srgb8();
+        match self.0 {
+            _ if Color::from_srgb8(srgb) == *self => hex(srgb).toml(),
+            [light, ..] if light > 1.0 => light.toml(),
+            linear => format!("{linear:?}"),
+        }
+    }
+}
+
+impl<S: Section> Value for S {
+    fn toml(&self) -> String {
+        let mut parts = Vec::new();
+        self.each(&mut |key, value| parts.push(format!("{key} = {value}")));
+        format!("{{ {} }}", parts.join(", "))
+    }
+}
+
+impl<S: Section> Value for Vec<S> {
+    fn toml(&self) -> String {
+        format!("[{}]", self.iter().map(Value::toml).collect::<Vec<_>>().join(", "))
+    }
+}
+
+/// Reads values as a command line gives them: a number, numbers between commas, or a text. What it can't read, it
+/// answers with what was expected.
+pub fn option<T>(read: Reader<T>) -> impl Fn(&str) -> Result<T, String> + Clone {
+    // As TOML has them: whole numbers stay whole, and infinity is in lower case.
+    let number = |part: &str| {
+        let part = part.trim();
+        let whole = part.parse::<i64>().ok().map(|number| number.to_string());
+        let float = || part.parse::<f64>().ok().map(|number| format!("{number:?}").to_lowercase());
+        whole.or_else(float)
+    };
+    move |text| {
+        let numbers: Option<Vec<String>> = text.split(',').map(number).collect();
+        let toml = match numbers.as_deref() {
+            Some([one]) => one.clone(),
+            Some(several) => format!("[{}]", several.join(", ")),
+            None => text.toml(),
+        };
+        // Lists have no brackets there.
+        read_value("", &toml, read).map_err(|[_, help]| help.replace(['[', ']'], ""))
+    }
+}
+
+/// Reads the TOML value of the key `name`.
+///
+/// # Errors
+/// What was found, and what was expected.
+pub fn read_value<T>(name: &'static str, toml: &str, read: Reader<T>) -> Result<T, [String; 2]> {
+    let value =
+        DeValue::parse(toml).map_err(|error| [error.message().to_owned(), String::new()])?;
+    let key = &Key { name, example: "", meaning: "" };
+    read(&Field { key, value: &value }).map_err(|fault| [fault.message, fault.help])
+}
+
+impl SceneKeys {
+    /// The text of a scene file that says this.
+    pub fn document(&self) -> String {
+        let SceneKeys { camera, image, light, sky, sphere, spheres, plane, .. } = self;
+        let top = SceneKeys {
+            background: self.background.clone(),
+            ambient: self.ambient.clone(),
+            ..SceneKeys::default()
+        };
+        let mut text = lines(&top);
+        let text = &mut text;
+        sections(camera.iter().map(|camera| &camera.value), text);
+        sections(image.iter().map(|image| &image.value), text);
+        sections(light.iter().flat_map(|all| &all.value), text);
+        sections(sky.iter().map(|sky| &sky.value), text);
+        sections(sphere.iter().flat_map(|all| &all.value), text);
+        sections(spheres.iter().flat_map(|all| &all.value), text);
+        sections(plane.iter().flat_map(|all| &all.value), text);
+        std::mem::take(text)
+    }
+}
+
+/// Each of these under its header.
+fn sections<'s, S: Section + 's>(sections: impl Iterator<Item = &'s S>, text: &mut String) {
+    for section in sections {
+        let gap = if text.is_empty() { "" } else { "\n" };
+        // A String takes all that is written to it.
+        let _ = write!(text, "{gap}{}\n{}", S::INFO.header, lines(section));
+    }
+}
+
+/// The keys of a table, a line each.
+fn lines(section: &impl Section) -> String {
+    let mut keys = Vec::new();
+    section.each(&mut |key, value| keys.push((key, value)));
+    let width = keys.iter().map(|(key, _)| key.len()).max().unwrap_or(0);
+    keys.iter().map(|(key, value)| format!("{key:<width$} = {value}\n")).collect()
+}
+
+impl ImageKeys {
+    pub(super) fn new(size: Option<[u32; 2]>, samples: Option<Samples>) -> ImageKeys {
+        let side = |side: usize| size.map(|size| size[side].into());
+        ImageKeys { width: side(0), height: side(1), samples: samples.map(Into::into), span: 0..0 }
+    }
+}
+
+impl From<&Camera> for CameraKeys {
+    fn from(camera: &Camera) -> CameraKeys {
+        let (fov, height) = match camera.projection {
+            Projection::Perspective { fov_degrees } => (Some(fov_degrees.into()), None),
+            Projection::Orthographic { height } => (None, Some(height.into())),
+        };
+        CameraKeys {
+            position: Some(camera.position.into()),
+            look_at: Some(camera.look_at.into()),
+            up: Some(camera.up.into()),
+            fov,
+            height,
+            span: 0..0,
+        }
+    }
+}
+
+impl From<&Light> for LightKeys {
+    fn from(light: &Light) -> LightKeys {
+        let (position, direction) = match light.source {
+            Source::Sun(direction) => (None, Some(direction.into())),
+            place => (Some(place.into()), None),
+        };
+        let is_white = light.color == Color([1.0; 3]);
+        LightKeys {
+            position,
+            direction,
+            color: (!is_white).then(|| light.color.into()),
+            intensity: Some(light.intensity.into()),
+            shadows: (!light.shadows).then(|| false.into()),
+            span: 0..0,
+        }
+    }
+}
+
+impl From<&Sky> for SkyKeys {
+    fn from(sky: &Sky) -> SkyKeys {
+        SkyKeys {
+            intensity: Some(sky.intensity.into()),
+            directions: Some(sky.directions.into()),
+            span: 0..0,
+        }
+    }
+}
+
+impl From<&Plane> for PlaneKeys {
+    fn from(plane: &Plane) -> PlaneKeys {
+        PlaneKeys {
+            name: plane.name.as_deref().map(|name| name.to_owned().into()),
+            point: Some(plane.point.into()),
+            normal: Some(plane.normal.into()),
+            color: Some(plane.color.into()),
+            span: 0..0,
+        }
+    }
+}
