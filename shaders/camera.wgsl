@@ -1,22 +1,16 @@
-// Twin of Frame in src/rays/camera.rs, with the origin that PlainRays in src/kernel/plain.rs adds.
-
-// Of the pixel at twice the offset (i, j) from the picture's centre; both are integers, exact in f32
-// up to 2^24. right_step and true_up_step hold h/H already.
-//#if point
-fn camera_direction(i: Real, j: Real) -> Vec3 {
-    //#if double
-    return (params.forward + params.right * (params.step * i)) + params.true_up * (params.step * j);
+// The ray of a pixel, or of a sample, by its column and row in the tile. Its formulas are printed: printed/camera.wgsl.
+//#if free
+//#else
+fn ray_at(place: vec2u) -> Ray {
+    // Integers, exact in f32 up to 2^24.
+    let across = params.step * Real(params.offset_i + 2 * i32(place.x));
+    let up = params.step * Real(params.offset_j - 2 * i32(place.y));
+    //#if point
+    let direction = camera_direction(params.forward, params.right, params.true_up, across, up);
+    return ray_from(params.origin, direction);
     //#else
-    return (params.forward + params.right_step * i) + params.true_up_step * j;
-    //#end
-}
-//#end
-//#if parallel
-fn camera_origin(i: Real, j: Real) -> Vec3 {
-    //#if double
-    return params.origin + (params.right * (params.step * i) + params.true_up * (params.step * j));
-    //#else
-    return params.origin + (params.right_step * i + params.true_up_step * j);
+    let aside = camera_origin(params.right, params.true_up, across, up);
+    return ray_from(params.origin + aside, params.forward);
     //#end
 }
 //#end

@@ -19,7 +19,6 @@ struct Lighting {
 // Of each byte where its range begins and ends, and where the next one does.
 @group(0) @binding(next) var<uniform> ends: array<vec4f, 256>;
 //#if lamps
-@group(0) @binding(next) var<uniform> lamps: array<Lamp, N_LAMPS>;
 //#if met_spheres
 struct OccludingSphere {
     met: SphereMet,
@@ -123,13 +122,7 @@ fn byte_of(low: f32, high: f32) -> u32 {
 
 // With a sample of a pixel, by its column and row among all samples of the tile. One that is left open may have any colour.
 fn with_sample_at(sum: Light, place: vec2u) -> Light {
-    let i = f32(params.offset_i + 2 * i32(place.x));
-    let j = f32(params.offset_j - 2 * i32(place.y));
-    //#if point
-    let ray = ray_from(params.origin, camera_direction(i, j));
-    //#else
-    let ray = ray_from(camera_origin(i, j), params.forward);
-    //#end
+    let ray = ray_at(place);
     let id = decide(nearest_listed(ray));
     var surface = surface_of(id, ray);
     let is_none = id == 0u;

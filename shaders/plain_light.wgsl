@@ -2,32 +2,9 @@
 // to each lamp, and what the kernel finds on it is in the way. It starts on the surface as the kernel's numbers
 // have it, or an epsilon away. Twin of src/shade/plain.rs.
 
-// Member order is checked against src/gpu/plain_light.rs by a test.
-struct Lighting {
-    ambient: Vec3,
-    // How far from a surface shadow rays start, world units.
-    epsilon: Real,
-}
-
-struct Lamp {
-    // The place of a point in the kernel's coordinates, or the way to a sun.
-    at: Vec3,
-    kind: u32,
-    // Linear light that a surface across its rays gets.
-    weight: Vec3,
-    shadows: u32,
-}
-
 // Three numbers a ray.
 @group(0) @binding(next) var<storage, read_write> lights: array<Real>;
 @group(0) @binding(next) var<uniform> lighting: Lighting;
-//#if lamps
-//#if few_lamps
-@group(0) @binding(next) var<uniform> lamps: array<Lamp, N_LAMPS>;
-//#else
-@group(0) @binding(next) var<storage, read> lamps: array<Lamp>;
-//#end
-//#end
 
 // What a ray from anywhere meets first.
 fn closest_from_anywhere(ray: Ray) -> Hit {
@@ -109,14 +86,7 @@ fn light(ray: Ray) -> Vec3 {
 @compute @workgroup_size(WORKGROUP_WIDTH, WORKGROUP_HEIGHT)
 fn render(@builtin(global_invocation_id) pixel: vec3u) {
     let index = pixel.y * params.width + pixel.x;
-    let i = Real(params.offset_i + 2 * i32(pixel.x));
-    let j = Real(params.offset_j - 2 * i32(pixel.y));
-    //#if point
-    let ray = ray_from(params.origin, camera_direction(i, j));
-    //#else
-    let ray = ray_from(camera_origin(i, j), params.forward);
-    //#end
-    let seen = light(ray);
+    let seen = light(ray_at(pixel.xy));
     if pixel.x < params.width && index < params.n_rays {
         lights[3u * index] = seen.x;
         lights[3u * index + 1u] = seen.y;

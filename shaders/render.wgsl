@@ -6,18 +6,6 @@
 @group(0) @binding(next) var<storage, read_write> normals: array<f32>;
 //#end
 //#if free
-//#if double
-struct RayRecord {
-    origin: vec3<f64>,
-    direction: vec3<f64>,
-}
-//#else
-struct RayRecord {
-    origin: vec3f,
-    origin_low: vec3f,
-    direction: vec3f,
-}
-//#end
 @group(0) @binding(next) var<storage, read> rays: array<RayRecord>;
 //#end
 
@@ -26,23 +14,15 @@ struct RayRecord {
 @compute @workgroup_size(WORKGROUP_WIDTH, WORKGROUP_HEIGHT)
 fn render(@builtin(global_invocation_id) pixel: vec3u) {
     let index = pixel.y * params.width + pixel.x;
-    //#if point
-    let i = Real(params.offset_i + 2 * i32(pixel.x));
-    let j = Real(params.offset_j - 2 * i32(pixel.y));
-    let ray = ray_from(params.origin, camera_direction(i, j));
-    //#end
-    //#if parallel
-    let i = Real(params.offset_i + 2 * i32(pixel.x));
-    let j = Real(params.offset_j - 2 * i32(pixel.y));
-    let ray = ray_from(camera_origin(i, j), params.forward);
-    //#end
     //#if free
     let record = rays[min(index, params.n_rays - 1u)];
-    //#if in_two_parts
-    let ray = ray_from_parts(record.origin, record.origin_low, record.direction);
-    //#else
+    //#if certified
     let ray = ray_from(record.origin, record.direction);
+    //#else
+    let ray = ray_from_parts(record.origin, record.origin_low, record.direction);
     //#end
+    //#else
+    let ray = ray_at(pixel.xy);
     //#end
     //#if certified
     //#if tree

@@ -1,13 +1,5 @@
 // Each ray walks through the boxes of the tree alone, as tests/src/twins/ids.rs does.
 
-// Member order is checked against src/gpu/layout.rs by a test.
-struct Walk {
-    n_boxes: u32,
-    // How far beside the true ray this one may lie.
-    beside: f32,
-    padding: vec2u,
-}
-
 @group(0) @binding(next) var<uniform> walk: Walk;
 // Textures, whose texels a software device loads for all lanes at once also within a loop: from
 // storage buffers the walk takes some hundred times as long there. Of a box, two texels (FlatBox in src/bvh/mod.rs), and
@@ -44,7 +36,7 @@ fn leaf_at(place: u32) -> SphereLeaf {
 }
 
 fn nearest_in_tree(ray: Ray, listed: Nearest) -> Nearest {
-    let slabs = slabs_of(ray.origin, ray.direction, walk.beside);
+    let slabs = slabs_of(ray, walk.beside);
     var nearest = listed;
     var at = 0u;
     while at < walk.n_boxes {
@@ -55,8 +47,8 @@ fn nearest_in_tree(ray: Ray, listed: Nearest) -> Nearest {
             let low = textureLoad(boxes, texel(2u * at), 0);
             let high = textureLoad(boxes, texel(2u * at + 1u), 0);
             let is_leaf = (low.w & IS_LEAF) != 0u;
-            let is_met =
-                meets(slabs, bitcast<vec3f>(low.xyz), bitcast<vec3f>(high.xyz), nearest.high);
+            let stretch = between(slabs, bitcast<vec3f>(low.xyz), bitcast<vec3f>(high.xyz));
+            let is_met = is_within(stretch, nearest.high);
             place = select(NO_PLACE, low.w & ~IS_LEAF, is_met & is_leaf);
             id = high.w;
             at = select(low.w, at + 1u, is_met | is_leaf);

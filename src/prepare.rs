@@ -28,7 +28,7 @@ use crate::shape::PlanePlace;
 use crate::trace::Wants;
 
 pub use crate::kernel::certified::{FEW_SPHERES, LISTED_SPHERES};
-pub use crate::kernel::coordinates::{RayRecord, RayRecordDouble, split};
+pub use crate::kernel::coordinates::split;
 pub use crate::kernel::{Lists, Objects};
 pub use crate::num::{Scaled, exponent_of, power_of_two};
 pub use certified_light::{CertifiedLamp, CertifiedLighting};

@@ -1,4 +1,4 @@
-// Printed from src/num and src/seen; see tests/library/printed.rs.
+// Printed from the Rust text; see tests/library/printed.rs.
 
 struct Lengths {
     longest: f32,

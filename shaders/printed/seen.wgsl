@@ -1,4 +1,4 @@
-// Printed from src/num and src/seen; see tests/library/printed.rs.
+// Printed from the Rust text; see tests/library/printed.rs.
 
 struct Ray {
     origin: vec3f,
@@ -161,4 +161,46 @@ fn decide(nearest: Nearest) -> u32 {
     let is_hit = (nearest.high < nearest.second) & (nearest.high < 0x1p127f);
     let is_sure = is_hit | is_none;
     return select(0xffffffffu, nearest.id, is_sure);
+}
+
+struct Slabs {
+    near_origin: vec3f,
+    far_origin: vec3f,
+    near_inverse: vec3f,
+    far_inverse: vec3f,
+}
+
+struct Stretch {
+    enter: vec3f,
+    leave: vec3f,
+}
+
+fn slabs_of(ray: Ray, beside: f32) -> Slabs {
+    let slack = max(max(abs(ray.origin.x), abs(ray.origin.y)), abs(ray.origin.z))
+        * 2.0861626e-7 + beside;
+    let goes_down = ray.direction < vec3f(0.0);
+    let steep = max(abs(ray.direction), vec3f(0x1p-80f));
+    let way = select(steep, -steep, goes_down);
+    let aside = select(vec3f(slack), vec3f(-slack), goes_down);
+    let inverse = 1.0 / way;
+    let near_origin = ray.origin + aside;
+    let far_origin = ray.origin - aside;
+    let near_inverse = inverse * 0.9999992;
+    let far_inverse = inverse * 1.0000008;
+    return Slabs(near_origin, far_origin, near_inverse, far_inverse);
+}
+
+fn between(slabs: Slabs, low: vec3f, high: vec3f) -> Stretch {
+    let goes_down = slabs.near_inverse < vec3f(0.0);
+    let near_side = select(low, high, goes_down);
+    let far_side = select(high, low, goes_down);
+    let enter = (near_side - slabs.near_origin) * slabs.near_inverse;
+    let leave = (far_side - slabs.far_origin) * slabs.far_inverse;
+    return Stretch(enter, leave);
+}
+
+fn is_within(stretch: Stretch, t_max: f32) -> bool {
+    let first = max(max(max(stretch.enter.x, stretch.enter.y), stretch.enter.z), 0.0);
+    let last = min(min(min(stretch.leave.x, stretch.leave.y), stretch.leave.z), t_max);
+    return first <= last;
 }

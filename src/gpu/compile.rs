@@ -5,8 +5,8 @@ use naga::back::spv;
 use naga::compact::{KeepUnused, compact};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
+use super::layout::{Lamp, Layout, Lighting, Params, RayRecord, Walk};
 use super::self_test::NUMERATOR;
-use super::slabs::SlabRoom;
 use super::texture::TEXELS_PER_ROW;
 use crate::bvh::IS_LEAF;
 use crate::error::{Error, Result};
@@ -18,9 +18,7 @@ use crate::rays::Bundle;
 /// Invocations of one workgroup, columns × rows of the tile.
 pub const WORKGROUP: [u32; 2] = [8, 8];
 
-const PARAMS: Part = part!("params.wgsl");
 const RENDER: Part = part!("render.wgsl");
-const OBJECTS: Part = part!("objects.wgsl");
 const PLAIN_LIGHT: Part = part!("plain_light.wgsl");
 const PRINTED_LIGHT: Part = part!("printed/light.wgsl");
 const LIT: Part = part!("lit.wgsl");
@@ -50,13 +48,8 @@ pub type Edit = Box<dyn Fn(&str) -> String + Send + Sync>;
 
 /// [`compile`], with the text edited where that is wanted.
 pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Shader> {
-    let [vec, camera] = SHARED_PARTS;
-    let mut parts = vec![vec];
-    if key.bundle != Bundle::Free {
-        parts.push(camera);
-    }
+    let mut parts = SHARED_PARTS.to_vec();
     parts.extend(key.kernel.about().wgsl.parts);
-    parts.extend([PARAMS, OBJECTS]);
     match key.light {
         Some(LightKey::Plain { .. }) => parts.push(PLAIN_LIGHT),
         Some(LightKey::Certified { .. }) => parts.extend([PRINTED_LIGHT, LIT]),
@@ -103,10 +96,22 @@ impl Choices<'_> {
 /// Bytes that each device's uniforms hold.
 const UNIFORM_BYTES: usize = 16 << 10;
 
-/// Whether a uniform has room for so many spheres, or planes.
-pub(super) fn are_few(key: &ShaderKey) -> [bool; 2] {
+/// What rays look at one after the other: its names, and where it is. The numbers of a uniform are loaded once for all lanes,
+/// within loops as well; what it has no room for lies in a buffer.
+fn lists(key: &ShaderKey) -> String {
     let [sphere, plane] = key.kernel.about().record_bytes;
-    [key.n_spheres * sphere, key.n_planes * plane].map(|bytes| bytes <= UNIFORM_BYTES)
+    let lists = [
+        ("spheres", "SphereRecord", key.n_spheres, sphere),
+        ("planes", "PlaneRecord", key.n_planes, plane),
+        ("lamps", "Lamp", n_lamps(key), LAMP_BYTES),
+    ];
+    let list = |(name, element, n, bytes): (&str, &str, usize, usize)| match n * bytes
+        <= UNIFORM_BYTES
+    {
+        true => format!("@group(0) @binding(next) var<uniform> {name}: array<{element}, {n}>;\n"),
+        false => format!("@group(0) @binding(next) var<storage, read> {name}: array<{element}>;\n"),
+    };
+    lists.into_iter().filter(|&(_, _, n, _)| n > 0).map(list).collect()
 }
 
 /// Loops around loops take twice as long on lavapipe, and long texts long to compile.
@@ -138,7 +143,6 @@ fn flags(key: &ShaderKey) -> Vec<(bool, &'static str)> {
     let is_point = key.bundle == Bundle::Point;
     let is_plain_light = matches!(key.light, Some(LightKey::Plain { .. }));
     let is_moved = is_plain_light && is_point && key.kernel.about().space == Space::Reference;
-    let [few_spheres, few_planes] = are_few(key);
     let (met_spheres, met_planes) = match key.light {
         Some(LightKey::Certified { n_spheres, n_planes, .. }) => (n_spheres > 0, n_planes > 0),
         _ => (false, false),
@@ -146,21 +150,16 @@ fn flags(key: &ShaderKey) -> Vec<(bool, &'static str)> {
     [
         (key.n_spheres > 0, "spheres"),
         (key.n_planes > 0, "planes"),
-        (few_spheres, "few_spheres"),
-        (few_planes, "few_planes"),
         (key.surface || is_plain_light, "surface"),
         (n_lamps(key) > 0, "lamps"),
-        (n_lamps(key) <= MOST_LAMPS, "few_lamps"),
         (met_spheres, "met_spheres"),
         (met_planes, "met_planes"),
         (is_moved, "moved"),
         (is_moved || !is_point, "anywhere"),
         (is_point, "point"),
-        (key.bundle == Bundle::Parallel, "parallel"),
         (key.bundle == Bundle::Free, "free"),
         (key.kernel.about().float == Float::F64, "double"),
         (is_certified, "certified"),
-        (key.kernel.about().float == Float::F32 && !is_certified, "in_two_parts"),
         (key.close, "close"),
         (key.spheres == Finding::Tree, "tree"),
     ]
@@ -188,23 +187,8 @@ fn constants(key: &ShaderKey) -> String {
             ("ROW_BITS", format!("{}u", TEXELS_PER_ROW.ilog2())),
         ]);
     }
-    if key.spheres == Finding::Tree {
-        let SlabRoom { aside, flat, nearer, farther, .. } = SlabRoom::f32();
-        let room = [
-            ("ASIDE_ROOM", aside),
-            ("FLAT", flat),
-            ("NEARER", nearer),
-            ("FARTHER", farther),
-            ("LARGEST_F32", f32::MAX),
-        ];
-        constants.extend(room.map(|(name, value)| (name, Float::F32.literal(value.into()))));
-    }
     let unsigned = |name, value: usize| (name, format!("{value}u"));
-    constants.extend([
-        unsigned("N_SPHERES", key.n_spheres),
-        unsigned("N_PLANES", key.n_planes),
-        unsigned("N_LAMPS", n_lamps(key)),
-    ]);
+    constants.extend([unsigned("N_SPHERES", key.n_spheres), unsigned("N_PLANES", key.n_planes)]);
     match key.light {
         Some(LightKey::Plain { .. }) => constants.extend([
             unsigned("LAMP_EYE", lamp_kind::EYE as usize),
@@ -227,7 +211,18 @@ fn constants(key: &ShaderKey) -> String {
     for (name, value) in constants {
         text += &format!("const {name} = {value};\n");
     }
-    text
+    text += &Params::declaration();
+    text += "@group(0) @binding(next) var<uniform> params: Params;\n";
+    if key.bundle == Bundle::Free {
+        text += &RayRecord::declaration();
+    }
+    if key.spheres == Finding::Tree {
+        text += &Walk::declaration();
+    }
+    if matches!(key.light, Some(LightKey::Plain { .. })) {
+        text += &(Lighting::declaration() + &Lamp::declaration());
+    }
+    text + &lists(key)
 }
 
 /// The names of a number and of a vector in the parts that several kernels share.
@@ -273,8 +268,8 @@ fn compile_parts(parts: &[Part], choices: &Choices) -> Result<Shader> {
 /// Up to so many lamps, times samples, are looked at without a loop.
 pub(super) const MOST_REPEATED: usize = 32;
 
-/// Lamps of 64 bytes that a uniform has room for.
-const MOST_LAMPS: usize = UNIFORM_BYTES / 64;
+/// Bytes of a lamp, at most.
+const LAMP_BYTES: usize = 64;
 
 /// Turns of loops after which a shader may be stopped: llvmpipe ends all loops of an invocation after 65 535
 /// (`LP_MAX_TGSI_LOOP_ITERATIONS`), without a word, and goes on behind them.

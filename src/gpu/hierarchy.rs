@@ -1,12 +1,13 @@
 //! A tree over spheres on the device.
 
 use super::device::OpenDevice;
-use super::layout::Walk;
+use super::layout::{Layout, Walk};
 use super::pipeline::{Named, Resource};
-use super::slabs::SlabRoom;
+use super::slabs::LEAST_SLACK;
 use super::texture::{TEXEL_BYTES, TEXELS_PER_ROW, texture};
 use crate::bvh::FlatBox;
 use crate::error::{Error, Result};
+use crate::kernel::Float;
 use crate::prepare::{InSpace, Prepared};
 
 /// The tree over many spheres.
@@ -29,12 +30,12 @@ impl DeviceHierarchy {
         check_limits(gpu, hierarchy.bvh.spheres.len(), rest.len())?;
         let Some(InSpace { boxes, beside }) = prepared.in_space()? else { return Ok(None) };
         let n_boxes = boxes.len() as u32;
-        let beside = SlabRoom::f32().least_slack + beside;
+        let beside = f64::from(LEAST_SLACK + beside);
         // Behind the boxes the ids of the spheres beside the tree, a texel each.
         let mut texels: Vec<[u32; 4]> = bytemuck::cast_vec(boxes);
         texels.extend(rest.into_iter().map(|id| [id, 0, 0, 0]));
         let leaves = hierarchy.leaves.words();
-        let walk = bytemuck::bytes_of(&Walk { n_boxes, beside, ..Walk::default() }).to_vec();
+        let walk = Walk { n_boxes, beside }.bytes(Float::F32);
         let list = |name, bytes| texture(gpu, name, bytes).map(Resource::Texture);
         let bound = [
             ("walk", gpu.filled("walk", &walk).into()),

@@ -1,80 +1,203 @@
-//! The structs that the device sees besides the kernels' records. A test checks their offsets against
-//! naga's.
+//! The structs that shaders have besides the records of objects, each said once: its text in WGSL and its bytes come from here.
+//! A test compares where its members lie with where naga has them.
 
-use bytemuck::{Pod, Zeroable};
+use crate::kernel::Float;
+use crate::kernel::coordinates::{Coordinates, split};
+use crate::rays::Ray;
 
-/// Twin of `Params` in `shaders/render.wgsl`.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct Params {
-    /// View axis.
-    pub forward: [f32; 3],
-    /// Number of spheres.
-    pub n_spheres: u32,
-    /// Half a pixel to the right, at distance 1.
-    pub right_step: [f32; 3],
-    /// Number of planes.
-    pub n_planes: u32,
-    /// Half a pixel to the top at distance 1.
-    pub true_up_step: [f32; 3],
-    /// +∞, which WGSL has no literal for.
-    pub infinity: f32,
-    /// The camera's position for `lecture`, world units; zero otherwise.
-    pub origin: [f32; 3],
-    /// Rays of the tile.
-    pub n_rays: u32,
-    /// Twice the offset of the tile's first pixel from the picture's centre, right.
-    pub offset_i: i32,
-    /// The same, up.
-    pub offset_j: i32,
-    /// Columns of the tile.
-    pub width: u32,
-    /// Fills WGSL's 16-byte alignment of the struct.
-    pub padding: u32,
+/// A number, three of them, or a whole number. In WGSL a number is a `Real`, which a kernel says what that is.
+pub trait Member {
+    /// Its type in WGSL.
+    fn wgsl(&self) -> &'static str;
+    /// It begins at a multiple of so many bytes.
+    fn align(&self, real: Float) -> usize;
+    /// Appends its bytes.
+    fn put(&self, real: Float, bytes: &mut Vec<u8>);
 }
 
-/// Twin of `Params` in `shaders/render.wgsl` for the kernel `double`.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct ParamsDouble {
-    /// View axis.
-    pub forward: [f64; 3],
-    /// Number of spheres.
-    pub n_spheres: u32,
-    /// Number of planes.
-    pub n_planes: u32,
-    /// To the right.
-    pub right: [f64; 3],
-    /// Half a pixel at distance 1.
-    pub step: f64,
-    /// To the top.
-    pub true_up: [f64; 3],
-    /// +∞, which WGSL has no literal for.
-    pub infinity: f64,
-    /// The camera's position relative to the reference point.
-    pub origin: [f64; 3],
-    /// Rays of the tile.
-    pub n_rays: u32,
-    /// Twice the offset of the tile's first pixel from the picture's centre, right.
-    pub offset_i: i32,
-    /// The same, up.
-    pub offset_j: i32,
-    /// Columns of the tile.
-    pub width: u32,
-    /// Fills WGSL's 32-byte alignment of the struct.
-    pub padding: [u32; 6],
+impl Member for f64 {
+    fn wgsl(&self) -> &'static str {
+        "Real"
+    }
+    fn align(&self, real: Float) -> usize {
+        match real {
+            Float::F32 => size_of::<f32>(),
+            Float::F64 => size_of::<f64>(),
+        }
+    }
+    fn put(&self, real: Float, bytes: &mut Vec<u8>) {
+        match real {
+            Float::F32 => bytes.extend_from_slice(&(*self as f32).to_ne_bytes()),
+            Float::F64 => bytes.extend_from_slice(&self.to_ne_bytes()),
+        }
+    }
 }
 
-/// Twin of `Walk` in `shaders/tree.wgsl`.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct Walk {
-    /// Boxes of the tree.
-    pub n_boxes: u32,
-    /// How far beside the true ray that of the device may lie.
-    pub beside: f32,
-    /// Fills 16 bytes.
-    pub padding: [u32; 2],
+impl Member for [f64; 3] {
+    fn wgsl(&self) -> &'static str {
+        "Vec3"
+    }
+    fn align(&self, real: Float) -> usize {
+        4 * self[0].align(real)
+    }
+    fn put(&self, real: Float, bytes: &mut Vec<u8>) {
+        self.iter().for_each(|x| x.put(real, bytes));
+    }
+}
+
+macro_rules! whole_numbers {
+    ($($whole:ident)*) => {$(
+        impl Member for $whole {
+            fn wgsl(&self) -> &'static str {
+                stringify!($whole)
+            }
+            fn align(&self, _: Float) -> usize {
+                size_of::<$whole>()
+            }
+            fn put(&self, _: Float, bytes: &mut Vec<u8>) {
+                bytes.extend_from_slice(&self.to_ne_bytes());
+            }
+        }
+    )*};
+}
+whole_numbers! { u32 i32 }
+
+/// A struct that shaders have as well.
+pub trait Layout: Default {
+    /// Its name there.
+    const NAME: &'static str;
+
+    /// Shows its members, in their order.
+    fn members(&self, show: &mut dyn FnMut(&'static str, &dyn Member));
+
+    /// The struct in WGSL.
+    fn declaration() -> String {
+        let mut text = format!("struct {} {{", Self::NAME);
+        let mut add = |name: &str, member: &dyn Member| {
+            text += &format!(" {name}: {},", member.wgsl());
+        };
+        Self::default().members(&mut add);
+        text + " }\n"
+    }
+
+    /// Appends its bytes, and what is left free up to the next one.
+    fn put(&self, real: Float, bytes: &mut Vec<u8>) {
+        let mut largest = 1;
+        self.members(&mut |_, member| {
+            let align = member.align(real);
+            bytes.resize(bytes.len().next_multiple_of(align), 0);
+            member.put(real, bytes);
+            largest = largest.max(align);
+        });
+        bytes.resize(bytes.len().next_multiple_of(largest), 0);
+    }
+
+    /// Its bytes.
+    fn bytes(&self, real: Float) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        self.put(real, &mut bytes);
+        bytes
+    }
+}
+
+macro_rules! layouts {
+    ($($(#[$doc:meta])* $name:ident { $($(#[$of:meta])* $field:ident: $type:ty,)* })*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default)]
+        pub struct $name { $($(#[$of])* pub $field: $type,)* }
+
+        impl Layout for $name {
+            const NAME: &'static str = stringify!($name);
+
+            fn members(&self, show: &mut dyn FnMut(&'static str, &dyn Member)) {
+                $(show(stringify!($field), &self.$field);)*
+            }
+        }
+    )*};
+}
+
+layouts! {
+    /// What all rays of a dispatch share.
+    Params {
+        /// View axis.
+        forward: [f64; 3],
+        /// Number of spheres.
+        n_spheres: u32,
+        /// A step to the right of the picture, at distance 1.
+        right: [f64; 3],
+        /// Number of planes.
+        n_planes: u32,
+        /// A step to its top.
+        true_up: [f64; 3],
+        /// Steps of half a pixel; where the kernel is in f32, they are half a pixel.
+        step: f64,
+        /// The camera's position in the kernel's coordinates.
+        origin: [f64; 3],
+        /// +∞, which WGSL has no literal for.
+        infinity: f64,
+        /// Rays of the tile.
+        n_rays: u32,
+        /// Twice the offset of the tile's first pixel from the picture's centre, right.
+        offset_i: i32,
+        /// The same, up.
+        offset_j: i32,
+        /// Columns of the tile.
+        width: u32,
+    }
+
+    /// A ray of a list.
+    RayRecord {
+        /// Its origin in the kernel's coordinates.
+        origin: [f64; 3],
+        /// What f32 rounds off that.
+        origin_low: [f64; 3],
+        /// Its direction, as [`Coordinates::ray`](crate::kernel::coordinates::Coordinates::ray) has it.
+        direction: [f64; 3],
+    }
+
+    /// What a walk through the boxes of a tree has to know.
+    Walk {
+        /// Boxes of the tree.
+        n_boxes: u32,
+        /// How far beside the true ray that of the device may lie.
+        beside: f64,
+    }
+
+    /// The light of kernels without a proof.
+    Lighting {
+        /// Light from nowhere.
+        ambient: [f64; 3],
+        /// How far from a surface shadow rays start, world units.
+        epsilon: f64,
+    }
+
+    /// One of their lights, or a sun of the sky.
+    Lamp {
+        /// The place of a point in the kernel's coordinates, or the way to a sun.
+        at: [f64; 3],
+        /// One of [`lamp_kind`](crate::prepare::lamp_kind).
+        kind: u32,
+        /// Linear light that a surface across its rays gets.
+        weight: [f64; 3],
+        /// 0 where nothing is in its way.
+        shadows: u32,
+    }
+}
+
+impl RayRecord {
+    /// A ray of a list.
+    pub fn new(coordinates: Coordinates, ray: &Ray) -> RayRecord {
+        let (origin, direction, _) = coordinates.ray(ray);
+        let (origin, direction) = (origin.to_array(), direction.to_array());
+        match coordinates.kernel.about().float {
+            Float::F32 => {
+                let [origin, origin_low] =
+                    split::<f32>(origin.into()).map(|part| part.map(f64::from));
+                RayRecord { origin, origin_low, direction }
+            }
+            Float::F64 => RayRecord { origin, origin_low: [0.0; 3], direction },
+        }
+    }
 }
 
 #[cfg(test)]
@@ -83,9 +206,7 @@ mod tests {
 
     use super::*;
     use crate::gpu::compile::compile;
-    use crate::gpu::plain_light::{LampF32, LampF64, LightingF32, LightingF64};
     use crate::kernel::certified::{PlaneWords, SphereWords};
-    use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
     use crate::kernel::{lecture, relative};
     use crate::num::V3;
     use crate::num::fields::{Fields, Source, words};
@@ -128,101 +249,64 @@ mod tests {
     }
 
     macro_rules! check {
-        ($kernel:ident, $bundle:ident, $ty:ty, $name:literal, $($field:ident),+) => {
+        ($kernel:ident, $ty:ty, $name:literal, $($field:ident),+) => {
             let expected = vec![$((stringify!($field).to_string(), offset_of!($ty, $field) as u32)),+];
-            let (span, members) = device_layout(Kernel::$kernel, Bundle::$bundle, $name);
+            let (span, members) = device_layout(Kernel::$kernel, Bundle::Point, $name);
             assert_eq!(members, expected, "{}", $name);
             assert_eq!(span, size_of::<$ty>() as u32, "{}", $name);
         };
     }
 
     #[test]
-    fn device_structs_have_nagas_offsets() {
-        check!(
-            Stable,
-            Point,
-            Params,
-            "Params",
-            forward,
-            n_spheres,
-            right_step,
-            n_planes,
-            true_up_step,
-            infinity,
-            origin,
-            n_rays,
-            offset_i,
-            offset_j,
-            width,
-            padding
-        );
-        check!(Lecture, Point, lecture::SphereLecture, "SphereLecture", center, radius);
-        check!(Lecture, Point, lecture::PlaneLecture, "PlaneLecture", point, normal);
-        check!(
-            Stable,
-            Point,
-            relative::SphereStable,
-            "SphereRelative",
-            center,
-            radius,
-            center_low,
-            k
-        );
-        check!(
-            Stable,
-            Point,
-            relative::PlaneStable,
-            "PlaneRelative",
-            offset,
-            n_offset,
-            offset_low,
-            normal
-        );
-        check!(
-            Double,
-            Point,
-            ParamsDouble,
-            "Params",
-            forward,
-            n_spheres,
-            n_planes,
-            right,
-            step,
-            true_up,
-            infinity,
-            origin,
-            n_rays,
-            offset_i,
-            offset_j,
-            width
-        );
-        check!(
-            Double,
-            Point,
-            relative::SphereDouble,
-            "SphereRelative",
-            center,
-            radius,
-            center_low,
-            k
-        );
-        check!(
-            Double,
-            Point,
-            relative::PlaneDouble,
-            "PlaneRelative",
-            offset,
-            n_offset,
-            offset_low,
-            normal
-        );
-        check!(Double, Free, RayRecordDouble, "RayRecord", origin, direction);
-        check!(Stable, Point, LightingF32, "Lighting", ambient, epsilon);
-        check!(Double, Point, LightingF64, "Lighting", ambient, epsilon);
-        check!(Stable, Point, LampF32, "Lamp", at, kind, weight, shadows);
-        check!(Double, Point, LampF64, "Lamp", at, kind, weight, shadows);
-        check!(Stable, Free, RayRecord, "RayRecord", origin, origin_low, direction);
-        check!(Certified, Point, Walk, "Walk", n_boxes, beside, padding);
+    fn records_of_objects_have_nagas_offsets() {
+        use lecture::{PlaneLecture, SphereLecture};
+        use relative::{PlaneDouble, PlaneStable, SphereDouble, SphereStable};
+        check!(Lecture, SphereLecture, "SphereLecture", center, radius);
+        check!(Lecture, PlaneLecture, "PlaneLecture", point, normal);
+        check!(Stable, SphereStable, "SphereRelative", center, radius, center_low, k);
+        check!(Stable, PlaneStable, "PlaneRelative", offset, n_offset, offset_low, normal);
+        check!(Double, SphereDouble, "SphereRelative", center, radius, center_low, k);
+        check!(Double, PlaneDouble, "PlaneRelative", offset, n_offset, offset_low, normal);
+    }
+
+    #[test]
+    #[should_panic(expected = "PlaneLecture")]
+    fn a_swapped_member_is_noticed() {
+        check!(Lecture, lecture::PlaneLecture, "PlaneLecture", normal, point);
+    }
+
+    fn check_layout<T: Layout>(kernel: Kernel, bundle: Bundle) {
+        let real = kernel.about().float;
+        let (mut bytes, mut members) = (Vec::new(), Vec::new());
+        T::default().members(&mut |name, member| {
+            bytes.resize(bytes.len().next_multiple_of(member.align(real)), 0u8);
+            members.push((name.to_string(), bytes.len() as u32));
+            member.put(real, &mut bytes);
+        });
+        let span = T::default().bytes(real).len() as u32;
+        assert_eq!(device_layout(kernel, bundle, T::NAME), (span, members), "{}", T::NAME);
+    }
+
+    #[test]
+    fn layouts_are_nagas() {
+        for kernel in [Kernel::Stable, Kernel::Double] {
+            check_layout::<Params>(kernel, Bundle::Point);
+            check_layout::<RayRecord>(kernel, Bundle::Free);
+            check_layout::<Lighting>(kernel, Bundle::Point);
+            check_layout::<Lamp>(kernel, Bundle::Point);
+        }
+        check_layout::<Walk>(Kernel::Certified, Bundle::Point);
+    }
+
+    /// Numbers of other types, at their places.
+    #[test]
+    fn members_are_written_where_they_lie() {
+        let lamp = Lamp { at: [1.0, 2.0, 3.0], kind: 4, weight: [5.0, 6.0, 7.0], shadows: 8 };
+        let bytes = lamp.bytes(Float::F64);
+        let number = |at: usize| f64::from_ne_bytes(bytes[at..at + 8].try_into().unwrap());
+        let whole = |at: usize| u32::from_ne_bytes(bytes[at..at + 4].try_into().unwrap());
+        assert_eq!([0, 8, 16, 32, 40, 48].map(number), [1.0, 2.0, 3.0, 5.0, 6.0, 7.0]);
+        assert_eq!(([24, 56].map(whole), bytes.len()), ([4, 8], 64));
     }
 
     /// Finds each field of a record in its words.
@@ -257,28 +341,5 @@ mod tests {
         check_words::<SphereSeen<f32>, { size_of::<SphereWords>() / 4 }>();
         check_words::<PlaneSeen<f32>, { size_of::<PlaneWords>() / 4 }>();
         check_words::<SphereLeaf<f32>, 8>();
-    }
-
-    #[test]
-    #[should_panic(expected = "Params")]
-    fn a_swapped_member_is_noticed() {
-        check!(
-            Stable,
-            Point,
-            Params,
-            "Params",
-            forward,
-            n_spheres,
-            right_step,
-            n_planes,
-            true_up_step,
-            infinity,
-            origin,
-            n_rays,
-            offset_j,
-            offset_i,
-            width,
-            padding
-        );
     }
 }

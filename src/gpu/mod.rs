@@ -21,7 +21,7 @@ mod tracer;
 
 pub use adapter::{AdapterFacts, Pick, has_software_alone, list_adapters};
 pub use compile::{Shader, compile};
-pub use layout::Params;
+pub use layout::{Layout, Params, RayRecord, Walk};
 pub use open::Gpu;
 pub use self_test::Arithmetic;
 pub use tracer::GpuTracer;

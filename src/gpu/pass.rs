@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::clock::Clock;
-use super::layout::{Params, ParamsDouble};
+use super::device::OpenDevice;
+use super::layout::{Layout, Params, RayRecord};
 use super::open::Gpu;
 use super::pipeline::{Named, whole};
 use super::program::Program;
@@ -12,12 +13,11 @@ use super::tiles::{Tile, TileSize};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::kernel::Float;
-use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
 use crate::prepare::{LightKey, Prepared, ShaderKey};
 use crate::rays::Bundle;
 use crate::trace::{Rays, Timing};
 
-/// An array with an element for each ray, as a shader has it: its name, and bytes of an element.
+/// An array that a shader fills, with an element for each ray: its name, and bytes of an element.
 type PerRay = (&'static str, usize);
 
 /// What a shader makes of each ray, in the order in which it comes to the host.
@@ -48,20 +48,109 @@ pub struct Pass {
     /// What all tiles bind.
     bound: Vec<Named>,
     results: Vec<PerRay>,
-    /// Bytes of a ray that the host gives.
+    /// Bytes of a ray that the host gives, and where they lie.
     ray_bytes: Option<usize>,
+    rays: Option<wgpu::Buffer>,
     room: Option<Room>,
     tile_size: TileSize,
     clock: Option<Clock>,
 }
 
-/// The buffers whose size depends on the tile's, and the bind group that names them.
-struct Room {
+/// Room for what a shader makes of so many rays, and its way to the host.
+pub struct Room {
     n_rays: usize,
-    results: Vec<wgpu::Buffer>,
-    rays: Option<wgpu::Buffer>,
+    /// The arrays, with bytes of an element.
+    results: Vec<(usize, wgpu::Buffer)>,
     staging: wgpu::Buffer,
     bind_group: wgpu::BindGroup,
+}
+
+impl Room {
+    /// Makes room, and binds it with all else that the shader binds.
+    ///
+    /// # Errors
+    /// [`Error::Shader`] where that is not what the shader binds, [`Error::TooLarge`] where the device has no memory for it.
+    pub fn new(
+        gpu: &OpenDevice,
+        program: &Program,
+        n_rays: usize,
+        results: &[PerRay],
+        mut bound: Vec<Named>,
+    ) -> Result<Room> {
+        use wgpu::BufferUsages as Usage;
+        let buffer = |&(name, bytes): &PerRay| {
+            let buffer = gpu.buffer(name, n_rays * bytes, Usage::STORAGE | Usage::COPY_SRC);
+            bound.push((name, buffer.clone().into()));
+            (bytes, buffer)
+        };
+        let results: Vec<_> = results.iter().map(buffer).collect();
+        let n_bytes = n_rays * results.iter().map(|(bytes, _)| bytes).sum::<usize>();
+        let staging = gpu.buffer("staging", n_bytes, Usage::MAP_READ | Usage::COPY_DST);
+        let bind_group = program.bindings.bind(&gpu.device, bound.iter().map(whole))?;
+        gpu.check()?;
+        Ok(Room { n_rays, results, staging, bind_group })
+    }
+
+    /// Bytes on the device.
+    fn bytes(&self) -> u64 {
+        let of_results = self.results.iter().map(|(_, buffer)| buffer.size());
+        of_results.sum::<u64>() + self.staging.size()
+    }
+
+    /// Commands that run the shader.
+    pub fn dispatch(
+        &self,
+        gpu: &OpenDevice,
+        program: &Program,
+        [x, y]: [u32; 2],
+        clock: Option<&Clock>,
+    ) -> wgpu::CommandEncoder {
+        let mut encoder = gpu.encoder();
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: None,
+            timestamp_writes: clock.map(Clock::around_pass),
+        });
+        pass.set_pipeline(&program.pipeline);
+        pass.set_bind_group(0, &self.bind_group, &[]);
+        pass.dispatch_workgroups(x, y, 1);
+        drop(pass);
+        if let Some(clock) = clock {
+            clock.stop(&mut encoder);
+        }
+        encoder
+    }
+
+    /// Submits the commands, and hands on what they made of the first rays, array by array. Returns when they were
+    /// made.
+    ///
+    /// # Errors
+    /// What `unfinished` says of a reason when the device takes too long, [`Error::Device`] when it fails.
+    pub fn read(
+        &self,
+        gpu: &OpenDevice,
+        mut encoder: wgpu::CommandEncoder,
+        n_rays: usize,
+        unfinished: impl FnOnce(&str) -> Error,
+        take: &mut dyn FnMut(&[&[u8]]),
+    ) -> Result<Instant> {
+        let (mut end, mut ranges) = (0, Vec::new());
+        for (bytes, buffer) in &self.results {
+            let size = n_rays * bytes;
+            encoder.copy_buffer_to_buffer(buffer, 0, &self.staging, end as u64, Some(size as u64));
+            ranges.push(end..end + size);
+            end += size;
+        }
+        gpu.submit(encoder.finish());
+        let mapped = gpu.map(&self.staging, end as u64);
+        gpu.check()?;
+        let view = mapped.map_err(|reason| unfinished(&reason))?;
+        let made = Instant::now();
+        let arrays: Vec<&[u8]> = ranges.into_iter().map(|range| &view[range]).collect();
+        take(&arrays);
+        drop(view);
+        self.staging.unmap();
+        Ok(made)
+    }
 }
 
 impl Pass {
@@ -78,10 +167,8 @@ impl Pass {
         bound: Vec<Named>,
     ) -> Result<Pass> {
         let float = key.kernel.about().float;
-        let (n_bytes, ray_bytes) = match float {
-            Float::F64 => (size_of::<ParamsDouble>(), size_of::<RayRecordDouble>()),
-            Float::F32 => (size_of::<Params>(), size_of::<RayRecord>()),
-        };
+        let one_ray = Params { n_rays: 1, ..Params::default() }.bytes(float);
+        let ray_bytes = RayRecord::default().bytes(float).len();
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let mut pass = Pass {
             program: gpu.program(key)?,
@@ -90,21 +177,20 @@ impl Pass {
                 Some(LightKey::Certified { n_samples, .. }) => n_samples,
                 _ => 1,
             },
-            params: gpu.buffer("params", n_bytes, usage),
+            params: gpu.buffer("params", one_ray.len(), usage),
             bound,
             results: results_of(key),
             ray_bytes: (key.bundle == Bundle::Free).then_some(ray_bytes),
+            rays: None,
             room: None,
             tile_size: TileSize::first(prepared),
             clock: None,
             gpu: Arc::clone(gpu),
         };
         let room = pass.make_room(64)?;
-        match float {
-            Float::F64 => pass.write_params(&ParamsDouble { n_rays: 1, ..Default::default() }),
-            Float::F32 => pass.write_params(&Params { n_rays: 1, ..Default::default() }),
-        }
-        let submission = gpu.submit(pass.dispatch(&room, [1, 1]).finish());
+        gpu.queue.write_buffer(&pass.params, 0, &one_ray);
+        let encoder = room.dispatch(gpu, &pass.program, [1, 1], None);
+        let submission = gpu.submit(encoder.finish());
         pass.room = Some(room);
         gpu.wait(submission).map_err(|reason| pass.lost(1, &reason))?;
         gpu.check()?;
@@ -125,11 +211,9 @@ impl Pass {
 
     /// Bytes on the device, beside what is bound.
     pub fn bytes(&self) -> u64 {
-        let of_room = |room: &Room| {
-            let buffers = room.results.iter().chain(&room.rays).chain([&room.staging]);
-            buffers.map(wgpu::Buffer::size).sum::<u64>()
-        };
-        self.params.size() + self.room.as_ref().map_or(0, of_room)
+        self.params.size()
+            + self.rays.as_ref().map_or(0, wgpu::Buffer::size)
+            + self.room.as_ref().map_or(0, Room::bytes)
     }
 
     /// Runs the shader for rays that the scene is prepared for, or for pixels of whose samples it is.
@@ -175,75 +259,22 @@ impl Pass {
         take: Take,
     ) -> Result<Timing> {
         let start = Instant::now();
-        match self.float {
-            Float::F64 => self.write_params(&tile.params_double(prepared, rays)),
-            Float::F32 => self.write_params(&tile.params(prepared, rays, self.n_samples)),
-        }
-        if let (Some(buffer), Rays::List(rays)) = (&room.rays, rays) {
-            let (coordinates, rays) = (prepared.coordinates(), &rays[tile.first..][..tile.n_rays]);
-            match self.float {
-                Float::F64 => {
-                    self.write(buffer, rays.iter().map(|ray| coordinates.ray_record_double(ray)));
-                }
-                Float::F32 => {
-                    self.write(buffer, rays.iter().map(|ray| coordinates.ray_record(ray).0))
-                }
+        let params = tile.params(prepared, rays, self.n_samples).bytes(self.float);
+        self.gpu.queue.write_buffer(&self.params, 0, &params);
+        if let (Some(buffer), Rays::List(rays)) = (&self.rays, rays) {
+            let mut bytes = Vec::with_capacity(buffer.size() as usize);
+            for ray in &rays[tile.first..][..tile.n_rays] {
+                RayRecord::new(prepared.coordinates(), ray).put(self.float, &mut bytes);
             }
+            self.gpu.queue.write_buffer(buffer, 0, &bytes);
         }
-        let (gpu, mut encoder) = (&self.gpu, self.dispatch(room, tile.workgroups()));
-        let mut end = 0;
-        let ranges: Vec<_> = self
-            .results
-            .iter()
-            .map(|(_, bytes)| {
-                let begin = end;
-                end += tile.n_rays * bytes;
-                begin..end
-            })
-            .collect();
-        for (buffer, range) in room.results.iter().zip(&ranges) {
-            let (offset, size) = (range.start as u64, range.len() as u64);
-            encoder.copy_buffer_to_buffer(buffer, 0, &room.staging, offset, Some(size));
-        }
-        gpu.submit(encoder.finish());
-        let mapped = gpu.map(&room.staging, end as u64);
-        gpu.check()?;
-        let view = mapped.map_err(|reason| self.lost(tile.n_rays, &reason))?;
-        let trace = start.elapsed();
-
-        let start = Instant::now();
-        let arrays: Vec<&[u8]> = ranges.into_iter().map(|range| &view[range]).collect();
-        take(tile, &arrays);
-        drop(view);
-        room.staging.unmap();
-        let readback = start.elapsed();
-        let on_device = self.clock.as_ref().map(|clock| clock.read(gpu)).transpose()?;
+        let clock = self.clock.as_ref();
+        let encoder = room.dispatch(&self.gpu, &self.program, tile.workgroups(), clock);
+        let (n, take) = (tile.n_rays, &mut |arrays: &[&[u8]]| take(tile, arrays));
+        let made = room.read(&self.gpu, encoder, n, |reason| self.lost(n, reason), take)?;
+        let (trace, readback) = (made - start, made.elapsed());
+        let on_device = clock.map(|clock| clock.read(&self.gpu)).transpose()?;
         Ok(Timing { trace, readback, on_device, ..Timing::default() })
-    }
-
-    fn dispatch(&self, room: &Room, [x, y]: [u32; 2]) -> wgpu::CommandEncoder {
-        let mut encoder = self.gpu.encoder();
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: None,
-            timestamp_writes: self.clock.as_ref().map(Clock::around_pass),
-        });
-        pass.set_pipeline(&self.program.pipeline);
-        pass.set_bind_group(0, &room.bind_group, &[]);
-        pass.dispatch_workgroups(x, y, 1);
-        drop(pass);
-        if let Some(clock) = &self.clock {
-            clock.stop(&mut encoder);
-        }
-        encoder
-    }
-
-    fn write_params(&self, params: &impl bytemuck::NoUninit) {
-        self.gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(params));
-    }
-
-    fn write<T: bytemuck::Pod>(&self, buffer: &wgpu::Buffer, records: impl Iterator<Item = T>) {
-        let records: Vec<T> = records.collect();
-        self.gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&records));
     }
 
     fn lost(&self, n_rays: usize, reason: &str) -> Error {
@@ -254,25 +285,15 @@ impl Pass {
     }
 
     /// Room for a tile of so many rays.
-    fn make_room(&self, n_rays: usize) -> Result<Room> {
+    fn make_room(&mut self, n_rays: usize) -> Result<Room> {
         use wgpu::BufferUsages as Usage;
         let gpu = &self.gpu;
-        let buffer = |&(name, bytes): &PerRay| {
-            gpu.buffer(name, n_rays * bytes, Usage::STORAGE | Usage::COPY_SRC)
-        };
-        let results: Vec<_> = self.results.iter().map(buffer).collect();
-        let rays = self
-            .ray_bytes
-            .map(|bytes| gpu.buffer("rays", n_rays * bytes, Usage::STORAGE | Usage::COPY_DST));
-        let n_bytes = n_rays * self.results.iter().map(|(_, bytes)| bytes).sum::<usize>();
-        let staging = gpu.buffer("staging", n_bytes, Usage::MAP_READ | Usage::COPY_DST);
-        let names = self.results.iter().map(|(name, _)| *name).chain(["rays"]);
-        let of_rays = names.zip(results.iter().chain(&rays));
-        let named = |(name, buffer): (&'static str, &wgpu::Buffer)| (name, buffer.clone().into());
-        let of_tile: Vec<Named> = of_rays.chain([("params", &self.params)]).map(named).collect();
-        let bound = self.bound.iter().chain(&of_tile).map(whole);
-        let bind_group = self.program.bindings.bind(&gpu.device, bound)?;
-        gpu.check()?;
-        Ok(Room { n_rays, results, rays, staging, bind_group })
+        let rays = |bytes| gpu.buffer("rays", n_rays * bytes, Usage::STORAGE | Usage::COPY_DST);
+        self.rays = self.ray_bytes.map(rays);
+        let of_tile = [("params", Some(&self.params)), ("rays", self.rays.as_ref())];
+        let of_tile =
+            of_tile.into_iter().filter_map(|(name, buffer)| Some((name, buffer?.clone().into())));
+        let bound = self.bound.iter().cloned().chain(of_tile).collect();
+        Room::new(gpu, &self.program, n_rays, &self.results, bound)
     }
 }

@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
-
 use super::compile::{MOST_TURNS_IN_SOFTWARE, turns_of_ray};
+use super::layout::{Lamp, Layout, Lighting};
 use super::open::Gpu;
 use super::pass::Pass;
 use super::pipeline::Named;
@@ -101,74 +100,14 @@ impl PlainLight {
     }
 }
 
-/// `Lighting` in `shaders/plain_light.wgsl`.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct LightingF32 {
-    pub ambient: [f32; 3],
-    pub epsilon: f32,
-}
-
-/// The same for the kernel `double`.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct LightingF64 {
-    pub ambient: [f64; 3],
-    pub epsilon: f64,
-}
-
-/// `Lamp` in `shaders/plain_light.wgsl`.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct LampF32 {
-    pub at: [f32; 3],
-    pub kind: u32,
-    pub weight: [f32; 3],
-    pub shadows: u32,
-}
-
-/// The same for the kernel `double`.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct LampF64 {
-    pub at: [f64; 3],
-    pub kind: u32,
-    /// Fills WGSL's 32-byte alignment of a vector.
-    pub padding: u32,
-    pub weight: [f64; 3],
-    pub shadows: u32,
-    /// Fills it again.
-    pub padding_again: u32,
-}
-
 fn of_all(lighting: &PlainLighting, float: Float) -> Vec<u8> {
     let &PlainLighting { ambient, epsilon, .. } = lighting;
-    match float {
-        Float::F32 => {
-            let ambient = ambient.map(|part| part as f32);
-            bytemuck::bytes_of(&LightingF32 { ambient, epsilon: epsilon as f32 }).to_vec()
-        }
-        Float::F64 => bytemuck::bytes_of(&LightingF64 { ambient, epsilon }).to_vec(),
-    }
+    Lighting { ambient, epsilon }.bytes(float)
 }
 
 fn lamps(lighting: &PlainLighting, float: Float) -> Vec<u8> {
-    let in_f32 = |lamp: &PlainLamp| LampF32 {
-        at: lamp.at.map(|part| part as f32),
-        kind: lamp.kind,
-        weight: lamp.weight.map(|part| part as f32),
-        shadows: lamp.shadows.into(),
+    let lamp = |&PlainLamp { at, kind, weight, shadows }: &PlainLamp| {
+        Lamp { at, kind, weight, shadows: shadows.into() }.bytes(float)
     };
-    let in_f64 = |lamp: &PlainLamp| LampF64 {
-        at: lamp.at,
-        kind: lamp.kind,
-        weight: lamp.weight,
-        shadows: lamp.shadows.into(),
-        ..LampF64::default()
-    };
-    let lamps = lighting.lamps.iter();
-    match float {
-        Float::F32 => bytemuck::cast_slice(&lamps.map(in_f32).collect::<Vec<_>>()).to_vec(),
-        Float::F64 => bytemuck::cast_slice(&lamps.map(in_f64).collect::<Vec<_>>()).to_vec(),
-    }
+    lighting.lamps.iter().flat_map(lamp).collect()
 }

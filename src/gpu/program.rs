@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::compile::{Edit, compile_edited};
+use super::compile::{Edit, Shader, compile_edited};
 use super::device::OpenDevice;
 use super::pipeline::{Bindings, pipeline};
 use crate::error::Result;
@@ -16,6 +16,19 @@ const MOST_PROGRAMS: usize = 16;
 pub struct Program {
     pub bindings: Bindings,
     pub pipeline: wgpu::ComputePipeline,
+}
+
+impl Program {
+    /// Of a shader with this entry point.
+    ///
+    /// # Errors
+    /// [`Error::Shader`](crate::Error::Shader) when the device refuses it, [`Error::TooLarge`](crate::Error::TooLarge) when it
+    /// has too few bindings for it.
+    pub fn new(device: &OpenDevice, shader: &Shader, entry_point: &str) -> Result<Program> {
+        let bindings = Bindings::new(device, shader)?;
+        let pipeline = pipeline(device, shader, entry_point, &bindings.layout)?;
+        Ok(Program { bindings, pipeline })
+    }
 }
 
 /// The last programs of a device.
@@ -40,16 +53,13 @@ impl Programs {
     /// The program for `key`, compiled where it isn't kept. Other threads don't wait for that.
     ///
     /// # Errors
-    /// [`Error::Shader`] when the device refuses the shader, [`Error::TooLarge`] when it has too few bindings
-    /// for it.
+    /// Those of [`Program::new`].
     pub fn program(&self, device: &OpenDevice, key: &ShaderKey) -> Result<Arc<Program>> {
         if let Some(program) = self.get(key) {
             return Ok(program);
         }
         let shader = compile_edited(key, self.edit.as_ref())?;
-        let bindings = Bindings::new(device, &shader)?;
-        let pipeline = pipeline(device, &shader, "render", &bindings.layout)?;
-        let program = Arc::new(Program { bindings, pipeline });
+        let program = Arc::new(Program::new(device, &shader, "render")?);
         self.keep(*key, &program);
         Ok(program)
     }

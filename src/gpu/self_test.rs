@@ -9,7 +9,9 @@ use std::fmt;
 
 use super::compile::compile_self_test;
 use super::device::OpenDevice;
-use super::pipeline::{Bindings, pipeline};
+use super::pass::Room;
+use super::pipeline::Resource;
+use super::program::Program;
 use super::texture::{TEXELS_PER_ROW, texture};
 use crate::error::{Error, Result};
 use samples::{
@@ -295,55 +297,29 @@ fn judge_words<F: Float>(
 
 /// Runs the self-test's shader on the samples.
 fn on_device<F: Float>(gpu: &OpenDevice, samples: &[Sample<F>]) -> Result<Vec<Outcome<F>>> {
-    let shader = compile_self_test(F::WGSL)?;
-    let OpenDevice { device, queue, .. } = gpu;
-    let bindings = Bindings::new(gpu, &shader)?;
-    let pipeline = pipeline(gpu, &shader, "self_test", &bindings.layout)?;
-    let buffer = |bytes: usize, usage| {
-        device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("self-test"),
-            size: bytes as u64,
-            usage,
-            mapped_at_creation: false,
-        })
-    };
-    use wgpu::BufferUsages as Usage;
+    let program = Program::new(gpu, &compile_self_test(F::WGSL)?, "self_test")?;
     let operands: Vec<[F; 2]> = samples.iter().map(|sample| [sample.a, sample.b]).collect();
     let texels: Vec<[u32; 4]> = samples.iter().map(|sample| sample.texel).collect();
-    let result_bytes = size_of::<[F; N_RESULTS]>() * samples.len();
-    let word_bytes = size_of::<[u32; N_WORDS]>() * samples.len();
-    let input = buffer(size_of_val(&operands[..]), Usage::STORAGE | Usage::COPY_DST);
-    let results = buffer(result_bytes, Usage::STORAGE | Usage::COPY_SRC);
-    let words = buffer(word_bytes, Usage::STORAGE | Usage::COPY_SRC);
-    let staging = buffer(result_bytes + word_bytes, Usage::MAP_READ | Usage::COPY_DST);
-    queue.write_buffer(&input, 0, bytemuck::cast_slice(&operands));
-    let texels = texture(gpu, "self-test", bytemuck::cast_slice(&texels))?;
-    let resources = [
-        ("operands", input.as_entire_binding()),
-        ("results", results.as_entire_binding()),
-        ("words", words.as_entire_binding()),
-        ("texels", wgpu::BindingResource::TextureView(&texels)),
+    let bound = vec![
+        ("operands", gpu.filled("operands", bytemuck::cast_slice(&operands)).into()),
+        ("texels", Resource::Texture(texture(gpu, "texels", bytemuck::cast_slice(&texels))?)),
     ];
-    let group = bindings.bind(device, resources)?;
-    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        pass.dispatch_workgroups((samples.len() as u32).div_ceil(64), 1, 1);
-    }
-    encoder.copy_buffer_to_buffer(&results, 0, &staging, 0, None);
-    encoder.copy_buffer_to_buffer(&words, 0, &staging, result_bytes as u64, None);
-    gpu.submit(encoder.finish());
-    let bytes = (result_bytes + word_bytes) as u64;
-    let view = gpu.map(&staging, bytes).map_err(|reason| {
+    let results =
+        [("results", size_of::<[F; N_RESULTS]>()), ("words", size_of::<[u32; N_WORDS]>())];
+    let room = Room::new(gpu, &program, samples.len(), &results, bound)?;
+    let groups = [(samples.len() as u32).div_ceil(64), 1];
+    let unfinished = |reason: &str| {
         Error::Device(format!("`{}` did not finish its self-test: {reason}", gpu.facts.name))
+    };
+    let mut outcomes = Vec::new();
+    let encoder = room.dispatch(gpu, &program, groups, None);
+    room.read(gpu, encoder, samples.len(), unfinished, &mut |arrays| {
+        let results: Vec<[F; N_RESULTS]> = bytemuck::pod_collect_to_vec(arrays[0]);
+        let words: Vec<[u32; N_WORDS]> = bytemuck::pod_collect_to_vec(arrays[1]);
+        let of_all = results.into_iter().zip(words);
+        outcomes.extend(of_all.map(|(results, words)| Outcome { results, words }));
     })?;
-    gpu.check()?;
-    let results: Vec<[F; N_RESULTS]> = bytemuck::pod_collect_to_vec(&view[..result_bytes]);
-    let words: Vec<[u32; N_WORDS]> = bytemuck::pod_collect_to_vec(&view[result_bytes..]);
-    let outcomes = results.into_iter().zip(words);
-    Ok(outcomes.map(|(results, words)| Outcome { results, words }).collect())
+    Ok(outcomes)
 }
 
 #[cfg(test)]

@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use super::compile::WORKGROUP;
-use super::layout::{Params, ParamsDouble};
+use super::layout::Params;
+use crate::kernel::Float;
 use crate::prepare::Prepared;
 use crate::rays::{Frame, Pixels};
 use crate::trace::Rays;
@@ -82,34 +83,10 @@ impl Tile {
         [(self.width as u32).div_ceil(width), (self.height as u32).div_ceil(height)]
     }
 
-    /// What a shader in f32 has to know of it, with `n` × `n` samples a pixel.
+    /// What a shader has to know of it, with `n` × `n` samples a pixel.
     pub fn params(&self, prepared: &Prepared, rays: &Rays, n: u32) -> Params {
         let [offset_i, offset_j] = self.offsets(rays, n);
         let common = Params {
-            n_spheres: prepared.scene.spheres.len() as u32,
-            n_planes: prepared.scene.planes.len() as u32,
-            infinity: f32::INFINITY,
-            n_rays: self.n_rays as u32,
-            offset_i,
-            offset_j,
-            width: self.width as u32,
-            ..Params::default()
-        };
-        let Some((pixels, _)) = self.first_pixel(rays) else { return common };
-        let camera = Frame::<f32>::of_pixels(&pixels.samples(n));
-        Params {
-            forward: camera.forward.0,
-            right_step: camera.right.0,
-            true_up_step: camera.true_up.0,
-            origin: prepared.coordinates().camera_origin().as_vec3().to_array(),
-            ..common
-        }
-    }
-
-    /// The same for one in f64.
-    pub fn params_double(&self, prepared: &Prepared, rays: &Rays) -> ParamsDouble {
-        let [offset_i, offset_j] = self.offsets(rays, 1);
-        let common = ParamsDouble {
             n_spheres: prepared.scene.spheres.len() as u32,
             n_planes: prepared.scene.planes.len() as u32,
             infinity: f64::INFINITY,
@@ -117,15 +94,21 @@ impl Tile {
             offset_i,
             offset_j,
             width: self.width as u32,
-            ..ParamsDouble::default()
+            ..Params::default()
         };
         let Some((pixels, _)) = self.first_pixel(rays) else { return common };
-        let camera = Frame::<f64>::new(&pixels.view, 1.0);
-        ParamsDouble {
+        let half_pixel = pixels.samples(n).step();
+        // In f64 the shader multiplies, as the kernel does on the CPU.
+        let (of_frame, step) = match prepared.kernel.about().float {
+            Float::F32 => (half_pixel, 1.0),
+            Float::F64 => (1.0, half_pixel),
+        };
+        let camera = Frame::<f64>::new(&pixels.view, of_frame);
+        Params {
             forward: camera.forward.0,
             right: camera.right.0,
-            step: pixels.step(),
             true_up: camera.true_up.0,
+            step,
             origin: prepared.coordinates().camera_origin().to_array(),
             ..common
         }

@@ -17,10 +17,7 @@ pub(super) const ABOUT: About = About {
     space: Space::Reference,
     promise: PROMISE,
     record_bytes: [size_of::<SphereWords>(), size_of::<PlaneWords>()],
-    wgsl: Wgsl {
-        records: "Seen",
-        parts: &[part!("printed/seen.wgsl"), part!("certified.wgsl"), part!("slabs.wgsl")],
-    },
+    wgsl: Wgsl { records: "Seen", parts: &[part!("printed/seen.wgsl"), part!("certified.wgsl")] },
 };
 
 const WORDS: &str = "ids exact, t the exact one rounded, each component of a normal the exact one rounded, GPU and CPU equal bit by bit";
@@ -39,5 +36,5 @@ const PROMISE: Promise = Promise {
 pub const FEW_SPHERES: usize = 16;
 
 /// A list of rays into more spheres than this has a hierarchy. Up to here a device tests them one
-/// after the other, unrolled, and its compiler takes longer with the square of their number.
+/// after the other.
 pub const LISTED_SPHERES: usize = 128;

@@ -33,8 +33,9 @@ pub enum Kernel {
     Certified,
 }
 
-/// The parts of all kernels' shaders: vectors, and the camera where there is one.
-pub const SHARED_PARTS: [Part; 2] = [part!("vec.wgsl"), part!("camera.wgsl")];
+/// The parts of all kernels' shaders: vectors, and the camera.
+pub const SHARED_PARTS: [Part; 3] =
+    [part!("vec.wgsl"), part!("printed/camera.wgsl"), part!("camera.wgsl")];
 
 /// The objects in the form of one kernel, in id order.
 #[derive(Clone, Debug)]

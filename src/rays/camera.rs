@@ -1,4 +1,4 @@
-//! Pixel → ray. `camera_direction` and `camera_origin` have their twins in `shaders/camera.wgsl`.
+//! Pixel → ray. A device has [`camera_direction`] and [`camera_origin`] in `shaders/printed/camera.wgsl`.
 //!
 //! Pixel `(i, j)`, twice its offset from the picture's centre, has the vector
 //! `across = i·(h/H)·right + j·(h/H)·true_up` in the picture's plane. A perspective camera adds it
@@ -251,24 +251,36 @@ impl<F: Float> Frame<F> {
         Frame::new(&pixels.view, pixels.step())
     }
 
-    #[inline(always)]
-    fn camera_direction<R: Real<One = F>>(&self, across: R, up: R) -> V3<R> {
-        (V3::splat(self.forward) + V3::splat(self.right) * across) + V3::splat(self.true_up) * up
-    }
-
-    #[inline(always)]
-    fn camera_origin<R: Real<One = F>>(&self, across: R, up: R) -> V3<R> {
-        V3::splat(self.right) * across + V3::splat(self.true_up) * up
-    }
-
     /// The ray so many steps from the picture's centre, to the right and to the top.
     #[inline(always)]
     pub fn ray<R: Real<One = F>>(&self, across: R, up: R) -> Ray<R> {
+        let [forward, right, true_up] = [self.forward, self.right, self.true_up].map(V3::splat);
         match self.lens {
-            Lens::Perspective => Ray::new(V3([R::lit(0.0); 3]), self.camera_direction(across, up)),
-            Lens::Orthographic => Ray::new(self.camera_origin(across, up), V3::splat(self.forward)),
+            Lens::Perspective => Ray::new(
+                V3([R::lit(0.0); 3]),
+                camera_direction(forward, right, true_up, across, up),
+            ),
+            Lens::Orthographic => Ray::new(camera_origin(right, true_up, across, up), forward),
         }
     }
+}
+
+/// The direction of a perspective camera's ray, so many steps from the picture's centre, to the right and to the top.
+#[inline(always)]
+pub fn camera_direction<R: Real>(
+    forward: V3<R>,
+    right: V3<R>,
+    true_up: V3<R>,
+    across: R,
+    up: R,
+) -> V3<R> {
+    (forward + right * across) + true_up * up
+}
+
+/// The origin of an orthographic camera's ray, from the camera's position.
+#[inline(always)]
+pub fn camera_origin<R: Real>(right: V3<R>, true_up: V3<R>, across: R, up: R) -> V3<R> {
+    right * across + true_up * up
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ mod camera;
 use glam::DVec3;
 use rayon::prelude::*;
 
-pub use camera::{Frame, Lens, Pixels, View};
+pub use camera::{Frame, Lens, Pixels, View, camera_direction, camera_origin};
 
 /// A ray `origin + t·direction`; the direction is not normalised and not zero.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,7 +9,8 @@ use kugelblitz::bvh::{Beam, Enter, IS_LEAF, Node, Visitor, Walk};
 use kugelblitz::compare::compare;
 use kugelblitz::control::Control;
 use kugelblitz::exact::{ExactRay, Shape, visible_root};
-use kugelblitz::gpu::slabs::{SlabRoom, meets, slabs_of};
+use kugelblitz::gpu::slabs::{LEAST_SLACK, Slabs};
+use kugelblitz::num;
 use kugelblitz::num::V3;
 use kugelblitz::prepare::{Prepared, Scaled};
 use kugelblitz::rays::{Pixels, View};
@@ -123,13 +124,12 @@ fn rays_that_touch_a_sphere_meet_its_box() {
             Walk::default().all(bvh, bvh.root(), beam, &mut seen);
             let is_shown = seen.0.iter().any(|&place| bvh.ids[place as usize] == index + 1);
             assert!(is_shown, "{ray:?} misses {center} {radius}");
-            let (record, _) = prepared.coordinates().ray_record(ray);
-            let ([origin, way], room) =
-                ([record.origin, record.direction].map(V3), SlabRoom::f32());
-            let slabs = slabs_of(origin, way, room.least_slack, &room);
+            let (origin, way, _) = prepared.coordinates().ray(ray);
+            let slabs =
+                Slabs::new(&num::Ray::<f32>::new(V3::near(origin), V3::near(way)), LEAST_SLACK);
             let (mut at, mut seen) = (0, vec![]);
             while let Some(node) = in_space.boxes.get(at) {
-                let is_met = meets(&slabs, V3(node.low), V3(node.high), f32::MAX);
+                let is_met = slabs.between(V3(node.low), V3(node.high)).is_within(f32::MAX);
                 let is_leaf = node.link & IS_LEAF != 0;
                 at = if is_met || is_leaf { at + 1 } else { node.link as usize };
                 if is_met && is_leaf {

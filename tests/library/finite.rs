@@ -10,8 +10,9 @@ use std::sync::Arc;
 use glam::DVec3;
 use kugelblitz::bvh::REACH;
 use kugelblitz::control::Control;
-use kugelblitz::gpu::compile;
-use kugelblitz::gpu::slabs::SlabRoom;
+use kugelblitz::gpu::slabs::LEAST_SLACK;
+use kugelblitz::gpu::{Layout, RayRecord, compile};
+use kugelblitz::kernel::Float;
 use kugelblitz::prepare::{InSpace, LISTED_SPHERES, Objects, Prepared};
 use kugelblitz::rays::{Frame, Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Plane, Projection, Scene, Sphere};
@@ -64,16 +65,16 @@ fn run(prepared: &Prepared, rays: &Rays) -> Found {
             let camera = Frame::<f32>::of_pixels(pixels);
             let (i, j) = pixels.offset2(pixels.x, pixels.y);
             of_camera.insert("forward", Value::vector(camera.forward.0));
-            of_camera.insert("right_step", Value::vector(camera.right.0));
-            of_camera.insert("true_up_step", Value::vector(camera.true_up.0));
+            of_camera.insert("right", Value::vector(camera.right.0));
+            of_camera.insert("true_up", Value::vector(camera.true_up.0));
+            of_camera.insert("step", Value::F32(1.0));
             of_camera.insert("offset_i", Value::I32(i as i32));
             of_camera.insert("offset_j", Value::I32(j as i32));
         }
         Rays::List(list) => {
-            let records: Vec<_> =
-                list.iter().map(|ray| prepared.coordinates().ray_record(ray).0).collect();
-            let bytes = bytemuck::cast_slice(&records);
-            globals.insert("rays", Machine::decode(module, ty("rays").unwrap(), bytes));
+            let record = |ray| RayRecord::new(prepared.coordinates(), ray).bytes(Float::F32);
+            let bytes: Vec<u8> = list.iter().flat_map(record).collect();
+            globals.insert("rays", Machine::decode(module, ty("rays").unwrap(), &bytes));
         }
     }
     of_camera.insert("n_spheres", Value::U32(prepared.scene.spheres.len() as u32));
@@ -95,9 +96,8 @@ fn run(prepared: &Prepared, rays: &Rays) -> Found {
         let texels_of_boxes = [bytemuck::cast_slice(&boxes), bytemuck::cast_slice(&rest)].concat();
         globals.insert("boxes", texels(&texels_of_boxes));
         globals.insert("leaves", texels(bytemuck::cast_slice(&hierarchy.leaves.words())));
-        let beside = Value::F32(SlabRoom::f32().least_slack + beside);
-        let padding = Value::Parts(vec![Value::U32(0); 2]);
-        globals.insert("walk", Value::Parts(vec![Value::U32(boxes.len() as u32), beside, padding]));
+        let beside = Value::F32(LEAST_SLACK + beside);
+        globals.insert("walk", Value::Parts(vec![Value::U32(boxes.len() as u32), beside]));
     }
     let mut machine = Machine::new(module, &globals);
     for index in 0..rays.len() {

@@ -3,11 +3,11 @@
 //! and half of it must not be.
 
 use glam::DVec3;
-use kugelblitz::gpu::slabs::{self, SlabRoom, slab_of, slabs_of, stretch};
+use kugelblitz::gpu::slabs::{self, LEAST_SLACK, Slabs};
 use kugelblitz::guard::host::input_in_f64;
 use kugelblitz::guard::{self, Guard, InputError, LIST, LIST_F64, PARALLEL, PIXELS, ROOM, Reach};
 use kugelblitz::guard::{rows, steps};
-use kugelblitz::num::{Float, Ray, Real, V3};
+use kugelblitz::num::{Float, Ray, Real, V3, round_down, round_up};
 use kugelblitz::rays::{Frame, Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Projection};
 use kugelblitz::seen::shadow::OF_COSINE;
@@ -697,34 +697,31 @@ fn roots_of_rows() {
     }
 }
 
-fn room_of_slabs() -> SlabRoom<Adversarial> {
-    let SlabRoom { aside, least_slack, flat, nearer, farther } = SlabRoom::f32();
-    let [aside, least_slack, flat] = [aside, least_slack, flat].map(Adversarial);
-    SlabRoom {
-        aside,
-        least_slack,
-        flat,
-        nearer: Adversarial(nearer),
-        farther: Adversarial(farther),
-    }
+/// Slabs along one axis: the ray does not move away from the origins of the others.
+fn slabs(origin: Adversarial, way: Adversarial, beside: f32) -> Slabs<Adversarial> {
+    let zero = Adversarial(0.0);
+    let direction = V3([way, Adversarial(1.0), Adversarial(1.0)]);
+    let ray = Ray { origin: V3([origin, zero, zero]), direction, a: zero, inv_a: zero };
+    Slabs::new(&ray, Adversarial(beside))
 }
 
 /// The origin is so small that its own room doesn't count.
 #[test]
 fn slabs_of_boxes() {
-    let room = room_of_slabs();
+    let [nearer, farther] =
+        [round_down(1.0 - slabs::SLAB * UNIT_F32), round_up(1.0 + slabs::SLAB * UNIT_F32)];
     let found = worst(3, |x, choices| {
-        let ((side, exact_side), (origin, exact_origin)) = (number(x[0]), number(x[1] * 1e-3));
+        let ((side, exact_side), (origin, exact_origin)) = (number(x[0]), number(x[1] * 1e-6));
         let (way, _) = number(x[2]);
         let exact = (exact_side - exact_origin) / x[2];
         if exact <= 0.0 {
             return None;
         }
         set_choices(choices, true);
-        let slab = slab_of(origin, way, Adversarial(0.0), &room);
-        let t = stretch(&slab, side, side);
-        let later = f64::from(t.enter.0) / exact / f64::from(room.nearer.0) - 1.0;
-        let sooner = 1.0 - f64::from(t.leave.0) / exact / f64::from(room.farther.0);
+        let sides = V3([side, Adversarial(0.0), Adversarial(0.0)]);
+        let t = slabs(origin, way, 0.0).between(sides, sides);
+        let later = f64::from(t.enter.0[0].0) / exact / f64::from(nearer) - 1.0;
+        let sooner = 1.0 - f64::from(t.leave.0[0].0) / exact / f64::from(farther);
         Some(later.max(sooner) / UNIT_F32)
     });
     assert_tight("SLAB", slabs::SLAB, found);
@@ -732,15 +729,14 @@ fn slabs_of_boxes() {
 
 #[test]
 fn origins_of_slabs() {
-    let room = room_of_slabs();
     let found = worst(2, |x, choices| {
-        let (V3(origin), _) = vector(&[x[0], 0.0, 0.0]);
-        let (direction, _) = vector(&[x[1], 1.0, 1.0]);
+        let (V3([origin, ..]), _) = vector(&[x[0], 0.0, 0.0]);
+        let (V3([way, ..]), _) = vector(&[x[1], 1.0, 1.0]);
         set_choices(choices, true);
-        let slab = slabs_of(V3(origin), direction, room.least_slack, &room).x;
+        let slabs = slabs(origin, way, LEAST_SLACK);
         let ahead = if x[1] < 0.0 { -1.0 } else { 1.0 };
-        let near = (f64::from(slab.near_origin.0) - x[0]) * ahead;
-        let far = (x[0] - f64::from(slab.far_origin.0)) * ahead;
+        let near = (f64::from(slabs.near_origin.0[0].0) - x[0]) * ahead;
+        let far = (x[0] - f64::from(slabs.far_origin.0[0].0)) * ahead;
         Some(slabs::ASIDE - near.min(far) / (UNIT_F32 * x[0].abs()))
     });
     assert_tight("ASIDE", slabs::ASIDE, found);

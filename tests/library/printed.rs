@@ -2,7 +2,8 @@
 
 use std::fs;
 
-use kugelblitz_tests::printer::formulas;
+use kugelblitz::num::Real;
+use kugelblitz_tests::printer::{Wgsl, formulas};
 use kugelblitz_tests::root;
 
 /// With `KUGELBLITZ_PRINT=1` they are written anew; the next build takes them into the program.
@@ -23,4 +24,11 @@ fn formulas_are_printed_as_they_are() {
             first.min()
         );
     }
+}
+
+/// WGSL may assume that there is none.
+#[test]
+#[should_panic(expected = "finite")]
+fn an_infinity_is_not_printed() {
+    Wgsl::lit(f64::INFINITY);
 }

@@ -349,9 +349,14 @@ impl<'a> Machine<'a> {
             Expression::Select { condition, accept, reject } => {
                 let (accept, reject) = (get(accept), get(reject));
                 let chosen = match get(condition) {
-                    Value::Bool(true) => accept.clone(),
-                    Value::Bool(false) => reject.clone(),
-                    other => panic!("{other:?} chooses"),
+                    Value::Parts(parts) => {
+                        let part = |(k, yes): (usize, &Value)| {
+                            if yes.is_true() { accept.part(k) } else { reject.part(k) }.clone()
+                        };
+                        Value::Parts(parts.iter().enumerate().map(part).collect())
+                    }
+                    yes if yes.is_true() => accept.clone(),
+                    _ => reject.clone(),
                 };
                 (vec![accept, reject], chosen)
             }

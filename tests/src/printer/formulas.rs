@@ -1,7 +1,9 @@
 //! The formulas that a device has from the Rust text.
 
+use kugelblitz::gpu::slabs::{Slabs, Stretch};
 use kugelblitz::num::fields::{Fields, Sink, Source};
 use kugelblitz::num::{Ray, Real, V3};
+use kugelblitz::rays::{camera_direction, camera_origin};
 use kugelblitz::seen::shadow::Aim;
 use kugelblitz::seen::{
     Bounds, Lengths, Light, Nearest, Occluder, PlaneMet, PlaneSeen, Seen, ShadowRay, SphereLeaf,
@@ -10,11 +12,11 @@ use kugelblitz::seen::{
 
 use super::{Wgsl as W, WgslId, declaration, function};
 
-const HEAD: &str = "// Printed from src/num and src/seen; see tests/library/printed.rs.\n\n";
+const HEAD: &str = "// Printed from the Rust text; see tests/library/printed.rs.\n\n";
 
 /// The files of `shaders/printed`, with their texts.
-pub fn all() -> [(&'static str, String); 2] {
-    [("seen.wgsl", seen()), ("light.wgsl", light())]
+pub fn all() -> [(&'static str, String); 3] {
+    [("camera.wgsl", camera()), ("seen.wgsl", seen()), ("light.wgsl", light())]
 }
 
 /// One text, with one line's end.
@@ -22,7 +24,20 @@ fn joined(parts: &[String]) -> String {
     parts.concat().trim_end().to_string() + "\n"
 }
 
-/// Where rays meet objects, and which is the nearest.
+/// The rays of cameras, for kernels in f32 and in f64.
+fn camera() -> String {
+    let text = joined(&[
+        HEAD.into(),
+        function!(camera_direction(
+            forward: V3<W>, right: V3<W>, true_up: V3<W>, across: W, up: W
+        ) camera_direction(forward, right, true_up, across, up)),
+        function!(camera_origin(right: V3<W>, true_up: V3<W>, across: W, up: W)
+            camera_origin(right, true_up, across, up)),
+    ]);
+    text.replace("vec3f", "Vec3").replace("f32", "Real")
+}
+
+/// Where rays meet objects and the boxes of the tree, and which object is the nearest.
 fn seen() -> String {
     let none = "no ray misses for sure while formulas are printed";
     joined(&[
@@ -44,6 +59,11 @@ fn seen() -> String {
         function!(nearest_with(nearest: Nearest<W>, next: Bounds<W>, id: WgslId)
             nearest.with(next, id)),
         function!(decide(nearest: Nearest<W>) nearest.decide().0),
+        declaration::<Slabs<W>>(),
+        declaration::<Stretch<W>>(),
+        function!(slabs_of(ray: Ray<W>, beside: W) Slabs::new(&ray, beside)),
+        function!(between(slabs: Slabs<W>, low: V3<W>, high: V3<W>) slabs.between(low, high)),
+        function!(is_within(stretch: Stretch<W>, t_max: W) stretch.is_within(t_max)),
     ])
 }
 

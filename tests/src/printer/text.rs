@@ -118,8 +118,14 @@ impl Printer<'_> {
                     return (Op::Call("vec3f"), ones(&all), String::new());
                 }
                 let of_axes = |at: usize| [x, y, z].map(|node| node.operands[at]);
+                // Arithmetic takes a number for a vector, and a choice takes one truth.
+                let takes_one = |at| match x.op {
+                    Op::Call(name) => name == "select" && at == 2,
+                    Op::Infix(_, rank) => rank > 2,
+                    _ => true,
+                };
                 let operands = (0..x.operands.len()).map(|at| match of_axes(at) {
-                    [a, b, c] if a == b && b == c => Value::One(a),
+                    [a, b, c] if a == b && b == c && takes_one(at) => Value::One(a),
                     three => Value::Three(three),
                 });
                 (x.op, operands.collect(), String::new())
@@ -156,7 +162,7 @@ impl Printer<'_> {
     fn has_line(&self, value: Value) -> bool {
         let (op, parts, _) = self.parts(value);
         let is_small = match op {
-            Op::Leaf => true,
+            Op::Leaf | Op::Call("vec3f") => true,
             Op::Prefix(_) => self.parts(parts[0]).0 == Op::Leaf,
             _ => false,
         };

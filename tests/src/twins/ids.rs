@@ -2,7 +2,7 @@
 
 use kugelblitz::bvh::{IS_LEAF, Leaves};
 use kugelblitz::engine::List;
-use kugelblitz::gpu::slabs::{SlabRoom, meets, slabs_of};
+use kugelblitz::gpu::slabs::{LEAST_SLACK, Slabs};
 use kugelblitz::num::V3;
 use kugelblitz::prepare::{InSpace, Prepared};
 use kugelblitz::rays::{Frame, Rays};
@@ -50,12 +50,11 @@ pub fn propose_alone(prepared: &Prepared, rays: &Rays) -> Option<Vec<u32>> {
 
 fn look_in_tree(ray: &Ray<f32>, nearest: &mut Nearest<f32>, in_space: &InSpace, leaves: &Leaves) {
     let InSpace { boxes, beside } = in_space;
-    let room = SlabRoom::f32();
-    let slabs = slabs_of(ray.origin, ray.direction, room.least_slack + beside, &room);
+    let slabs = Slabs::new(ray, LEAST_SLACK + beside);
     let mut at = 0;
     while let Some(node) = boxes.get(at) {
         let is_leaf = node.link & IS_LEAF != 0;
-        let is_met = meets(&slabs, V3(node.low), V3(node.high), nearest.high());
+        let is_met = slabs.between(V3(node.low), V3(node.high)).is_within(nearest.high());
         at = if is_met || is_leaf { at + 1 } else { node.link as usize };
         if is_met && is_leaf {
             leaves.add(node.link & !IS_LEAF, ray, nearest);
