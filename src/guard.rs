@@ -74,13 +74,16 @@
 //! # Nothing rests on ∞ or NaN
 //! Vulkan lets a compiler assume that there are none (without `SignedZeroInfNanPreserve`, which is
 //! declared nowhere here). So no operation of the f32 stage takes or gives one, not even where its
-//! result is selected away; `tests/library/finite.rs` looks at each of them:
+//! result is selected away; `tests/library/finite.rs` looks at each of them in the shaders that find objects, and
+//! `src/seen/tests.rs` at surfaces and shadow rays, in numbers that refuse ∞:
 //! - Radii squared are at most `2¹²¹`, and so are `k` and its error. Of an object in range `k ≤ ℓ²` and the slack is above
 //!   `14ε(ℓ + r)`, so that `k/a` over a number that is at least the slack is below `2⁸⁰`. One that is out of range has a slack
 //!   of `2⁶⁰`.
 //! - Of a plane the divisor is at least `2⁻⁹⁰` and `2⁻¹⁰⁰` times the dividend: no quotient is above `2¹⁰⁰`, beyond every `t`.
 //! - An object that is out of range is left open by numbers that are large enough: it is a sphere of radius 2⁶⁰ about the
 //!   reference point, or a plane whose `N` is known up to `2¹⁰²` only.
+//! - A point is known where it is off by less than [`Float::KNOWN`]: then squares of distances from it
+//!   are below `2¹²⁶`. What is not known is put at the reference point before light is looked for.
 //! - A list's direction of zero is replaced by another in its record, and its ray is undecided.
 //!
 //! Rays for which [`crate::prepare::Prepared::in_range`] is false may overflow: whatever comes out

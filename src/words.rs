@@ -20,8 +20,8 @@ pub fn did_you_mean<'n>(known: impl IntoIterator<Item = &'n str>, given: &str) -
         false => strsim::osa_distance(&given, name),
     };
     let known = known.into_iter().filter(|name| name.len() <= MOST_COMPARED);
-    let near = known.map(|name| (slips(name), name));
-    let near = near.filter(|(slips, name)| *slips <= n_chars.max(name.len()) / 3);
+    let near = known.map(|name| (slips(&name.to_lowercase()), name));
+    let near = near.filter(|(slips, name)| *slips <= n_chars.max(name.chars().count()) / 3);
     near.min_by_key(|(slips, _)| *slips).map(|(_, name)| name)
 }
 
@@ -77,6 +77,7 @@ pub fn bytes(n: u64) -> String {
         _ => format!("{:.1} GiB", n_f64 / f64::from(1 << 30)),
     }
 }
+
 /// Where there is no number.
 pub const NONE: &str = "–";
 
@@ -91,7 +92,7 @@ pub fn digits(x: f64, n: usize) -> String {
         _ => {}
     }
     // Rounded first: 9.996 has the exponent of 10.0.
-    let rounded = format!("{x:.*e}", n - 1);
+    let rounded = format!("{x:.*e}", n.saturating_sub(1));
     let exponent: i32 = rounded.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
     match exponent {
         -3..=4 => format!("{x:.*}", (n as i32 - 1 - exponent).max(0) as usize),

@@ -74,7 +74,8 @@ fn sphere_surface(sphere: SphereSeen, ray: Ray, lengths: Lengths) -> SurfacePoin
     let v = sphere.k - dot3(ray.origin, sphere.center + l);
     let outside = sphere.k_error < v;
     let side = select(1.0, -1.0, outside);
-    let is_known = (sphere.least2 <= chord2) & (sphere.k_error <= abs(v));
+    let inside = v <= -sphere.k_error;
+    let is_known = (sphere.least2 <= chord2) & (outside | inside);
     let of_half = sphere.of_chord / select(1.0, half, is_known);
     let t = s + half * side;
     let radius = p * side - ray.direction * half;

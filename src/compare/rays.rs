@@ -119,7 +119,7 @@ impl TError {
 pub struct NormalError {
     /// Length of the difference from the right unit normal. +∞ where the normal is not finite.
     pub distance: f64,
-    /// Angle to the right normal, degrees; 180 where the normal is not finite.
+    /// Angle to the right normal, degrees; 180 where the normal is not finite, or zero.
     pub degrees: f64,
     /// Whether each component is the f32 nearest to the right one; bit by bit, where the right one is another result.
     pub is_nearest: bool,
@@ -135,6 +135,10 @@ impl NormalError {
         }
         if !distance.is_finite() {
             return of(f64::INFINITY, 180.0);
+        }
+        // Without a direction there is no angle.
+        if normal == DVec3::ZERO && right != DVec3::ZERO {
+            return of(distance, 180.0);
         }
         // Not the arc cosine, which loses half of its digits at small angles.
         of(distance, normal.cross(right).length().atan2(normal.dot(right)).to_degrees())

@@ -202,7 +202,7 @@ fn constants(key: &ShaderKey) -> String {
                 unsigned("N_MET_SPHERES", n_spheres),
                 unsigned("N_MET_PLANES", n_planes),
                 unsigned("OPEN", OPEN as usize),
-                ("KNOWN", Float::F32.literal(f32::BEYOND / 4.0)),
+                ("KNOWN", Float::F32.literal(f32::KNOWN)),
                 ("BEYOND", Float::F32.literal(f32::BEYOND)),
             ]);
         }

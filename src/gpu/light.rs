@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::compile::MOST_TURNS_IN_SOFTWARE;
 use super::open::Gpu;
 use super::pass::Pass;
 use super::pipeline::Named;
@@ -16,6 +17,9 @@ use crate::rays::Pixels;
 use crate::scene::Edges;
 use crate::seen::Met;
 use crate::trace::Rays;
+
+/// Objects that the rays of a pixel are compared with at most: more take a card so long that it may be taken for dead.
+const MOST_TESTS_OF_PIXEL: usize = 1 << 20;
 
 /// Lights the pictures of one scene.
 pub struct CertifiedLight {
@@ -40,6 +44,14 @@ impl CertifiedLight {
         lighting: &CertifiedLighting,
     ) -> Result<Option<CertifiedLight>> {
         if prepared.hierarchy.is_some() || prepared.starts_in_f64() || !gpu.lights() {
+            return Ok(None);
+        }
+        let n_samples = (lighting.n_samples as usize).pow(2);
+        let most =
+            if gpu.facts.is_software() { MOST_TURNS_IN_SOFTWARE } else { MOST_TESTS_OF_PIXEL };
+        let n_turns =
+            prepared.scene.n_objects() + lighting.lamps.len() * (lighting.occluders.len() + 1);
+        if n_samples * n_turns > most {
             return Ok(None);
         }
         let uniforms = uniforms(lighting);
@@ -130,7 +142,7 @@ fn ends() -> Vec<f32> {
         0 => -1.0,
         1..=255 => f32::up(edges.range(byte).0),
         // No light is as bright, but for that of what is open.
-        _ => (1u64 << 60) as f32,
+        _ => (1u128 << 90) as f32,
     };
     (0..=255).flat_map(|byte| [begin(byte), begin(byte + 1), begin(byte + 2), 0.0]).collect()
 }

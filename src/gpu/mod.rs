@@ -13,6 +13,7 @@ mod pass;
 mod pipeline;
 mod plain_light;
 mod program;
+mod room;
 mod self_test;
 pub mod slabs;
 mod texture;

@@ -4,11 +4,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::clock::Clock;
-use super::device::OpenDevice;
 use super::layout::{Layout, Params, RayRecord};
 use super::open::Gpu;
-use super::pipeline::{Named, whole};
+use super::pipeline::Named;
 use super::program::Program;
+use super::room::{PerRay, Room};
 use super::tiles::{Tile, TileSize};
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -16,9 +16,6 @@ use crate::kernel::Float;
 use crate::prepare::{LightKey, Prepared, ShaderKey};
 use crate::rays::Bundle;
 use crate::trace::{Rays, Timing};
-
-/// An array that a shader fills, with an element for each ray: its name, and bytes of an element.
-type PerRay = (&'static str, usize);
 
 /// What a shader makes of each ray, in the order in which it comes to the host.
 fn results_of(key: &ShaderKey) -> Vec<PerRay> {
@@ -56,103 +53,6 @@ pub struct Pass {
     clock: Option<Clock>,
 }
 
-/// Room for what a shader makes of so many rays, and its way to the host.
-pub struct Room {
-    n_rays: usize,
-    /// The arrays, with bytes of an element.
-    results: Vec<(usize, wgpu::Buffer)>,
-    staging: wgpu::Buffer,
-    bind_group: wgpu::BindGroup,
-}
-
-impl Room {
-    /// Makes room, and binds it with all else that the shader binds.
-    ///
-    /// # Errors
-    /// [`Error::Shader`] where that is not what the shader binds, [`Error::TooLarge`] where the device has no memory for it.
-    pub fn new(
-        gpu: &OpenDevice,
-        program: &Program,
-        n_rays: usize,
-        results: &[PerRay],
-        mut bound: Vec<Named>,
-    ) -> Result<Room> {
-        use wgpu::BufferUsages as Usage;
-        let buffer = |&(name, bytes): &PerRay| {
-            let buffer = gpu.buffer(name, n_rays * bytes, Usage::STORAGE | Usage::COPY_SRC);
-            bound.push((name, buffer.clone().into()));
-            (bytes, buffer)
-        };
-        let results: Vec<_> = results.iter().map(buffer).collect();
-        let n_bytes = n_rays * results.iter().map(|(bytes, _)| bytes).sum::<usize>();
-        let staging = gpu.buffer("staging", n_bytes, Usage::MAP_READ | Usage::COPY_DST);
-        let bind_group = program.bindings.bind(&gpu.device, bound.iter().map(whole))?;
-        gpu.check()?;
-        Ok(Room { n_rays, results, staging, bind_group })
-    }
-
-    /// Bytes on the device.
-    fn bytes(&self) -> u64 {
-        let of_results = self.results.iter().map(|(_, buffer)| buffer.size());
-        of_results.sum::<u64>() + self.staging.size()
-    }
-
-    /// Commands that run the shader.
-    pub fn dispatch(
-        &self,
-        gpu: &OpenDevice,
-        program: &Program,
-        [x, y]: [u32; 2],
-        clock: Option<&Clock>,
-    ) -> wgpu::CommandEncoder {
-        let mut encoder = gpu.encoder();
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: None,
-            timestamp_writes: clock.map(Clock::around_pass),
-        });
-        pass.set_pipeline(&program.pipeline);
-        pass.set_bind_group(0, &self.bind_group, &[]);
-        pass.dispatch_workgroups(x, y, 1);
-        drop(pass);
-        if let Some(clock) = clock {
-            clock.stop(&mut encoder);
-        }
-        encoder
-    }
-
-    /// Submits the commands, and hands on what they made of the first rays, array by array. Returns when they were
-    /// made.
-    ///
-    /// # Errors
-    /// What `unfinished` says of a reason when the device takes too long, [`Error::Device`] when it fails.
-    pub fn read(
-        &self,
-        gpu: &OpenDevice,
-        mut encoder: wgpu::CommandEncoder,
-        n_rays: usize,
-        unfinished: impl FnOnce(&str) -> Error,
-        take: &mut dyn FnMut(&[&[u8]]),
-    ) -> Result<Instant> {
-        let (mut end, mut ranges) = (0, Vec::new());
-        for (bytes, buffer) in &self.results {
-            let size = n_rays * bytes;
-            encoder.copy_buffer_to_buffer(buffer, 0, &self.staging, end as u64, Some(size as u64));
-            ranges.push(end..end + size);
-            end += size;
-        }
-        gpu.submit(encoder.finish());
-        let mapped = gpu.map(&self.staging, end as u64);
-        gpu.check()?;
-        let view = mapped.map_err(|reason| unfinished(&reason))?;
-        let made = Instant::now();
-        let arrays: Vec<&[u8]> = ranges.into_iter().map(|range| &view[range]).collect();
-        take(&arrays);
-        drop(view);
-        self.staging.unmap();
-        Ok(made)
-    }
-}
-
 impl Pass {
     /// Compiles the shader of a key, which binds `bound` beside its parameters and what it has of each ray, and runs it on an
     /// empty tile: some drivers compile a shader when it first runs, and that time should not mislead the tiles' size.
@@ -167,23 +67,26 @@ impl Pass {
         bound: Vec<Named>,
     ) -> Result<Pass> {
         let float = key.kernel.about().float;
+        let (n_samples, n_times) = match key.light {
+            Some(LightKey::Certified { n_samples, n_lamps, .. }) => {
+                (n_samples, (n_samples as usize).pow(2) * (n_lamps + 1))
+            }
+            _ => (1, 1),
+        };
         let one_ray = Params { n_rays: 1, ..Params::default() }.bytes(float);
         let ray_bytes = RayRecord::default().bytes(float).len();
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let mut pass = Pass {
             program: gpu.program(key)?,
             float,
-            n_samples: match key.light {
-                Some(LightKey::Certified { n_samples, .. }) => n_samples,
-                _ => 1,
-            },
+            n_samples,
             params: gpu.buffer("params", one_ray.len(), usage),
             bound,
             results: results_of(key),
             ray_bytes: (key.bundle == Bundle::Free).then_some(ray_bytes),
             rays: None,
             room: None,
-            tile_size: TileSize::first(prepared),
+            tile_size: TileSize::first(prepared, n_times),
             clock: None,
             gpu: Arc::clone(gpu),
         };

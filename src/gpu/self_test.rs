@@ -9,9 +9,9 @@ use std::fmt;
 
 use super::compile::compile_self_test;
 use super::device::OpenDevice;
-use super::pass::Room;
 use super::pipeline::Resource;
 use super::program::Program;
+use super::room::Room;
 use super::texture::{TEXELS_PER_ROW, texture};
 use crate::error::{Error, Result};
 use samples::{

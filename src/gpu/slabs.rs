@@ -6,7 +6,7 @@
 //! its low part, and 1 is lost where the slack is added, both of its largest component: [`ASIDE`].
 //!
 //! A direction below [`FLAT`] counts as that, as long as one is needed to divide by. Up to the end of the tree, at `t ≤ 2⁴²` as
-//! boxes and origins are within [`REACH`] and the largest component is at least 1, it moves by less than
+//! boxes and origins are within [`REACH`] and the largest component is at least `1/√3`, it moves by less than
 //! `2⁻³⁸`. That, and what underflows, is in the slack's least part, `2⁻³⁷`; half of it would do for all
 //! that a test finds. So a flat ray within a slab leaves it at `2⁻³⁸·2⁸⁰ = 2⁴²` at the earliest. No slab reaches
 //! `2⁴¹·2⁸⁰·2 = 2¹²²`, so that none overflows.

@@ -120,10 +120,10 @@ impl Tile {
 pub struct TileSize(pub usize);
 
 impl TileSize {
-    /// That of the first one.
-    pub fn first(prepared: &Prepared) -> TileSize {
+    /// That of the first one, where each ray looks at all objects so many times.
+    pub fn first(prepared: &Prepared, n_times: usize) -> TileSize {
         let n_objects = (prepared.n_listed_spheres() + prepared.scene.planes.len()).max(32);
-        TileSize((FIRST_TILE_TESTS / n_objects).clamp(TILE_LEAST_RAYS, TILE_MAX_RAYS))
+        TileSize((FIRST_TILE_TESTS / n_objects / n_times).clamp(TILE_LEAST_RAYS, TILE_MAX_RAYS))
     }
 
     /// Moves toward the target time. A short tile, such as the last one, that met its target says

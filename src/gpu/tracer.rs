@@ -194,14 +194,17 @@ impl Backend for GpuTracer {
             return Ok(false);
         }
         let GpuTracer { gpu, prepared, objects, light: kept, .. } = self;
-        *kept = match CertifiedLight::renewed(kept.take(), gpu, prepared, objects, lighting) {
-            // The device binds too few buffers at once.
-            Err(Error::TooLarge(_)) => None,
-            made => made?,
-        };
-        let Some(light) = kept else { return Ok(false) };
-        light.light(prepared, pixels, control, codes)?;
-        Ok(true)
+        let made = CertifiedLight::renewed(kept.take(), gpu, prepared, objects, lighting);
+        let lit = made.and_then(|made| {
+            *kept = made;
+            let Some(light) = kept else { return Ok(false) };
+            light.light(prepared, pixels, control, codes).map(|()| true)
+        });
+        match lit {
+            // The device binds too few buffers at once, or has too little room.
+            Err(Error::TooLarge(_)) => Ok(false),
+            lit => lit,
+        }
     }
 
     /// All that may fail comes first, so that a tracer that can't be retargeted stays what it was. A moved camera
@@ -216,7 +219,7 @@ impl Backend for GpuTracer {
         check_limits(&self.gpu, prepared)?;
         check_memory(&self.gpu, prepared)?;
         let hierarchy = DeviceHierarchy::new(&self.gpu, prepared)?;
-        self.leaves_to_cpu = leaves_to_cpu(&self.gpu, prepared, hierarchy.as_ref(), self.wants)?;
+        let leaves_to_cpu = leaves_to_cpu(&self.gpu, prepared, hierarchy.as_ref(), self.wants)?;
         self.gpu.check()?;
         let bytes = object_bytes(prepared.objects.bytes());
         for ((_, resource), (_, bytes)) in self.objects.iter().zip(bytes) {
@@ -228,7 +231,7 @@ impl Backend for GpuTracer {
             pass.bind(bound(&self.objects, hierarchy.as_ref()));
         }
         (self.plain_light, self.light) = (None, None);
-        self.hierarchy = hierarchy;
+        (self.hierarchy, self.leaves_to_cpu) = (hierarchy, leaves_to_cpu);
         self.prepared = Arc::clone(prepared);
         Ok(())
     }

@@ -124,6 +124,10 @@ pub trait Float: Real<One = Self, Mask = bool, Id = u32> + Default + Send + Sync
     const TINY: f64;
     /// Beyond every `t` that is looked at, and no infinity: devices may assume that there is none.
     const BEYOND: f64;
+    /// Points are known that are off by less. As an error is at least 3 units of the way `t·d`
+    /// ([`POINT`](crate::guard::steps::POINT)), such a point is less than `1.4 + 1` times [`Float::FARTHEST`] from the reference
+    /// point: squares of its distances stay in range, and it is closer to every object than what stands for "anywhere".
+    const KNOWN: f64;
 
     /// The nearest number.
     fn near(x: f64) -> Self;
@@ -263,9 +267,9 @@ macro_rules! machine_number {
 }
 
 machine_number!(f32, u32, round_down, round_up, UNIT: -23,
-    FARTHEST: 60, SMALLEST: -40, TINY: -90, BEYOND: 100);
+    FARTHEST: 60, SMALLEST: -40, TINY: -90, BEYOND: 100, KNOWN: 39);
 machine_number!(f64, u64, std::convert::identity, std::convert::identity, UNIT: -52,
-    FARTHEST: 240, SMALLEST: -160, TINY: -720, BEYOND: 400);
+    FARTHEST: 240, SMALLEST: -160, TINY: -720, BEYOND: 400, KNOWN: 190);
 
 impl Mask for bool {
     #[inline(always)]

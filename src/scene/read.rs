@@ -57,7 +57,7 @@ fn read_scene_from(files: Files, path: &Path, control: &Control) -> Result<Scene
 }
 
 /// Bytes of memory for each byte of a scene file while it is parsed. Measured for TOML alone: 45 for spheres, 95 for
-/// lists of short numbers; the keys of a sphere take at most 15 for each byte of its text.
+/// lists of short numbers. What tables take beside that is asked for when they are read.
 const PARSE_BYTES: u64 = 100;
 
 /// The text of a scene file.

@@ -6,11 +6,12 @@ use std::ops::{Deref, Range};
 use glam::DVec3;
 use toml::de::DeValue;
 
-use super::places::quoted;
+use super::places::{Fault, quoted};
 use super::table::{Checked, Field, read_table};
 use super::{
     Camera, Color, ColorMap, ImageSize, Light, Plane, Projection, Samples, Sky, Source, hex,
 };
+use crate::memory;
 use crate::plain::steers;
 use crate::words::did_you_mean;
 
@@ -407,6 +408,11 @@ pub fn table<S: Section>(field: &Field) -> Checked<S> {
 pub fn tables<S: Section>(field: &Field) -> Checked<Vec<S>> {
     let expected = || format!("a list of tables, each under its own {}", S::INFO.header);
     let list = field.value().as_array().ok_or_else(|| field.wrong_type(expected()))?;
+    // Each is kept whole until the file is read, however short it is.
+    let bytes = list.len() as u64 * size_of::<S>() as u64;
+    let advice = "give many spheres as a cloud, in a file of their own: [[spheres]]";
+    memory::require(format!("reading {} tables", list.len()), bytes, advice)
+        .map_err(|error| Fault::new(field.span(), error.to_string(), advice))?;
     let read = |value: &toml::Spanned<DeValue>| match value.get_ref() {
         DeValue::Table(table) => read_table(table, value.span()),
         _ => Err(Field { value, ..*field }.wrong_type(expected())),
@@ -496,7 +502,7 @@ impl Value for Color {
         let srgb = self.to_srgb8();
         match self.0 {
             _ if Color::from_srgb8(srgb) == *self => hex(srgb).toml(),
-            [light, ..] if light > 1.0 => light.toml(),
+            [light, g, b] if light > 1.0 && [g, b] == [light; 2] => light.toml(),
             linear => format!("{linear:?}"),
         }
     }

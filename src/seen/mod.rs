@@ -221,7 +221,7 @@ impl<F: Float> Lengths<F> {
     }
 }
 
-/// Where a ray that is known to hit an object does so. What is not known is off by [`Float::BEYOND`] or more.
+/// Where a ray that is known to hit an object does so. What is not known is off by [`Float::KNOWN`] or more.
 #[derive(Clone, Copy, Debug)]
 pub struct Surface<R: Real> {
     /// Bounds of `t`, the lower one 0 or the upper one [`Float::BEYOND`] where there is none.
@@ -266,7 +266,7 @@ impl<R: Real> Surface<R> {
     /// Where something is known.
     #[inline(always)]
     pub fn is_known(&self) -> R::Mask {
-        self.point_error.lt(R::lit(R::One::BEYOND / 4.0))
+        self.point_error.lt(R::lit(R::One::KNOWN))
     }
 
     /// Of which nothing is known.

@@ -128,7 +128,7 @@ impl<R: Real<One: Bounded>> Aim<R> {
                 from_point: zero,
                 to: V3::lit(-direction),
                 away: zero,
-                // No test sees it cut: [`OF_COSINE`] grants four times as much.
+                // No test sees it cut: [`OF_COSINE`] grants more.
                 turned: lit(2.0 * R::One::ROUNDED * R::One::ROUNDING),
                 last: largest,
                 end2: largest,

@@ -428,7 +428,8 @@ impl Seen for SphereSeen<f64> {
         let k = k_from(seen, l, ray);
         let outside = seen.k_error.lt(k);
         let side = R::select(outside, -one, one);
-        let is_known = seen.least2.le(chord2).and(seen.k_error.le(k.abs()));
+        let inside = k.le(-seen.k_error);
+        let is_known = seen.least2.le(chord2).and(outside.or(inside));
         let of_half = seen.of_chord / R::select(is_known, half, one);
         let or_beyond = |error: R| R::select(is_known, error, beyond);
         let t = s + half * side;

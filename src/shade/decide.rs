@@ -118,15 +118,18 @@ impl Certified<'_> {
         let n_spheres = self.occluders.scene.spheres.len() as u32;
         let is_even = lamps.iter().all(|lamp| matches!(lamp.origin, Origin::Sun(_)))
             && samples.iter().all(|sample| sample.id == 0 || sample.id > n_spheres);
-        let mut seen = Vec::new();
-        for sample in samples.iter().filter(|_| is_even) {
-            seen.extend(sample.id.to_le_bytes());
-            if sample.id != 0 {
-                let lamps = lamps.iter().enumerate();
-                seen.extend(lamps.map(|lamp| u8::from(self.is_seen(lamp, sample, counts))));
-            }
+        if !is_even {
+            return None;
         }
-        is_even.then_some(seen)
+        let mut seen: Vec<Vec<u8>> = Vec::with_capacity(samples.len());
+        for sample in samples {
+            let lamps = lamps.iter().enumerate().filter(|_| sample.id != 0);
+            let is_seen = lamps.map(|lamp| u8::from(self.is_seen(lamp, sample, counts)));
+            seen.push(sample.id.to_le_bytes().into_iter().chain(is_seen).collect());
+        }
+        // A mean asks for no order.
+        seen.sort_unstable();
+        Some(seen.concat())
     }
 
     fn exact_mean<C: Written>(

@@ -147,7 +147,7 @@ impl From<&Differences> for Parity {
             hit_or_miss: of.false_hits + of.false_misses,
             other_object: of.wrong_object,
             t_differs: of.t_differs,
-            t_ulp_max: of.t_ulp_max.ceil() as u64,
+            t_ulp_max: of.t_ulp_max.ceil().min(f64::from(u32::MAX)) as u64,
             normal_differs: of.normal_differs,
             normal_distance_max: of.normal_distance_max,
             first: of.first,

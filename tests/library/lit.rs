@@ -30,7 +30,7 @@ fn bytes_are_those_whose_ranges_hold_both_bounds() {
     let begin = |byte: u16| match byte {
         0 => -1.0,
         1..=255 => round_up(edges.range(byte).0),
-        _ => (1u64 << 60) as f32,
+        _ => (1u128 << 90) as f32,
     };
     let ends = |byte: u16| [begin(byte), begin(byte + 1), begin(byte + 2), 0.0].map(Value::F32);
     let ends = Value::Parts((0..=255).map(|byte| Value::Parts(ends(byte).to_vec())).collect());

@@ -41,8 +41,12 @@ struct Summary<'a, Fields> {
 /// As [`json`].
 pub fn summary(command: &'static str, fields: &impl Serialize) -> Result<Vec<u8>> {
     let version = env!("CARGO_PKG_VERSION");
-    let schema = if command == "report" { report::SCHEMA } else { SCHEMA };
-    json(&Summary { schema, version, command: Some(command), fields })
+    json(&Summary { schema: schema(command), version, command: Some(command), fields })
+}
+
+/// The schema of a command's JSON.
+fn schema(command: &str) -> u32 {
+    if command == "report" { report::SCHEMA } else { SCHEMA }
 }
 
 /// True once a summary is on standard output, which has one at most.
@@ -184,7 +188,7 @@ pub fn failed_in_json(error: &Error) {
     let first = arguments.first().and_then(|word| word.to_str());
     let command = first.filter(|word| Cli::command().find_subcommand(word).is_some());
     let failure = Summary {
-        schema: SCHEMA,
+        schema: command.map_or(SCHEMA, schema),
         version: env!("CARGO_PKG_VERSION"),
         command,
         fields: &Failure::from(error),

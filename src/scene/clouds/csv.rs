@@ -20,7 +20,12 @@ fn head(lines: &mut Lines, cloud: &Reading) -> Result<Option<Head>, Stop> {
     const MARK: &[u8] = b"\xef\xbb\xbf";
     let mut comment = None;
     let line = loop {
-        let Some(line) = lines.next(cloud)? else { break Vec::new() };
+        let Some(line) = lines.next(cloud)? else {
+            if comment.is_none() {
+                return Ok(None);
+            }
+            break Vec::new();
+        };
         let line = line.strip_prefix(MARK).unwrap_or(line).trim_ascii().to_vec();
         if line.starts_with(b"#") {
             comment = Some(line);

@@ -261,7 +261,7 @@ fn what_is_no_file_of_the_kind_is_refused_at_once() {
     assert!(said.contains("line 1: the line is longer than 1 MiB"), "{said}");
     let (code, said) = whole("most.toml", &within(400_000, folder.path(), &["check", "most.toml"]));
     assert_eq!(code, 7, "{said}");
-    assert!(said.contains("needs 5120 MiB of memory"), "{said}");
+    assert!(said.contains("needs 6400 MiB of memory"), "{said}");
 }
 
 /// What goes on for ever, as every other input: told with the file, the limit and what to do.
