@@ -254,7 +254,8 @@ impl<F: Float> Frame<F> {
     /// The ray so many steps from the picture's centre, to the right and to the top.
     #[inline(always)]
     pub fn ray<R: Real<One = F>>(&self, across: R, up: R) -> Ray<R> {
-        let [forward, right, true_up] = [self.forward, self.right, self.true_up].map(V3::splat);
+        let forward = V3::splat(self.forward);
+        let (right, true_up) = (V3::splat(self.right), V3::splat(self.true_up));
         match self.lens {
             Lens::Perspective => Ray::new(
                 V3([R::lit(0.0); 3]),

@@ -416,13 +416,15 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         for (pack, shade) in one_by_one(&*packs).zip(&mut *shades) {
             let [mut red, mut green, mut blue] = self.job.color(pack.ids[0]);
             let mut color = V3([Lanes::lit(red), Lanes::lit(green), Lanes::lit(blue)]);
-            for lane in (1..N).filter(|_| !pack.is_uniform()) {
-                if pack.ids[lane] != pack.ids[lane - 1] {
-                    [red, green, blue] = self.job.color(pack.ids[lane]);
+            if !pack.is_uniform() {
+                for lane in 1..N {
+                    if pack.ids[lane] != pack.ids[lane - 1] {
+                        [red, green, blue] = self.job.color(pack.ids[lane]);
+                    }
+                    color.0[0].0[lane] = F::near(red);
+                    color.0[1].0[lane] = F::near(green);
+                    color.0[2].0[lane] = F::near(blue);
                 }
-                color.0[0].0[lane] = F::near(red);
-                color.0[1].0[lane] = F::near(green);
-                color.0[2].0[lane] = F::near(blue);
             }
             shade.light = Light::of(color);
         }

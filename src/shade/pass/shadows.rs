@@ -126,14 +126,20 @@ impl<F: Bounded + Linear> Pass<'_, F> {
         for pack in packs {
             let mut left = pack.surface.is_known().and(is_id(&pack.ids, 0).not());
             while left.any() {
-                let id = first_of(left, &pack.ids);
-                let here = left.and(is_id(&pack.ids, id));
+                let id = match pack.is_uniform() {
+                    true => pack.ids[0],
+                    false => first_of(left, &pack.ids),
+                };
+                let here = if pack.is_uniform() { left } else { left.and(is_id(&pack.ids, id)) };
                 let known = boxes.iter().rposition(|some| some.id == id);
                 let at = known.unwrap_or_else(|| {
                     boxes.push(Extent::none(id));
                     boxes.len() - 1
                 });
                 boxes[at].add(here, &pack.surface);
+                if pack.is_uniform() {
+                    break;
+                }
                 left = left.and(here.not());
             }
         }
@@ -177,7 +183,8 @@ impl<F: Bounded + Linear> Pass<'_, F> {
                     }
                 }
                 // Of those of which nothing is known the lower bound is 0 already.
-                let here = pack.surface.is_known().and(is_id(&pack.ids, id));
+                let here = pack.surface.is_known();
+                let here = if pack.is_uniform() { here } else { here.and(is_id(&pack.ids, id)) };
                 given.take(Verdict::select(here, verdict, Verdict::none()));
             }
         }

@@ -369,7 +369,8 @@ fn assert_failure(ran: &Ran, code: i32) {
     let error = json["error"].as_str().unwrap();
     let first = error.lines().next().unwrap();
     assert!(!first.is_empty() && ran.stderr.contains(first), "{first:?}\n{}", ran.stderr);
-    assert_eq!(json["schema"], 1);
+    let schema = if json["command"] == "report" { 2 } else { 1 };
+    assert_eq!(json["schema"], schema);
 }
 
 #[test]
