@@ -338,7 +338,7 @@ fn cases() -> Vec<Case> {
             text(""),
             both(),
             "file",
-            &["no column `x`"],
+            &["the file is empty"],
             &["the first line names the columns"],
         ),
         (
