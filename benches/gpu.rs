@@ -1,15 +1,16 @@
-//! The kernels on the best Vulkan adapter; without one this fails.
+//! The kernels on the best Vulkan adapter, and the light of `certified` there, in software too; without one this fails.
 
 use std::sync::Arc;
 
-use criterion::Throughput;
-use kugelblitz::Result;
+use criterion::{Criterion, Throughput};
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::{Gpu, Pick};
 use kugelblitz::prepare::Prepared;
-use kugelblitz::scene::Scene;
+use kugelblitz::scene::{Samples, Scene};
+use kugelblitz::shade::certified_lighting;
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
+use kugelblitz::{Error, Result, Session};
 
 use kugelblitz_benches::{Candidate, compare, criterion, figure};
 
@@ -29,6 +30,28 @@ fn candidate<'a>(
     Ok(Candidate::new(kernel.name(), n_rays, work))
 }
 
+/// Lights a whole picture: what f32 tells of it on the device, beside all of it on the CPU.
+fn compare_light(criterion: &mut Criterion) -> Result<()> {
+    let gpu = Gpu::open(&Pick::Best)?.always_lights();
+    let (scene, pixels) = figure("lit/figure1.toml", [1920, 1080])?;
+    let (scene, rays) = (Arc::new(scene), Rays::Pixels(pixels));
+    let name = format!("light of figure 1 on {}", gpu.facts.name);
+    let prepared = Arc::new(Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays)?);
+    let mut tracer = Device::Gpu(Arc::new(gpu)).tracer(&prepared, Wants::default())?.tracer;
+    let n_pixels = Throughput::Elements(pixels.len() as u64);
+    let lighting = certified_lighting(&prepared, &pixels, Samples::ONE)
+        .ok_or_else(|| Error::Usage("f32 has no say in this light".into()))?;
+    let mut codes = Vec::new();
+    let there = Candidate::new("f32 on the device", n_pixels.clone(), move || {
+        tracer.light(&lighting, &pixels, &Control::default(), &mut codes)
+    });
+    let mut session = Session::new(scene, Device::Cpu, Kernel::Certified);
+    let here = Candidate::new("all of it on the CPU", n_pixels, move || {
+        session.colors::<[u8; 3]>(&pixels, Samples::ONE, &Control::default())
+    });
+    compare(criterion, &name, here, vec![there])
+}
+
 fn main() -> Result<()> {
     let gpu = Arc::new(Gpu::open(&Pick::Best)?);
     let (scene, pixels) = figure("figure2.toml", [1280, 720])?;
@@ -43,6 +66,7 @@ fn main() -> Result<()> {
     let baseline = candidate(&gpu, &scene, Kernel::Stable, &rays)?;
     let mut criterion = criterion();
     compare(&mut criterion, &format!("figure 2 on {}", gpu.facts.name), baseline, others)?;
+    compare_light(&mut criterion)?;
     criterion.final_summary();
     Ok(())
 }

@@ -299,6 +299,7 @@ mod tests {
             ("x,y,z\n1,2,inf\n", "finite"),
             ("x,y,z\n1,0,1\n", "line 2: the camera: `look_at` is the same point"),
             ("x,y,z,fov\n1,2,3,180\n", "line 2: the camera: `fov`"),
+            ("x,y,z,up_x,up_y,up_z\n1,2,3,0,0,0\n", "line 2: the camera: `up` is the zero vector"),
             ("frame,x,y,z\n1,1,2,3\n9,2,2,3\n", "a line for each frame"),
         ] {
             let error = read(text).unwrap_err();

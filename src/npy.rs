@@ -476,7 +476,8 @@ fn add_cells(
             let (cell, n_bytes) = Cell::parse(type_name, field, at.unwrap_or_default())?;
             cells.push(cell);
             let sum = at.zip(n_bytes).and_then(|(before, n_bytes)| before.checked_add(n_bytes));
-            *at = sum.filter(|n| *n <= MAX_RECORD_BYTES);
+            // Cells of no bytes are counted, too.
+            *at = sum.filter(|n| (*n).max(cells.len()) <= MAX_RECORD_BYTES);
             return Ok(());
         }
         Value::List(fields) => fields,

@@ -1,4 +1,4 @@
-//! Many spheres: what the pixels of a picture, their samples and the rays of a list see through the tree, in f32.
+//! Many spheres: what the pixels of a picture and their samples see through the tree, in f32.
 //!
 //! A square of pixels first cuts the tree: it takes the boxes that any of its rays may meet, near ones first. Packs of
 //! neighbouring rays begin their walks there, some together. What a walk leaves out is certainly not hit, or certainly
@@ -11,12 +11,12 @@ use std::sync::Arc;
 use glam::DVec3;
 use pulp::{Simd, WithSimd};
 
-use super::tile::{self, List, Tile};
-use crate::bvh::{Beam, Bvh, Cut, Enter, Leaves, Node, Visitor, WIDTH, Walk};
+use super::tile::{self, Tile};
+use crate::bvh::{Beam, Bvh, Cut, Enter, Leaves, Node, Visitor, Walk};
 use crate::guard::{LARGEST_TURN, Reach};
-use crate::num::{Bits, Float, Lanes, OPEN, Real, V3};
+use crate::num::{Bits, Float, Lanes, OPEN, Real};
 use crate::prepare::Prepared;
-use crate::rays::{self, Frame, Lens, Pixels};
+use crate::rays::{Frame, Lens, Pixels};
 use crate::seen::{Eye, Nearest, Objects, Ray};
 use crate::trace::Mixed;
 
@@ -511,165 +511,4 @@ impl<'a> CloudSearch<'a> {
             }
         }
     }
-}
-
-/// The objects as the rays of a list see them in f32.
-pub struct ListSearch<'a> {
-    reference: DVec3,
-    /// Those beside the tree.
-    beside: Objects<f32>,
-    /// The tree over many spheres, and its leaves.
-    tree: Option<(&'a Bvh, &'a Leaves)>,
-}
-
-impl<'a> ListSearch<'a> {
-    /// For the rays that a scene is prepared for.
-    pub fn new(prepared: &'a Prepared) -> ListSearch<'a> {
-        let eye = Eye::of_list(prepared.reference, prepared.farthest_origin());
-        let (beside, tree) = match &prepared.hierarchy {
-            None => (Objects::new(prepared.seen_objects(), &eye), None),
-            Some(hierarchy) => (
-                Objects::new(prepared.beside(&hierarchy.rest), &eye),
-                Some((&*hierarchy.bvh, &*hierarchy.leaves)),
-            ),
-        };
-        ListSearch { reference: prepared.reference, beside, tree }
-    }
-
-    /// Finds what rays see in f32: ids, or [`OPEN`].
-    pub fn look(&self, rays: &[rays::Ray], ids: &mut [u32]) {
-        let list = List::new(rays, self.reference);
-        pulp::Arch::new().dispatch(FindList { search: self, list, ids });
-    }
-}
-
-/// Some rays, compiled for each instruction set that the processor may have.
-struct FindList<'a> {
-    search: &'a ListSearch<'a>,
-    list: List<'a>,
-    ids: &'a mut [u32],
-}
-
-impl WithSimd for FindList<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let FindList { search: ListSearch { beside, tree, .. }, list, ids } = self;
-        match tree {
-            None => {
-                for (first, ids) in (0..).step_by(LANES).zip(ids.chunks_mut(LANES)) {
-                    let (found, _) = beside.nearest(&list.load::<LANES>(first)).decide();
-                    for (id, found) in ids.iter_mut().zip(found.0) {
-                        *id = found.to_id();
-                    }
-                }
-            }
-            Some((bvh, leaves)) => {
-                let tree = OfTree { bvh, leaves, beside, list };
-                match bvh.bytes() {
-                    ..CACHED_BYTES => tree.find::<1>(ids),
-                    _ => tree.find::<ABREAST>(ids),
-                }
-            }
-        }
-    }
-}
-
-/// Rays that walk at a time: while the memory brings what one needs, the others go on. Among 10⁶ spheres
-/// that is two and a half times as fast as one after the other; more don't gain.
-const ABREAST: usize = 8;
-
-/// Trees of fewer bytes are in a processor's caches, where rays are as fast one after the other, and faster
-/// where each goes the way of the one before.
-const CACHED_BYTES: u64 = 4 << 20;
-
-#[derive(Clone, Copy)]
-struct OfTree<'a> {
-    bvh: &'a Bvh,
-    leaves: &'a Leaves,
-    beside: &'a Objects<f32>,
-    list: List<'a>,
-}
-
-/// A ray on its way.
-struct Alone<'a> {
-    leaves: &'a Leaves,
-    ray: Ray<f32>,
-    best: Nearest<f32>,
-}
-
-impl Visitor for Alone<'_> {
-    #[inline(always)]
-    fn last(&self) -> f32 {
-        self.best.high()
-    }
-
-    #[inline(always)]
-    fn expect(&self, place: u32) {
-        self.leaves.expect(place);
-    }
-
-    #[inline(always)]
-    fn visit(&mut self, node: &Node, mut leaves: u32, enter: &Enter) {
-        while leaves != 0 {
-            let lane = leaves.trailing_zeros();
-            leaves &= leaves - 1;
-            if enter.0[lane as usize % WIDTH] <= self.last() {
-                self.leaves.add(node.place(lane), &self.ray, &mut self.best);
-            }
-        }
-    }
-}
-
-impl<'a> OfTree<'a> {
-    #[inline(always)]
-    fn begin(&self, index: usize, walk: &mut Walk) -> Alone<'a> {
-        let OfTree { bvh, leaves, beside, list } = *self;
-        let (from, way) = list.ray(index);
-        let ray = Ray::new(V3::near(from), V3::near(way));
-        walk.begin_at_root(bvh, beam_of(bvh, list.rays[index].origin, way));
-        Alone { leaves, ray, best: beside.nearest(&ray) }
-    }
-
-    #[inline(always)]
-    fn find<const N: usize>(&self, ids: &mut [u32]) {
-        let mut walks: [Walk; N] = std::array::from_fn(|_| Walk::default());
-        let mut next = 0;
-        let mut slots: [Option<(usize, Alone)>; N] = std::array::from_fn(|_| None);
-        let mut n_walking = 0;
-        for (slot, walk) in slots.iter_mut().zip(&mut walks) {
-            if next < ids.len() {
-                *slot = Some((next, self.begin(next, walk)));
-                next += 1;
-                n_walking += 1;
-            }
-        }
-        while n_walking > 0 {
-            for (slot, walk) in slots.iter_mut().zip(&mut walks) {
-                let Some((at, alone)) = slot else { continue };
-                if walk.step(self.bvh, alone) {
-                    continue;
-                }
-                (ids[*at], _) = alone.best.decide();
-                if next < ids.len() {
-                    (*at, *alone) = (next, self.begin(next, walk));
-                    next += 1;
-                } else {
-                    *slot = None;
-                    n_walking -= 1;
-                }
-            }
-        }
-    }
-}
-
-/// The beam of a ray of a list, whose direction has a largest component in `1..2`.
-#[inline(always)]
-pub fn beam_of(bvh: &Bvh, origin: DVec3, direction: DVec3) -> Beam {
-    let from = origin - bvh.reference;
-    // The difference is rounded once.
-    let room = from.abs() * f64::EPSILON;
-    let origin = [from - room, from + room];
-    Beam::new(origin, [direction; 2], bvh.end(origin))
 }

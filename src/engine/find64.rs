@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::cloud::{Aim, beam_of};
+use super::cloud::Aim;
+use super::list::beam_of;
 use super::tile::Tile;
 use crate::bvh::{Bvh, Enter, Node, Visitor, WIDTH, Walk, above};
 use crate::guard::{self, Reach};

@@ -3,10 +3,11 @@
 
 mod cloud;
 mod find64;
+mod list;
 mod search;
 mod tile;
 
-pub use cloud::ListSearch;
 pub use find64::{Candidates, Find64, Said};
+pub use list::{List, ListSearch};
 pub use search::{LARGEST, Room, Search};
-pub use tile::{List, Tile};
+pub use tile::Tile;

@@ -267,9 +267,14 @@ impl Derivation {
 
     /// Adds the expressions that a calculator takes from the formula of `value` to `results`.
     fn calculate(&self, line: &mut Line, value: Value, results: &[Step], shown: Shown) {
-        for addends in &[vec![], value.addends()][..shown as usize] {
-            let digits = self.digits_for(results, addends);
-            line.push_expression(value, digits, addends);
+        let forms = match shown {
+            Shown::Result => vec![],
+            Shown::Numbers => vec![vec![]],
+            Shown::Addends => vec![vec![], value.addends()],
+        };
+        for addends in forms {
+            let digits = self.digits_for(results, &addends);
+            line.push_expression(value, digits, &addends);
         }
     }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::samples::Samples;
-use super::{Case, Class, Count, Metric, Of, Row, RowKey, Settings, Spread};
+use super::{Case, Class, Count, Metric, Of, Row, Settings, Spread};
 use crate::control::Control;
 use crate::device::{Device, Made};
 use crate::error::Result;
@@ -156,13 +156,12 @@ impl<'a> Work<'a> {
     fn class_rows(&self, rows: &[Row], measured: &[Measured]) -> Vec<Row> {
         let mut classes = Vec::new();
         for class in [Class::Lecture, Class::Hard, Class::Given] {
-            for benchmark in self.benchmarks {
-                let is_own = |(row, _): &(&Row, &Measured)| {
-                    let RowKey { of, kernel, device, .. } = &row.key;
-                    matches!(of, Of::Scene { class: own, .. } if *own == class)
-                        && (kernel, device) == (&benchmark.name, &benchmark.device)
-                };
-                let own = || rows.iter().zip(measured).filter(is_own);
+            for (number, benchmark) in self.benchmarks.iter().enumerate() {
+                // Of each scene there is a row for each benchmark, in their order.
+                let of_benchmark =
+                    || rows.iter().zip(measured).skip(number).step_by(self.benchmarks.len());
+                let is_own = |(row, _): &(&Row, &Measured)| matches!(row.key.of, Of::Scene { class: own, .. } if own == class);
+                let own = || of_benchmark().filter(is_own);
                 let mut errors = Samples::default();
                 own().for_each(|(_, measured)| errors.append(&measured.errors));
                 errors.count(Count::Scenes, own().count() as u64);

@@ -211,6 +211,11 @@ impl CameraKeys {
             ));
         }
         let up = self.up.as_ref().map_or(DVec3::Y, |up| up.value);
+        if up == DVec3::ZERO {
+            let span = self.up.as_ref().map_or(&look_at.span, |up| &up.span);
+            let help = "choose a direction across the view, of any length but zero";
+            return Err(Fault::new(span.clone(), "`up` is the zero vector", help));
+        }
         if !(direction(axis).cross(direction(up)).length() > MIN_UP_SINE) {
             let default = if self.up.is_none() { "default " } else { "" };
             let other = match direction(axis).abs().y > 0.5 {

@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use exr::prelude::{ReadChannels, ReadLayers};
 use kugelblitz::Session;
@@ -14,12 +13,12 @@ use kugelblitz::memory::Available;
 use kugelblitz::num::OPEN;
 use kugelblitz::output::{OutputFile, commit};
 use kugelblitz::picture::{Bits, Format, PictureOptions};
-use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Prepared};
+use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::render::plan;
-use kugelblitz::scene::{Samples, Scene, Sphere, read_scene};
+use kugelblitz::scene::{Samples, Scene, read_scene};
 use kugelblitz::shade::{Encoding, Pixel, Style, certified_lighting};
-use kugelblitz::trace::{Kernel, Ray, Rays, StageCounts, Wants};
+use kugelblitz::trace::{Kernel, Rays, StageCounts, Wants};
 use kugelblitz_tests::{gpu, root};
 
 fn session(file: &str, device: Device) -> Session {
@@ -45,9 +44,8 @@ fn far_lamps_and_planes_in_one_place_need_no_exact_arithmetic() {
     assert_eq!(shadow_rays("hard/coincident_floor.toml", 1).exact, 0);
 }
 
-/// What a device that lights by itself makes of a scene: the times to compile and to light, the best of ten, and the share of
-/// pixels that it leaves open.
-fn lit_by_device(scene: &Scene, [width, height]: [u32; 2], n: u32) -> ([Duration; 2], f64) {
+/// The share of pixels that a device that lights by itself leaves open.
+fn left_open(scene: &Scene, [width, height]: [u32; 2], n: u32) -> f64 {
     let gpu = Arc::new(Gpu::open(&Pick::Best).unwrap().always_lights());
     let view = View::new(scene.camera.as_ref().unwrap());
     let pixels = Pixels::whole(view, width, height);
@@ -55,18 +53,11 @@ fn lit_by_device(scene: &Scene, [width, height]: [u32; 2], n: u32) -> ([Duration
     let prepared = Prepared::new(Arc::new(scene.clone()), Kernel::Certified, &rays).unwrap();
     let prepared = Arc::new(prepared);
     let lighting = certified_lighting(&prepared, &pixels, Samples::nearest(n)).unwrap();
-    let made = Device::Gpu(gpu).tracer(&prepared, Wants::default()).unwrap();
-    let (mut tracer, mut codes) = (made.tracer, Vec::new());
-    let first = Pixels { height: 1, ..pixels };
-    let mut light = |pixels: &Pixels| {
-        let start = Instant::now();
-        assert!(tracer.light(&lighting, pixels, &Control::default(), &mut codes).unwrap());
-        start.elapsed()
-    };
-    let compile = made.compile + light(&first);
-    let best = (0..10).map(|_| light(&pixels)).min().unwrap();
+    let mut tracer = Device::Gpu(gpu).tracer(&prepared, Wants::default()).unwrap().tracer;
+    let mut codes = Vec::new();
+    assert!(tracer.light(&lighting, &pixels, &Control::default(), &mut codes).unwrap());
     let n_open = codes.iter().filter(|&&code| code == OPEN).count();
-    ([compile, best], n_open as f64 / codes.len() as f64)
+    n_open as f64 / codes.len() as f64
 }
 
 #[test]
@@ -74,46 +65,9 @@ fn a_device_leaves_few_pixels_of_the_figures_open() {
     for file in ["figure1.toml", "figure2.toml"] {
         let scene = read_scene(&root().join("scenes/lit").join(file)).unwrap();
         for n in [1, 3] {
-            let (_, open) = lit_by_device(&scene, [320, 180], n);
+            let open = left_open(&scene, [320, 180], n);
             assert!(open <= 0.015, "{file}, {n} x {n}: {open}");
         }
-    }
-}
-
-/// For who changes shaders, on a quiet machine: `cargo test -p kugelblitz-tests --test device -- --ignored --nocapture times`.
-#[test]
-#[ignore = "times say something on a quiet machine alone"]
-fn times_of_light_and_of_compiling() {
-    let figure = |file| read_scene(&root().join("scenes/lit").join(file)).unwrap();
-    let few = |n: usize| {
-        let scene = figure("figure1.toml");
-        let sphere = |k: usize| Sphere {
-            center: scene.spheres[0].center + glam::DVec3::new(k as f64, 1.0, 0.0),
-            ..scene.spheres[0]
-        };
-        Scene { spheres: (0..n).map(sphere).collect(), ..scene }
-    };
-    let figures = [figure("figure1.toml"), figure("figure2.toml"), few(FEW_SPHERES)];
-    for (scene, name) in figures.iter().zip(["figure 1", "figure 2", "16 spheres"]) {
-        for n in [1, 3] {
-            let ([compile, time], open) = lit_by_device(scene, [1920, 1080], n);
-            println!(
-                "{name}, {n} x {n}: {compile:.1?} to compile, {time:.1?}, {:.2} % open",
-                100.0 * open
-            );
-        }
-    }
-    let scene = Arc::new(few(LISTED_SPHERES));
-    let ray = |k: usize| Ray {
-        origin: glam::DVec3::ZERO,
-        direction: glam::DVec3::new(1.0, k as f64, 0.0),
-    };
-    let rays = Rays::List((0..100).map(ray).collect());
-    for kernel in [Kernel::Stable, Kernel::Certified] {
-        let prepared = Prepared::new(Arc::clone(&scene), kernel, &rays).unwrap();
-        let gpu = Arc::new(Gpu::open(&Pick::Best).unwrap());
-        let made = Device::Gpu(gpu).tracer(&Arc::new(prepared), Wants::default()).unwrap();
-        println!("128 spheres, {}: {:.1?} to compile", kernel.name(), made.compile);
     }
 }
 

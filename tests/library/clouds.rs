@@ -341,6 +341,7 @@ fn cases() -> Vec<Case> {
             &["the file is empty"],
             &["the first line names the columns"],
         ),
+        ("a.csv", text("x,y,z\n\n1,2,\"3\n4,5,6\n"), both(), "file", &["line 3: a quote is opened"], &["close it"]),
         (
             "a.csv",
             text("1,2,3\n4,5,6\n"),

@@ -240,8 +240,12 @@ impl<'c> Lines<'c> {
                 }
                 at += 1;
             }
-            if !is_quoted || !self.read_on(cloud)? {
+            if !is_quoted {
                 break;
+            }
+            if !self.read_on(cloud)? {
+                let found = format!("line {number}: a quote is opened, and not closed behind it");
+                return Err(cloud.wrong(found, "close it, or leave it out"));
             }
         }
         if !has_words || start < at {
