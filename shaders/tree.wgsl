@@ -12,7 +12,8 @@ fn texel(index: u32) -> vec2u {
     return vec2u(index & ((1u << ROW_BITS) - 1u), index >> ROW_BITS);
 }
 
-// What a walk that got to the box `at` has found, or undecided: a device in software may stop a long walk.
+// What a walk that got to the box `at` has found, or undecided: after MOST_BOXES it stops, and a device in software may stop it
+// sooner.
 fn unless_stopped(nearest: Nearest, at: u32) -> Nearest {
     let is_stopped = at < walk.n_boxes;
     return Nearest(
@@ -39,11 +40,13 @@ fn nearest_in_tree(ray: Ray, listed: Nearest) -> Nearest {
     let slabs = slabs_of(ray, walk.beside);
     var nearest = listed;
     var at = 0u;
-    while at < walk.n_boxes {
+    var n_left = MOST_BOXES;
+    while at < walk.n_boxes && n_left > 0u {
         // A lane that has found a sphere waits until the others have, and all test theirs at once.
         var place = NO_PLACE;
         var id = 0u;
-        while at < walk.n_boxes && place == NO_PLACE {
+        while at < walk.n_boxes && place == NO_PLACE && n_left > 0u {
+            n_left -= 1u;
             let low = textureLoad(boxes, texel(2u * at), 0);
             let high = textureLoad(boxes, texel(2u * at + 1u), 0);
             let is_leaf = (low.w & IS_LEAF) != 0u;

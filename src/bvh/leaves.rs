@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::{Bvh, prefetch};
 use crate::guard::length_bounds;
 use crate::num::fields::words;
-use crate::num::{Float, Lanes, Real, V3};
+use crate::num::{Float, Lanes, Real, V3, dispatch};
 use crate::scene::Sphere;
 use crate::seen::{Eye, Nearest, Ray, Record, SphereLeaf, is_near_surface};
 
@@ -39,9 +39,8 @@ impl Leaves {
     /// Those of a tree.
     pub fn new(bvh: &Bvh, eye: &Eye) -> Leaves {
         let close = Mutex::new(Vec::new());
-        let arch = pulp::Arch::new();
         let see = |(spheres, ids): (&[Sphere], &[u32])| {
-            let (block, is_close) = arch.dispatch(See { spheres, ids, eye });
+            let (block, is_close) = dispatch(See { spheres, ids, eye });
             if is_close.contains(&true) {
                 let some = ids.iter().zip(is_close).filter(|&(_, is_close)| is_close);
                 let mut close = close.lock().unwrap_or_else(PoisonError::into_inner);

@@ -8,7 +8,7 @@ use super::{Stage, StageRays};
 use crate::exact::{ExactHit, ExactRay, Shape, visible_root};
 use crate::guard::host::{HOST_UNIT_F64, input_in_f64};
 use crate::guard::{self, InputError, Reach};
-use crate::num::{Bits, Float, LaneBits, Lanes, Mask, Real, V3, one_by_one};
+use crate::num::{Bits, Float, LaneBits, Lanes, Mask, Real, V3, dispatch, one_by_one};
 use crate::prepare::{Scaled, power_of_two};
 use crate::rays::{Frame, Lens, Pixels};
 use crate::scene::{Plane, Scene};
@@ -187,7 +187,7 @@ impl<'a> Surfaces<'a, f64> {
         let rows = ids.chunks(row).zip(t.chunks_mut(row)).zip(normal.chunks_mut(row));
         for (first, ((ids, t), normal)) in (first..).step_by(row).zip(rows) {
             let packs = &mut *room;
-            pulp::Arch::new().dispatch(Round { surfaces: self, first, ids, packs, t, normal });
+            dispatch(Round { surfaces: self, first, ids, packs, t, normal });
         }
     }
 
@@ -309,13 +309,40 @@ impl<'a, F: Float> Surfaces<'a, F> {
         for pack in one_by_one(&mut *packs).filter(|pack| pack.kind == Kind::Plane) {
             self.keep_of_plane(pack);
         }
-        for pack in one_by_one(&mut *packs).filter(|pack| pack.kind == Kind::Several) {
-            pack.surface = self.on_several(pack);
+        // Those without a record for all their rays; then those at a silhouette, as if their spheres were close.
+        for is_close in [false, true] {
+            let is_left = |pack: &&mut Pack<F, N>| match is_close {
+                false => !self.has_record(pack),
+                true => self.leaves_spheres_open(pack),
+            };
+            for pack in one_by_one(&mut *packs).filter(is_left) {
+                pack.is_close = is_close;
+                pack.surface = self.on_several(pack);
+            }
         }
-        // At a silhouette.
-        for pack in one_by_one(&mut *packs).filter(|pack| self.leaves_spheres_open(pack)) {
-            pack.is_close = true;
-            pack.surface = self.on_several(pack);
+    }
+
+    /// The record of the one sphere that a pack sees, and whether it is close.
+    #[inline(always)]
+    fn sphere_of<const N: usize>(&self, pack: &Pack<F, N>) -> Option<(&SphereSeen<F>, bool)> {
+        let place = self.spheres.binary_search_by_key(&pack.ids[0], |&(id, ..)| id).ok()?;
+        let (_, seen, is_close) = &self.spheres[place];
+        Some((seen, *is_close))
+    }
+
+    /// The record of the one plane that a pack sees.
+    #[inline(always)]
+    fn plane_of<const N: usize>(&self, pack: &Pack<F, N>) -> Option<&PlaneSeen<F>> {
+        self.planes.get(pack.ids[0] as usize - 1 - self.scene.spheres.len())
+    }
+
+    #[inline(always)]
+    fn has_record<const N: usize>(&self, pack: &Pack<F, N>) -> bool {
+        match pack.kind {
+            Kind::Nothing => true,
+            Kind::Sphere => self.sphere_of(pack).is_some(),
+            Kind::Plane => self.plane_of(pack).is_some(),
+            Kind::Several => false,
         }
     }
 
@@ -348,13 +375,9 @@ impl<'a, F: Float> Surfaces<'a, F> {
     // What several branches return goes through memory, and in pieces: each keeps its own.
     #[inline(always)]
     fn keep_of_sphere<const N: usize>(&self, pack: &mut Pack<F, N>) {
-        let Ok(place) = self.spheres.binary_search_by_key(&pack.ids[0], |&(id, ..)| id) else {
-            pack.surface = self.on_spheres(pack);
-            return;
-        };
-        let (_, seen, is_close) = &self.spheres[place];
+        let Some((seen, is_close)) = self.sphere_of(pack) else { return };
         let (seen, lengths) = (SphereSeen::splat(seen), self.lengths.splat());
-        match *is_close || pack.is_close {
+        match is_close {
             false => pack.surface = SphereSeen::surface(&seen, &pack.ray, &lengths),
             true => pack.surface = SphereSeen::surface_close(&seen, &pack.ray, &lengths),
         }
@@ -362,13 +385,9 @@ impl<'a, F: Float> Surfaces<'a, F> {
 
     #[inline(always)]
     fn keep_of_plane<const N: usize>(&self, pack: &mut Pack<F, N>) {
-        match self.planes.get(pack.ids[0] as usize - 1 - self.scene.spheres.len()) {
-            Some(seen) => {
-                let (seen, lengths) = (PlaneSeen::splat(seen), self.lengths.splat());
-                pack.surface = PlaneSeen::surface(&seen, &pack.ray, &lengths);
-            }
-            None => pack.surface = self.on_plane(pack.ids[0], pack),
-        }
+        let Some(seen) = self.plane_of(pack) else { return };
+        let (seen, lengths) = (PlaneSeen::splat(seen), self.lengths.splat());
+        pack.surface = PlaneSeen::surface(&seen, &pack.ray, &lengths);
     }
 
     #[inline(always)]

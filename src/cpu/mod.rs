@@ -222,16 +222,16 @@ impl Stages<'_> {
 
         open.clear();
         // Hardly a part of a picture has one.
-        for (start, ids) in (first as u32..).step_by(LOOKED_AT).zip(ids.chunks(LOOKED_AT)) {
+        for (start, ids) in (first..).step_by(LOOKED_AT).zip(ids.chunks(LOOKED_AT)) {
             if ids.contains(&OPEN) {
                 let rays = (start..).zip(ids).filter(|&(_, &id)| id == OPEN);
-                open.extend(rays.map(|(ray, _)| ray));
+                open.extend(rays.map(|(ray, _)| ray as u32));
             }
         }
         if let Rays::List(all) = self.rays {
-            let (start, counted) = (first as u32, &all[first..][..ids.len()]);
-            let left = (start..).zip(counted).filter(|(_, ray)| !is_ordinary(ray));
-            open.extend(left.map(|(ray, _)| ray));
+            let left =
+                (first..).zip(&all[first..][..ids.len()]).filter(|(_, ray)| !is_ordinary(ray));
+            open.extend(left.map(|(ray, _)| ray as u32));
             open.sort_unstable();
             open.dedup();
         }

@@ -2,7 +2,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::{Part, parts};
@@ -10,7 +10,7 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::kernel::plain::{Plain, PlainRays};
 use crate::kernel::{Lists, Objects};
-use crate::num::{Bits, Float};
+use crate::num::{Bits, Float, dispatch};
 use crate::prepare::Prepared;
 use crate::rays::Rays;
 use crate::trace::Hits;
@@ -37,7 +37,7 @@ fn trace_with<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
     let rays = &PlainRays::new(prepared.coordinates(), rays);
     parts.try_for_each(|part| {
         let n_rays = part.ids.len() as u64;
-        Arch::new().dispatch(Trace::<S, P, N> { lists, rays, control, part })?;
+        dispatch(Trace::<S, P, N> { lists, rays, control, part })?;
         control.advance(n_rays);
         Ok(())
     })

@@ -14,7 +14,7 @@ use pulp::{Simd, WithSimd};
 use super::tile::{self, Tile};
 use crate::bvh::{Beam, Bvh, Cut, Enter, Leaves, Node, Visitor, Walk};
 use crate::guard::{LARGEST_TURN, Reach};
-use crate::num::{Bits, Float, Lanes, OPEN, Real};
+use crate::num::{Bits, Float, Lanes, OPEN, Real, dispatch};
 use crate::prepare::Prepared;
 use crate::rays::{Frame, Lens, Pixels};
 use crate::seen::{Eye, Nearest, Objects, Ray};
@@ -389,7 +389,7 @@ impl<'a> CloudSearch<'a> {
         let [(across, up), (right, bottom)] = [[left, top], [left + columns - 1, top + rows - 1]]
             .map(|[x, y]| self.middle(pixels, x, y));
         let beam = self.aim.beam(wider([across, right], reach), wider([bottom, up], reach));
-        pulp::Arch::new().dispatch(MakeCut { bvh: self.bvh, beam, cut: &mut room.cut });
+        dispatch(MakeCut { bvh: self.bvh, beam, cut: &mut room.cut });
         let (_, beside) = &self.of_rays;
         room.index.clear();
         if room.cut.nodes().is_empty() && beside.is_empty() {
@@ -404,7 +404,7 @@ impl<'a> CloudSearch<'a> {
             None if self.n == 1 => self.sight(&self.of_rays, 0.0),
             None => return room.index.iter().for_each(|&at| whole[at as usize] = OPEN),
         };
-        pulp::Arch::new().dispatch(Find { sight: &sight, room });
+        dispatch(Find { sight: &sight, room });
         let side = SIDE as usize;
         for (places, ids) in room.index.chunks(side).zip(room.tile.ids.chunks(side)) {
             if places.iter().zip(places[0]..).all(|(&at, next)| at == next) {
@@ -499,7 +499,7 @@ impl<'a> CloudSearch<'a> {
             }
         }
         let sight = self.sight(&self.of_rays, 0.0);
-        pulp::Arch::new().dispatch(Find { sight: &sight, room });
+        dispatch(Find { sight: &sight, room });
         let n_each = (n * n) as usize;
         for (&at, seen) in room.index.iter().zip(room.tile.ids.chunks_exact(n_each)) {
             let first = seen[0];

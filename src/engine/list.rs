@@ -6,7 +6,7 @@ use glam::DVec3;
 use pulp::{Simd, WithSimd};
 
 use crate::bvh::{Beam, Bvh, Enter, Leaves, Node, Visitor, WIDTH, Walk};
-use crate::num::{Bits, Lanes, Real, Scaled, V3};
+use crate::num::{Bits, Lanes, Real, Scaled, V3, dispatch};
 use crate::prepare::Prepared;
 use crate::rays;
 use crate::seen::{Eye, Nearest, Objects, Ray};
@@ -84,7 +84,7 @@ impl<'a> ListSearch<'a> {
     /// Finds what rays see in f32: ids, or [`OPEN`](crate::num::OPEN).
     pub fn look(&self, rays: &[rays::Ray], ids: &mut [u32]) {
         let list = List::new(rays, self.reference);
-        pulp::Arch::new().dispatch(FindList { search: self, list, ids });
+        dispatch(FindList { search: self, list, ids });
     }
 }
 

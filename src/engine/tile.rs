@@ -2,7 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::num::{Bits, Float, Lanes};
+use crate::num::{Bits, Float, Lanes, dispatch};
 use crate::rays::Frame;
 use crate::seen::Objects;
 
@@ -65,12 +65,12 @@ impl Tile {
 
     /// Finds what they see in f32: ids, or [`crate::num::OPEN`].
     pub fn find_f32(&mut self, camera: &Frame<f32>, objects: &Objects<f32>) {
-        pulp::Arch::new().dispatch(Find::<f32, LANES_F32> { camera, objects, tile: self });
+        dispatch(Find::<f32, LANES_F32> { camera, objects, tile: self });
     }
 
     /// The same in f64.
     pub fn find_f64(&mut self, camera: &Frame<f64>, objects: &Objects<f64>) {
-        pulp::Arch::new().dispatch(Find::<f64, LANES_F64> { camera, objects, tile: self });
+        dispatch(Find::<f64, LANES_F64> { camera, objects, tile: self });
     }
 }
 

@@ -43,12 +43,18 @@ impl<'a> Surd<'a> {
         (signum(&self.y) == 0 || signum(self.radicand) == 0).then_some(&self.x)
     }
 
-    /// Bounds of a number that is at least 0.
+    /// Bounds of a number that is at least 0, some units of the last of `n_bits` bits apart. Parts of different signs may cancel
+    /// any number of bits, those of `x + y·√D = (x² − y²D)/(x − y·√D)` none.
     fn enclose(&self, n_bits: usize) -> Enclosure {
+        let magnitude = |part: &Real| if signum(part) < 0 { -part.clone() } else { part.clone() };
+        let (x, y) = (magnitude(&self.x), magnitude(&self.y));
         let root = Enclosure::of(self.radicand).sqrt(n_bits);
-        let (near, far) = (&self.y * &root.low, &self.y * &root.high);
-        let (low, high) = if near < far { (near, far) } else { (far, near) };
-        Enclosure::between(&self.x + low, &self.x + high).to_bits(n_bits)
+        let sum = Enclosure::of(&x).plus(&root.times(&Enclosure::of(&y), n_bits)).to_bits(n_bits);
+        if signum(&self.x) * signum(&self.y) >= 0 {
+            return sum;
+        }
+        let apart = magnitude(&(&x * &x - &y * &y * self.radicand));
+        Enclosure::of(&apart).over(&sum, n_bits).unwrap_or_else(|| Enclosure::of(&Real::zero()))
     }
 }
 
@@ -330,7 +336,35 @@ impl ExactCosine<'_> {
         let divisor = self.denominator2.enclose(n_bits).sqrt(n_bits);
         let quotient = self.numerator.enclose(n_bits).over(&divisor, n_bits);
         let one = Real::one();
+        debug_assert!(quotient.is_some(), "a way without a length");
         let (low, high) = quotient.map_or((Real::zero(), one.clone()), |e| (e.low, e.high));
         Enclosure::between(low, if high > one { one } else { high })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::number::power_of_two;
+    use super::*;
+
+    /// `(2ᵏ + n) − √(4ᵏ + 1)`, which is `n` less `1/2ᵏ⁺¹`, is as narrowly enclosed as its parts, however many bits cancel.
+    #[test]
+    fn what_cancels_is_enclosed_narrowly() {
+        for (k, n) in [(10, 1), (100, 3), (5000, 1), (5000, 0)] {
+            let radicand = &power_of_two(2 * k) + &Real::one();
+            let large = &power_of_two(k) + &Real::new(n.into(), 0);
+            let surd = match n {
+                0 => Surd::new(-large, Real::one(), &radicand),
+                _ => Surd::new(large, -Real::one(), &radicand),
+            };
+            let Enclosure { low, high } = surd.enclose(64);
+            let half_step = power_of_two(-k - 1);
+            let [least, most] = match n {
+                0 => [&half_step - &power_of_two(-3 * k - 3), half_step],
+                _ => [&Real::new(n.into(), 0) - &half_step, Real::new(n.into(), 0)],
+            };
+            assert!(low <= most && least <= high, "{k} {n}");
+            assert!(&high - &low < &low * &power_of_two(-58), "{k} {n}");
+        }
     }
 }

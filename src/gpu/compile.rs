@@ -8,7 +8,7 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use super::layout::{Lamp, Layout, Lighting, Params, RayRecord, Walk};
 use super::self_test::NUMERATOR;
 use super::texture::TEXELS_PER_ROW;
-use crate::bvh::IS_LEAF;
+use crate::bvh::{IS_LEAF, MOST_BOXES};
 use crate::error::{Error, Result};
 use crate::kernel::{About, Float, Kernel, Part, SHARED_PARTS, Space, part};
 use crate::num::{Float as _, OPEN};
@@ -183,6 +183,7 @@ fn constants(key: &ShaderKey) -> String {
     if key.spheres == Finding::Tree {
         constants.extend([
             ("IS_LEAF", format!("{IS_LEAF}u")),
+            ("MOST_BOXES", format!("{MOST_BOXES}u")),
             ("NO_PLACE", format!("{}u", u32::MAX)),
             ("ROW_BITS", format!("{}u", TEXELS_PER_ROW.ilog2())),
         ]);

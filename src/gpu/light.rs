@@ -49,8 +49,9 @@ impl CertifiedLight {
         let n_samples = (lighting.n_samples as usize).pow(2);
         let most =
             if gpu.facts.is_software() { MOST_TURNS_IN_SOFTWARE } else { MOST_TESTS_OF_PIXEL };
+        // To find what a sample sees, where it meets that, and its colour, each takes a turn an object.
         let n_turns =
-            prepared.scene.n_objects() + lighting.lamps.len() * (lighting.occluders.len() + 1);
+            3 * prepared.scene.n_objects() + lighting.lamps.len() * (lighting.occluders.len() + 1);
         if n_samples * n_turns > most {
             return Ok(None);
         }

@@ -86,7 +86,7 @@ impl Pass {
             ray_bytes: (key.bundle == Bundle::Free).then_some(ray_bytes),
             rays: None,
             room: None,
-            tile_size: TileSize::first(prepared, n_times),
+            tile_size: TileSize::first(prepared, n_times, gpu.facts.is_software()),
             clock: None,
             gpu: Arc::clone(gpu),
         };
@@ -139,7 +139,7 @@ impl Pass {
         let (mut timing, mut first) = (Timing::default(), 0);
         while first < rays.len() {
             control.check()?;
-            let tile = Tile::new(rays, first, self.tile_size.0);
+            let tile = Tile::new(rays, first, self.tile_size.n_rays);
             let start = Instant::now();
             let room = match self.room.take().filter(|room| room.n_rays >= tile.n_rays) {
                 Some(room) => room,

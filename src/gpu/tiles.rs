@@ -16,6 +16,10 @@ const TILE_TARGET: Duration = Duration::from_millis(75);
 /// Most rays of one dispatch; bounds the memory for results.
 const TILE_MAX_RAYS: usize = 1 << 20;
 
+/// The same where a device in software walks through a tree: [`MOST_BOXES`](crate::bvh::MOST_BOXES) of each ray then take half a
+/// minute on two cores, and a driver is given up after one.
+const TILE_MAX_RAYS_IN_SOFTWARE: usize = 1 << 17;
+
 /// Ray–object tests of the first dispatch, before anything is known about the device: about a
 /// millisecond on two CPU cores.
 const FIRST_TILE_TESTS: usize = 1 << 19;
@@ -117,13 +121,22 @@ impl Tile {
 
 /// Most rays of the next tile.
 #[derive(Clone, Copy, Debug)]
-pub struct TileSize(pub usize);
+pub struct TileSize {
+    /// Now.
+    pub n_rays: usize,
+    most: usize,
+}
 
 impl TileSize {
     /// That of the first one, where each ray looks at all objects so many times.
-    pub fn first(prepared: &Prepared, n_times: usize) -> TileSize {
+    pub fn first(prepared: &Prepared, n_times: usize, is_software: bool) -> TileSize {
         let n_objects = (prepared.n_listed_spheres() + prepared.scene.planes.len()).max(32);
-        TileSize((FIRST_TILE_TESTS / n_objects / n_times).clamp(TILE_LEAST_RAYS, TILE_MAX_RAYS))
+        let most = match prepared.hierarchy {
+            Some(_) if is_software => TILE_MAX_RAYS_IN_SOFTWARE,
+            _ => TILE_MAX_RAYS,
+        };
+        let n_rays = (FIRST_TILE_TESTS / n_objects / n_times).clamp(TILE_LEAST_RAYS, most);
+        TileSize { n_rays, most }
     }
 
     /// Moves toward the target time. A short tile, such as the last one, that met its target says
@@ -131,7 +144,7 @@ impl TileSize {
     pub fn adapt(&mut self, n_rays: usize, spent: Duration) {
         let ratio = TILE_TARGET.as_secs_f64() / spent.as_secs_f64().max(1e-6);
         let wanted = (n_rays as f64 * ratio.clamp(0.125, 8.0)) as usize;
-        let least = if ratio >= 1.0 { self.0 } else { TILE_LEAST_RAYS };
-        self.0 = wanted.max(least).clamp(TILE_LEAST_RAYS, TILE_MAX_RAYS);
+        let least = if ratio >= 1.0 { self.n_rays } else { TILE_LEAST_RAYS };
+        self.n_rays = wanted.max(least).clamp(TILE_LEAST_RAYS, self.most);
     }
 }

@@ -6,6 +6,8 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use pulp::{Arch, WithSimd};
+
 use super::{Bits, Float, Mask, Real};
 
 /// `N` numbers, one a lane.
@@ -40,6 +42,13 @@ impl<F: Float, const N: usize> Lanes<F, N> {
 #[inline(always)]
 pub fn one_by_one<I: IntoIterator>(packs: I) -> impl Iterator<Item = I::Item> {
     packs.into_iter().map(std::hint::black_box)
+}
+
+/// Runs loops over lanes, compiled for each instruction set that the processor may have. What it runs is compiled once, not for
+/// each caller and each type that a caller is generic over.
+#[inline(never)]
+pub fn dispatch<W: WithSimd>(work: W) -> W::Output {
+    Arch::new().dispatch(work)
 }
 
 macro_rules! lane_by_lane {

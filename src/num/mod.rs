@@ -13,7 +13,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use glam::DVec3;
 
-pub use lanes::{LaneBits, Lanes, one_by_one};
+pub use lanes::{LaneBits, Lanes, dispatch, one_by_one};
 pub use ray::Ray;
 pub use scaled::{Scaled, exponent_of, power_of_two};
 

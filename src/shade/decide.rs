@@ -10,6 +10,8 @@ use super::mean::ExactMean;
 use super::pass::{Open, Visibility};
 use super::written::{Written, exact_pixel};
 use crate::certify::Pack;
+use crate::control::Control;
+use crate::error::Result;
 use crate::exact::{ExactBeam, ExactPoint, Shape};
 use crate::num::Lanes;
 use crate::seen::Surface;
@@ -36,29 +38,33 @@ struct SamplePoint<'a> {
 
 impl Certified<'_> {
     /// A pixel's colour.
+    ///
+    /// # Errors
+    /// [`crate::Error::Interrupted`] when `control` was cancelled.
     pub fn decide<C: Written>(
         &self,
         open: &Open,
+        control: &Control,
         known: &mut Known<C>,
         counts: &mut StageCounts,
-    ) -> [C; 3] {
+    ) -> Result<[C; 3]> {
         let n_lamps = self.job.lit.lighting.lamps.len();
         let sample =
             |(sample, at)| self.sample(at, &open.visibility[sample * n_lamps..][..n_lamps]);
         let samples: Vec<SamplePoint> =
             self.job.samples(open.pixel).enumerate().map(sample).collect();
         let Some(seen) = self.seen_evenly(&samples, counts) else {
-            return self.exact_mean(open, &samples, counts);
+            return self.exact_mean(open, &samples, control, counts);
         };
         if let Some(color) = known.get(&seen) {
-            return *color;
+            return Ok(*color);
         }
         // Its shadow rays are counted already.
-        let color = self.exact_mean(open, &samples, &mut StageCounts::default());
+        let color = self.exact_mean(open, &samples, control, &mut StageCounts::default())?;
         if known.len() * seen.len() < MOST_KNOWN {
             known.insert(seen, color);
         }
-        color
+        Ok(color)
     }
 
     fn sample<'a>(&self, at: usize, visibility: &'a [Visibility]) -> SamplePoint<'a> {
@@ -136,18 +142,20 @@ impl Certified<'_> {
         &self,
         open: &Open,
         samples: &[SamplePoint],
+        control: &Control,
         counts: &mut StageCounts,
-    ) -> [C; 3] {
+    ) -> Result<[C; 3]> {
         let lighting = &self.job.lit.lighting;
         let n_counted = self.job.n_counted(open.pixel);
         let mut mean = ExactMean::new(n_counted * u64::from(lighting.n_shares));
         let eye = self.occluders.prepared.reference;
         for sample in samples {
+            control.check()?;
             let point = self.exactly(sample);
             let at = point.map(|(point, shape)| (point, shape, eye));
             let is_seen = |lamp: (usize, &Lamp), _: &ExactBeam| self.is_seen(lamp, sample, counts);
             add_light(&mut mean, self.job.color(sample.id), Some(lighting), at, is_seen);
         }
-        exact_pixel(&mean, open.bounds.map(|bounds| bounds.low))
+        Ok(exact_pixel(&mean, open.bounds.map(|bounds| bounds.low)))
     }
 }

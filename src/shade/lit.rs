@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::decide::Known;
 use super::lamp::{Lighting, MOST_IN_F32};
 use super::occluders::Occluders;
-use super::pass::{Open, Part, Pass, Scratch};
+use super::pass::{Given, Open, Part, Pass, Scratch, Visibility};
 use super::unlit::color;
 use super::written::Written;
 use super::{Background, ColorCounts, Encoding, PIXELS_AT_ONCE, Style, plain};
@@ -16,6 +16,7 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::host;
 use crate::kernel::Kernel;
+use crate::memory;
 use crate::num::OPEN;
 use crate::prepare::{CertifiedLighting, Prepared};
 use crate::rays::Pixels;
@@ -82,6 +83,7 @@ impl Lit {
         let occluders = Occluders::new(prepared, &rays, &self.lighting);
         let is_f32_enough = C::IS_BYTE && occluders.are_large;
         let mut certified = Certified::new(job, &occluders, samples, is_f32_enough);
+        certified.require_memory()?;
         certified.propose(tracer, pixels, control)?;
         let counts = certified.run(control, colors)?;
         let n_there = certified.codes.iter().filter(|&&code| code != OPEN).count();
@@ -115,6 +117,9 @@ const CELL: usize = LANES_F32;
 
 /// Most samples that go from stage to stage together, so that what is known of them stays in the cache.
 const MOST_SAMPLES: usize = 512;
+
+/// Bytes of a cosine in exact numbers with its weights, of the largest that were seen.
+const EXACT_COSINE_BYTES: u64 = 1 << 10;
 
 /// The pixels of one call.
 #[derive(Clone, Copy)]
@@ -227,6 +232,24 @@ impl<'a> Certified<'a> {
         Certified { job, in_f32, codes: Vec::new(), in_f64, occluders, samples }
     }
 
+    /// Refuses more samples and lamps than there is memory for: of a block of pixels each thread keeps what each lamp gives each
+    /// sample, and whether it is seen, and of one pixel the exact cosines.
+    fn require_memory(&self) -> Result<()> {
+        let n_samples = self.job.n_samples().pow(2) as u64;
+        let n_cells = self.job.block().iter().product::<usize>() as u64;
+        let n_packs = CELL / LANES_F64;
+        let of_cell = size_of::<Given<f32, LANES_F32>>()
+            + n_packs * size_of::<Given<f64, LANES_F64>>()
+            + 2 * CELL * size_of::<Visibility>();
+        let of_lamp = n_samples * (n_cells * of_cell as u64 + EXACT_COSINE_BYTES);
+        let n_lamps = self.job.lit.lighting.lamps.len() as u64;
+        memory::require(
+            format!("the light of {n_lamps} lamps on {n_samples} samples a pixel"),
+            rayon::current_num_threads() as u64 * n_lamps * of_lamp,
+            "take fewer samples, or a sky of fewer directions",
+        )
+    }
+
     /// Has a device find bytes in f32, where it does.
     fn propose(&mut self, tracer: &mut Tracer, pixels: &Pixels, control: &Control) -> Result<()> {
         let counts_all = self.job.lit.style.background != Background::LeftOut;
@@ -263,22 +286,32 @@ impl<'a> Certified<'a> {
 
     /// Finds the colours of the pixels in `work` in f32, f64, and exactly, and puts them into `out`, which begins at the pixel
     /// `first`.
-    pub fn find<C: Written>(&self, (first, out): (usize, &mut [[C; 3]]), work: &mut Work<C>) {
+    ///
+    /// # Errors
+    /// [`crate::Error::Interrupted`] when `control` was cancelled.
+    pub fn find<C: Written>(
+        &self,
+        (first, out): (usize, &mut [[C; 3]]),
+        control: &Control,
+        work: &mut Work<C>,
+    ) -> Result<()> {
         let Work { in_f32, in_f64, pixels: some, open: [after_f32, open], colors, counts } = work;
         after_f32.clear();
         open.clear();
         if let Some(pass) = &self.in_f32 {
             let (pixels, n_rays) = (&some[..], &mut counts.f32);
-            pass.find(Part { pixels, known: &[], first, out, open: after_f32, n_rays }, in_f32);
+            let part = Part { pixels, known: &[], first, out, open: after_f32, n_rays };
+            pass.find(part, control, in_f32)?;
             some.clear();
             some.extend(after_f32.iter().map(|open| open.pixel));
         }
         let (pixels, known, n_rays) = (&some[..], &after_f32[..], &mut counts.f64);
-        self.in_f64.find(Part { pixels, known, first, out, open, n_rays }, in_f64);
+        self.in_f64.find(Part { pixels, known, first, out, open, n_rays }, control, in_f64)?;
         for open in open {
-            out[open.pixel - first] = self.decide(open, colors, counts);
+            out[open.pixel - first] = self.decide(open, control, colors, counts)?;
         }
         some.clear();
+        Ok(())
     }
 
     /// Fills `out` with the colours of all pixels.
@@ -305,7 +338,7 @@ impl<'a> Certified<'a> {
                     if !self.codes.is_empty() {
                         self.take(&mut work.pixels, (first, out), &mut work.counts);
                     }
-                    self.find((first, out), work);
+                    self.find((first, out), control, work)?;
                 }
             }
             Ok(())

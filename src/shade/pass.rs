@@ -24,9 +24,11 @@ use super::occluders::Occluders;
 use super::written::Written;
 use crate::bvh::Walk;
 use crate::certify::{Pack, Surfaces, is_id};
+use crate::control::Control;
+use crate::error::Result;
 use crate::guard::host::Bounded;
 use crate::guard::{LONGEST_IN_F32, length_bound};
-use crate::num::{Float, Lanes, Mask, Real, V3, one_by_one};
+use crate::num::{Float, Lanes, Mask, Real, V3, dispatch, one_by_one};
 use crate::prepare::{CertifiedLamp, CertifiedLighting};
 use crate::rays::Pixels;
 use crate::scene::Linear;
@@ -92,7 +94,7 @@ pub struct Pass<'a, F: Float> {
 
 /// Bounds of what a light gives to some samples.
 #[derive(Clone, Copy)]
-struct Given<F: Float, const N: usize> {
+pub(super) struct Given<F: Float, const N: usize> {
     bounds: Bounds<Lanes<F, N>>,
     /// 1 where it is known that nothing is in its way, else 0.
     clear: Lanes<F, N>,
@@ -270,29 +272,38 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
     }
 
     /// Finds the colours of some pixels, `N` of them together.
-    pub fn find<C: Written, const N: usize>(&self, mut part: Part<C>, scratch: &mut Scratch<F, N>) {
+    ///
+    /// # Errors
+    /// [`crate::Error::Interrupted`] when `control` was cancelled.
+    pub fn find<C: Written, const N: usize>(
+        &self,
+        mut part: Part<C>,
+        control: &Control,
+        scratch: &mut Scratch<F, N>,
+    ) -> Result<()> {
         if part.pixels.is_empty() {
-            return;
+            return Ok(());
         }
         scratch.pixels.clear();
         scratch.pixels.extend(part.pixels);
-        let arch = pulp::Arch::new();
-        arch.dispatch(Load(self, scratch));
-        arch.dispatch(See(self, scratch));
-        arch.dispatch(Gather(self, scratch));
+        dispatch(Load(self, scratch));
+        dispatch(See(self, scratch));
+        dispatch(Gather(self, scratch));
         for (index, light) in self.lights.iter().enumerate() {
+            control.check()?;
             scratch.light = index;
-            arch.dispatch(Face(self, scratch));
+            dispatch(Face(self, scratch));
             self.remember(part.known, scratch);
             if light.casts_shadows && scratch.given[index].iter().any(|given| given.is_lit) {
-                arch.dispatch(Occlude(self, scratch));
+                dispatch(Occlude(self, scratch));
                 if self.occluders.tree().is_some() {
-                    arch.dispatch(OccludeByTree(self, scratch));
+                    dispatch(OccludeByTree(self, scratch));
                 }
             }
         }
-        arch.dispatch(Tint(self, scratch));
-        arch.dispatch(Write(self, scratch, &mut part));
+        dispatch(Tint(self, scratch));
+        dispatch(Write(self, scratch, &mut part));
+        Ok(())
     }
 
     /// Puts samples of pixels into packs, and makes room for their light.

@@ -3,7 +3,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::lamp::{Lamp, Lighting, Origin};
@@ -14,7 +14,7 @@ use crate::error::Result;
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::plain::{Hit, Plain, PlainRay, PlainRays};
 use crate::kernel::{Lists, Objects};
-use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3};
+use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3, dispatch};
 use crate::prepare::{PlainLamp, PlainLighting, Prepared, lamp_kind};
 use crate::rays::Pixels;
 use crate::trace::{Kernel, Level, Rays, StageCounts};
@@ -35,19 +35,14 @@ pub(super) fn shade<C: Written>(
     if shade_with(tracer, job, lighting, samples, control, colors)? {
         return Ok(true);
     }
-    let here = (job, prepared, samples);
-    match &prepared.objects {
-        Objects::Lecture(lists) => {
-            shade_here::<_, _, _, 16>(Scene { lists, lighting }, here, control, colors)?;
-        }
-        Objects::Stable(lists) => {
-            shade_here::<_, _, _, 16>(Scene { lists, lighting }, here, control, colors)?;
-        }
-        Objects::Double(lists) => {
-            shade_here::<_, _, _, 8>(Scene { lists, lighting }, here, control, colors)?;
-        }
-        Objects::Certified { .. } => {}
-    }
+    let rows = colors.par_chunks_mut(job.n_columns().max(1)).enumerate();
+    rows.try_for_each_init(Vec::new, |lights, (row, colors)| -> Result<()> {
+        lights.clear();
+        lights.resize(samples_of_row(job), [0.0; 3]);
+        light_row((job, prepared, samples), lighting, row, control, lights)?;
+        mix(job, row, lights, control, colors);
+        Ok(())
+    })?;
     Ok(false)
 }
 
@@ -80,26 +75,42 @@ fn shade_with<C: Written>(
     Ok(true)
 }
 
-/// The same on the CPU.
-fn shade_here<C: Written, S: Plain, P: Plain<Float = S::Float>, const N: usize>(
-    scene: Scene<S, P>,
-    (job, prepared, samples): (&Job, &Prepared, &Pixels),
+/// The light that a row of pixels' samples find on what they see.
+fn light_row(
+    here: (&Job, &Prepared, &Pixels),
+    lighting: &PlainLighting,
+    row: usize,
     control: &Control,
-    colors: &mut [[C; 3]],
+    lights: &mut [[f64; 3]],
 ) -> Result<()> {
-    let (scene, rays) = (&scene, &PlainRays::of_pixels(prepared.coordinates(), samples));
-    let rows = colors.par_chunks_mut(job.n_columns().max(1)).enumerate();
-    rows.try_for_each_init(Vec::new, |lights, (row, colors)| {
-        lights.clear();
-        lights.resize(samples_of_row(job), [0.0; 3]);
-        let first = row * samples_of_row(job);
-        for (first, lights) in (first..).step_by(job.row).zip(lights.chunks_mut(job.row)) {
-            let ids = &job.ids[first..][..job.row];
-            Arch::new().dispatch(Light::<S, P, N> { scene, rays, control, first, ids, lights })?;
+    match &here.1.objects {
+        Objects::Lecture(lists) => {
+            light_with::<_, _, 16>(&Scene { lists, lighting }, here, row, control, lights)
         }
-        mix(job, row, lights, control, colors);
-        Ok(())
-    })
+        Objects::Stable(lists) => {
+            light_with::<_, _, 16>(&Scene { lists, lighting }, here, row, control, lights)
+        }
+        Objects::Double(lists) => {
+            light_with::<_, _, 8>(&Scene { lists, lighting }, here, row, control, lights)
+        }
+        Objects::Certified { .. } => Ok(()),
+    }
+}
+
+fn light_with<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
+    scene: &Scene<S, P>,
+    (job, prepared, samples): (&Job, &Prepared, &Pixels),
+    row: usize,
+    control: &Control,
+    lights: &mut [[f64; 3]],
+) -> Result<()> {
+    let rays = &PlainRays::of_pixels(prepared.coordinates(), samples);
+    let first = row * samples_of_row(job);
+    for (first, lights) in (first..).step_by(job.row).zip(lights.chunks_mut(job.row)) {
+        let ids = &job.ids[first..][..job.row];
+        dispatch(Light::<S, P, N> { scene, rays, control, first, ids, lights })?;
+    }
+    Ok(())
 }
 
 /// Samples of a row of pixels.

@@ -16,7 +16,7 @@ use kugelblitz::picture::{Bits, Format, PictureOptions};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::render::plan;
-use kugelblitz::scene::{Samples, Scene, read_scene};
+use kugelblitz::scene::{Samples, Scene, parse_scene, read_scene};
 use kugelblitz::shade::{Encoding, Pixel, Style, certified_lighting};
 use kugelblitz::trace::{Kernel, Rays, StageCounts, Wants};
 use kugelblitz_tests::{gpu, root};
@@ -42,6 +42,28 @@ fn far_lamps_and_planes_in_one_place_need_no_exact_arithmetic() {
     let StageCounts { f64, exact, .. } = shadow_rays("hard/far_light.toml", 4);
     assert!(f64 > 10_000 && exact < 10, "{f64} in f64, {exact} exactly");
     assert_eq!(shadow_rays("hard/coincident_floor.toml", 1).exact, 0);
+}
+
+/// A sphere is a plane to 300 digits where it is vast and all else tiny, so that numbers cancel thousands of bits.
+#[test]
+fn a_vast_sphere_is_lit_as_a_plane() {
+    for e in [-302, -307, -310, -320] {
+        let [sphere, plane] = [
+            "sphere = [{ center = [0, -8e307, 0], radius = 8e307, color = [1, 1, 1] }]",
+            "plane = [{ point = [0, 0, 0], normal = [0, 1, 0], color = [1, 1, 1] }]",
+        ]
+        .map(|object| {
+            let text = format!(
+                "camera = {{ position = [0, 1e{e}, 0], look_at = [1e{e}, 0, 0], fov = 60 }}\n\
+                 light = [{{ position = [1e{e}, 2e{e}, 0] }}]\n{object}"
+            );
+            let scene = parse_scene(&text, "vast.toml".as_ref()).unwrap();
+            let mut session = Session::new(scene, Device::Cpu, Kernel::Certified);
+            let pixels = session.pixels(6, 4).unwrap();
+            session.colors::<[f32; 3]>(&pixels, Samples::ONE, &Control::default()).unwrap()
+        });
+        assert_eq!(sphere, plane, "1e{e}");
+    }
 }
 
 /// The share of pixels that a device that lights by itself leaves open.

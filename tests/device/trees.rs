@@ -5,19 +5,21 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use glam::DVec3;
-use kugelblitz::bvh::{Beam, Enter, IS_LEAF, Node, Visitor, Walk};
+use kugelblitz::bvh::{Beam, Enter, IS_LEAF, MOST_BOXES, Node, Visitor, Walk};
 use kugelblitz::compare::compare;
 use kugelblitz::control::Control;
+use kugelblitz::device::Device;
 use kugelblitz::exact::{ExactRay, Shape, visible_root};
 use kugelblitz::gpu::slabs::{LEAST_SLACK, Slabs};
 use kugelblitz::num;
-use kugelblitz::num::V3;
+use kugelblitz::num::{OPEN, V3};
 use kugelblitz::prepare::{Prepared, Scaled};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Projection, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
 use kugelblitz::verify::{Truth, compare_to_exact, sample};
+use kugelblitz_tests::twins::propose_alone;
 use kugelblitz_tests::{camera, gpu, in_cube, scene, sphere, traced};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -142,6 +144,28 @@ fn rays_that_touch_a_sphere_meet_its_box() {
     }
     println!("{n_hits} hits, {n_seen} spheres looked at");
     assert!(n_hits > 3000 && n_seen < 40 * n_hits);
+}
+
+/// A device leaves rays open that meet the boxes of very many spheres and none of these; the CPU finds what they see.
+#[test]
+fn rays_into_nested_spheres_come_to_an_end() {
+    let n = MOST_BOXES + 2000;
+    let radii = (0..n).map(|k| 1.0 + f64::from(k) * 1e-5);
+    let scene = Arc::new(scene(radii.map(|radius| sphere(DVec3::ZERO, radius)).collect(), vec![]));
+    let projection = Projection::Orthographic { height: 2.0 };
+    let camera = Camera { projection, ..camera(DVec3::Z * 3.0, DVec3::ZERO) };
+    let rays = Rays::Pixels(Pixels::whole(View::new(&camera), 8, 8));
+    let prepared = Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap();
+    let prepared = Arc::new(prepared);
+    let mut tracer = Device::Gpu(gpu()).tracer(&prepared, Wants::default()).unwrap().tracer;
+    let (mut hits, corner, middle) = (Hits::default(), 0, 8 * 4 + 4);
+    tracer.propose(&rays, &Control::default(), &mut hits).unwrap();
+    let twin = propose_alone(&prepared, &rays).unwrap();
+    assert_eq!([hits.id[corner], twin[corner]], [OPEN; 2]);
+    let [on_cpu, on_gpu] =
+        [None, Some(&gpu())].map(|device| traced(&scene, Kernel::Certified, &rays, device));
+    assert!(compare(&on_gpu, &on_cpu).is_equal());
+    assert_eq!([on_cpu.id[corner], on_cpu.id[middle]], [0, n]);
 }
 
 /// Ids, and `t` to f32's last digit, of a sample of the pixels of so many spheres, and the same on the device.

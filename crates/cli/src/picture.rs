@@ -1,5 +1,6 @@
 //! What a picture shows where its scene doesn't say it: options, and scenes made of data.
 
+use std::collections::HashSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -225,6 +226,10 @@ impl PictureArgs {
 
 impl DataArgs {
     fn keys(&self) -> Result<CloudKeys> {
+        let mut said = HashSet::new();
+        if let Some((key, _)) = self.columns.iter().find(|(key, _)| !said.insert(key)) {
+            return Err(Error::Usage(format!("--columns: `{key}` is said twice; say it once")));
+        }
         let pair = |(key, name): &(String, String)| format!("{} = {}", key.toml(), name.toml());
         let pairs: Vec<String> = self.columns.iter().map(pair).collect();
         let toml = format!("{{ {} }}", pairs.join(", "));

@@ -10,6 +10,7 @@ use super::{Pass, Scratch};
 use crate::bvh::{Bvh, Corners, Enter, Node, Visitor};
 use crate::certify::{Pack, is_id};
 use crate::guard::host::Bounded;
+use crate::guard::length_bound;
 use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3};
 use crate::scene::Linear;
 use crate::seen::shadow::Aim;
@@ -83,7 +84,7 @@ impl<F: Float, const N: usize> Extent<F, N> {
         let middle = low + half;
         // No test sees it halved: the unit is two roundings.
         let rounding = f64::UNIT * middle.length();
-        let reach = 1.01 * half.length() + rounding + most(self.error);
+        let reach = 1.01 * length_bound(half) + rounding + most(self.error);
         let middle = V3(middle.to_array());
         Ball { id: self.id, has_back: most(self.back) > 0.0, middle, reach }
     }

@@ -116,7 +116,7 @@ fn bounds<F: Bounded + Linear, const N: usize>(
     let mut out = vec![[Untold; 3]; pixels[pixels.len() - 1] + 1 - first];
     let part =
         Part { pixels, known: &[], first, out: &mut out, open: &mut open, n_rays: &mut n_rays };
-    pass.find(part, scratch);
+    pass.find(part, &Control::default(), scratch).unwrap();
     open
 }
 
@@ -184,7 +184,7 @@ fn bytes_are_those_that_f64_finds() {
                     let certified = Certified::new(job, occluders, samples, is_f32_enough);
                     let (mut out, mut work) = (vec![[0u8; 3]; n], Work::default());
                     work.pixels.extend(row * n..(row + 1) * n);
-                    certified.find((row * n, &mut out), &mut work);
+                    certified.find((row * n, &mut out), &Control::default(), &mut work).unwrap();
                     (out, work.counts)
                 });
                 assert_eq!(narrow.0, wide.0, "{scene:?}");
@@ -212,7 +212,7 @@ fn pixels_are_the_same_alone_and_among_others() {
                 let mut whole = vec![[0u8; 3]; n];
                 let mut work = Work::default();
                 work.pixels.extend(first..first + n);
-                certified.find((first, &mut whole), &mut work);
+                certified.find((first, &mut whole), &Control::default(), &mut work).unwrap();
                 let share = [0.1, 0.5, 0.9][row % 3];
                 let some: Vec<usize> =
                     (first..first + n).filter(|_| rng.random_bool(share)).collect();
@@ -221,7 +221,7 @@ fn pixels_are_the_same_alone_and_among_others() {
                 for work in [&mut used, &mut fresh] {
                     let mut out = vec![[0u8; 3]; n];
                     work.pixels.extend(&some);
-                    certified.find((first, &mut out), work);
+                    certified.find((first, &mut out), &Control::default(), work).unwrap();
                     for &pixel in &some {
                         let at = pixel - first;
                         n_apart += usize::from(at > 0 && !some.contains(&(pixel - 1)));
@@ -249,10 +249,15 @@ fn equal_questions_are_asked_once() {
             for row in 0..samples.height as usize / job.n_samples() {
                 let mut out = vec![[0u8; 3]; n];
                 work.pixels.extend(row * n..(row + 1) * n);
-                certified.find((row * n, &mut out), &mut work);
+                certified.find((row * n, &mut out), &Control::default(), &mut work).unwrap();
                 assert_eq!(out, vec![[5; 3]; n]);
             }
             assert_eq!(work.colors.len(), 1, "{n_samples} samples");
+            // Also within a block: one pixel may ask thousands of exact questions.
+            let control = Control::default();
+            control.cancel();
+            work.pixels.push(0);
+            assert!(certified.find((0, &mut [[0u8; 3]]), &control, &mut work).is_err());
         });
     }
 }

@@ -1,9 +1,9 @@
 //! What `shaders/certified.wgsl` and `shaders/tree.wgsl` do: each ray alone, in f32.
 
-use kugelblitz::bvh::{IS_LEAF, Leaves};
+use kugelblitz::bvh::{IS_LEAF, Leaves, MOST_BOXES};
 use kugelblitz::engine::List;
 use kugelblitz::gpu::slabs::{LEAST_SLACK, Slabs};
-use kugelblitz::num::V3;
+use kugelblitz::num::{OPEN, V3};
 use kugelblitz::prepare::{InSpace, Prepared};
 use kugelblitz::rays::{Frame, Rays};
 use kugelblitz::seen::{Nearest, Objects, Ray};
@@ -25,10 +25,14 @@ pub fn propose_alone(prepared: &Prepared, rays: &Rays) -> Option<Vec<u32>> {
     };
     let look = |ray: Ray<f32>| {
         let mut nearest = listed.nearest(&ray);
-        if let (Some(in_space), Some(hierarchy)) = (&in_space, hierarchy) {
-            look_in_tree(&ray, &mut nearest, in_space, &hierarchy.leaves);
+        match (&in_space, hierarchy) {
+            (Some(in_space), Some(hierarchy))
+                if !look_in_tree(&ray, &mut nearest, in_space, &hierarchy.leaves) =>
+            {
+                OPEN
+            }
+            _ => nearest.decide().0,
         }
-        nearest.decide().0
     };
     let all = (0..rays.len()).into_par_iter();
     Some(match rays {
@@ -48,11 +52,18 @@ pub fn propose_alone(prepared: &Prepared, rays: &Rays) -> Option<Vec<u32>> {
     })
 }
 
-fn look_in_tree(ray: &Ray<f32>, nearest: &mut Nearest<f32>, in_space: &InSpace, leaves: &Leaves) {
+/// Whether that comes to its end.
+fn look_in_tree(
+    ray: &Ray<f32>,
+    nearest: &mut Nearest<f32>,
+    in_space: &InSpace,
+    leaves: &Leaves,
+) -> bool {
     let InSpace { boxes, beside } = in_space;
     let slabs = Slabs::new(ray, LEAST_SLACK + beside);
     let mut at = 0;
-    while let Some(node) = boxes.get(at) {
+    for _ in 0..MOST_BOXES {
+        let Some(node) = boxes.get(at) else { break };
         let is_leaf = node.link & IS_LEAF != 0;
         let is_met = slabs.between(V3(node.low), V3(node.high)).is_within(nearest.high());
         at = if is_met || is_leaf { at + 1 } else { node.link as usize };
@@ -60,4 +71,5 @@ fn look_in_tree(ray: &Ray<f32>, nearest: &mut Nearest<f32>, in_space: &InSpace, 
             leaves.add(node.link & !IS_LEAF, ray, nearest);
         }
     }
+    at == boxes.len()
 }

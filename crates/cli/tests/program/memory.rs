@@ -162,6 +162,29 @@ fn what_a_picture_holds_is_counted() {
     assert_eq!(within_data(held + held / 4 + 250_000), 0, "{held} KiB");
 }
 
+/// What each lamp gives each sample of a few pixels is more than there is, for a sky of very many directions.
+#[test]
+fn a_sky_of_many_directions_is_refused_with_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let sky = |directions: u32| {
+        let scene = format!(
+            "camera = {{ position = [0, 1, 6], look_at = [0, 0, 0] }}\n\
+             sky = {{ intensity = 0.8, directions = {directions} }}\n\
+             sphere = [{{ center = [0, 0, 0], radius = 1, color = \"#fff\" }}]\n\
+             plane = [{{ point = [0, -1, 0], normal = [0, 1, 0], color = \"#fff\" }}]\n"
+        );
+        fs::write(folder.path().join("s.toml"), scene).unwrap();
+        let args = "render s.toml -o a.png --size 8x8 --samples 16 --device cpu";
+        let args: Vec<&str> = args.split(' ').collect();
+        whole("a sky", &within(3_000_000, folder.path(), &args))
+    };
+    let (code, said) = sky(65_536);
+    assert_eq!(code, 7, "{said}");
+    assert!(said.contains("65536 lamps on 256 samples") && said.contains("fewer"), "{said}");
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "no file is left");
+    assert_eq!(sky(64).0, 0);
+}
+
 /// What is too much is refused with what it needs, what there is, and what sets the limit.
 #[test]
 fn a_million_spheres_fit_or_are_refused_with_numbers() {
