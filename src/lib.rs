@@ -100,16 +100,15 @@
 //! | [`frames`] | the cameras and the files of a film |
 //! | [`digest`] | one hash of a picture, the same on every device |
 //! | [`plain`] | text of others, made fit to be shown |
+//! | [`random`] | seeded random numbers |
 //! | [`words`] | numbers and counts as words, and names that are nearly right |
 //! | [`compare`] | two results of the same rays, and two pictures |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
 //! | [`judge`] | other renderers' results against exact arithmetic |
-//! | [`report`] | speed against error: kernels on devices, measured |
 //! | [`explain`] | a pixel's or a ray's numbers in every kernel's arithmetic, and exactly |
 //! | [`figure`] | the lecture's figures 3 and 4 as drawings with axes, and legends of colours |
-//! | `markup` | SVG and HTML, written so that every parser takes them |
+//! | [`markup`] | SVG and HTML, written so that every parser takes them |
 //! | [`export`] | scenes in the languages of POV-Ray and Tachyon |
-//! | `view` | the window, with the feature of that name |
 //! | [`error`] | what can go wrong, with the program's exit code for it |
 //!
 //! # The way of a pixel, from `crates/cli/src/render.rs` to the file
@@ -169,7 +168,7 @@ pub mod input;
 pub mod judge;
 pub mod kernel;
 #[cfg(feature = "figure")]
-mod markup;
+pub mod markup;
 pub mod memory;
 mod npy;
 pub mod num;
@@ -177,11 +176,9 @@ pub mod output;
 pub mod picture;
 pub mod plain;
 pub mod prepare;
-mod random;
+pub mod random;
 pub mod rays;
 pub mod render;
-#[cfg(feature = "report")]
-pub mod report;
 pub mod scene;
 pub mod seen;
 mod session;
@@ -192,8 +189,6 @@ mod system;
 pub mod trace;
 pub mod tracer;
 pub mod verify;
-#[cfg(feature = "view")]
-pub mod view;
 pub mod words;
 
 /// The vectors of the interface are its.

@@ -8,7 +8,7 @@ use maud::Markup;
 use crate::plain::plain_document;
 
 /// The text of a whole document.
-pub(crate) fn document(markup: Markup) -> String {
+pub fn document(markup: Markup) -> String {
     plain_document(&markup.into_string())
 }
 

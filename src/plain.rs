@@ -45,8 +45,7 @@ fn replaced(text: &str, escape: impl Fn(char) -> String) -> Cow<'_, str> {
 
 /// A whole document with a mark in the place of each character that has none in it: those that [`steers`],
 /// tabs, and U+FFFE and U+FFFF, which are none to XML.
-#[cfg(feature = "figure")]
-pub(crate) fn plain_document(text: &str) -> String {
+pub fn plain_document(text: &str) -> String {
     let has_no_place = |c| steers(c) || matches!(c, '\t' | '\u{fffe}' | '\u{ffff}');
     text.chars().map(|c| if has_no_place(c) { '\u{fffd}' } else { c }).collect()
 }

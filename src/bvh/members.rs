@@ -77,7 +77,7 @@ fn repeats(spheres: &[Sphere]) -> Vec<u32> {
         let mix = |mixed: u64, word: &u64| {
             (mixed.rotate_left(23) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15)
         };
-        SplitMix::new(key(i).iter().fold(0, mix)).next()
+        SplitMix::new(key(i).iter().fold(0, mix)).bits()
     };
     // Only what shares its place in a table with others can equal one of them.
     let n_bits = (16 * spheres.len()).next_power_of_two().max(64);
@@ -118,7 +118,7 @@ mod tests {
     fn repeats_are_all_but_the_first_of_equal_spheres() {
         let mut random = SplitMix::new(1110);
         for n in [0, 1, 2, 3, 40, 3000] {
-            let mut number = || (random.next() % 6) as f64;
+            let mut number = || (random.bits() % 6) as f64;
             let spheres: Vec<Sphere> = (0..n)
                 .map(|_| Sphere {
                     center: DVec3::new(number(), number(), number()),

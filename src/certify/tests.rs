@@ -80,7 +80,7 @@ impl Hitting {
 
     fn sphere(&mut self) -> Sphere {
         let center = self.vector().normalize() * self.size();
-        let radius = match self.rng.next() % 4 {
+        let radius = match self.rng.bits() % 4 {
             0 => center.length() * (1.0 + 10f64.powf(-8.0 * self.rng.unit())),
             _ => center.length() * 10f64.powf(-4.0 * self.rng.unit()),
         };
@@ -96,12 +96,12 @@ impl Hitting {
     fn ray(&mut self, origin: DVec3, target: &Sphere) -> Ray {
         let to_center = target.center - origin;
         let aside = to_center.cross(self.vector()).normalize();
-        let off = match self.rng.next() % 3 {
+        let off = match self.rng.bits() % 3 {
             0 => self.rng.unit(),
             1 => 1.0 - 2f64.powf(-50.0 * self.rng.unit()),
             _ => 1.0,
         };
-        let length = 2f64.powi((self.rng.next() % 80) as i32 - 40);
+        let length = 2f64.powi((self.rng.bits() % 80) as i32 - 40);
         Ray { origin, direction: (to_center + aside * (off * target.radius)) * length }
     }
 }
@@ -135,7 +135,7 @@ fn case_of(n_spheres: usize, seed: u64, bundle: Bundle) -> (Scene, Rays) {
             };
             let camera =
                 Camera { position, look_at: target.center, up: random.vector(), projection };
-            let [width, height] = [1 + random.rng.next() % 90, 1 + random.rng.next() % 20];
+            let [width, height] = [1 + random.rng.bits() % 90, 1 + random.rng.bits() % 20];
             Rays::Pixels(Pixels::whole(View::new(&camera), width as u32, height as u32))
         }
     };

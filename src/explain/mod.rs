@@ -25,9 +25,7 @@ pub use light::{
     Channel, ColorExplanation, LightExplanation, MeanExplanation, PointExplanation, Shading,
     SkyExplanation, Verdict,
 };
-#[cfg(feature = "view")]
-pub(crate) use numbers::six_digits;
-pub use numbers::{Approximation, Exact, Quantity, Short};
+pub use numbers::{Approximation, Exact, Quantity, Short, six_digits};
 pub use words::{Lang, Remark};
 
 use crate::control::Control;
@@ -429,9 +427,8 @@ impl ObjectExplanation {
     }
 }
 
-/// `sphere 3 (red giant)`
-#[cfg(feature = "view")]
-pub(crate) fn label(scene: &Scene, id: u32) -> String {
+/// The name of the object that has this id: `sphere 3 (red giant)`.
+pub fn label(scene: &Scene, id: u32) -> String {
     label_in(Lang::English.words(), scene, id)
 }
 

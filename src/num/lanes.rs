@@ -196,7 +196,7 @@ mod tests {
         let mut random = SplitMix::new(1);
         let mut numbers = || -> [f32; 16] {
             std::array::from_fn(|_| {
-                (random.unit() - 0.5) as f32 * 2f32.powi((random.next() % 9) as i32)
+                (random.unit() - 0.5) as f32 * 2f32.powi((random.bits() % 9) as i32)
             })
         };
         for _ in 0..1000 {

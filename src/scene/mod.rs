@@ -79,18 +79,17 @@ pub struct Camera {
     pub projection: Projection,
 }
 
-/// A camera as a scene file has it, with all digits: read again, it is the same one.
-#[cfg(feature = "view")]
-pub(crate) fn camera_text(camera: &Camera) -> String {
-    let camera = Some(schema::CameraKeys::from(camera).into());
-    schema::SceneKeys { camera, ..Default::default() }.document()
-}
-
 impl Camera {
     /// A camera with the defaults of scene files: y is up, and the field of view has 45°.
     pub fn new(position: DVec3, look_at: DVec3) -> Camera {
         let projection = Projection::Perspective { fov_degrees: 45.0 };
         Camera { position, look_at, up: DVec3::Y, projection }
+    }
+
+    /// The camera as a scene file has it, with all digits: read again, it is the same one.
+    pub fn to_toml(&self) -> String {
+        let camera = Some(schema::CameraKeys::from(self).into());
+        schema::SceneKeys { camera, ..Default::default() }.document()
     }
 }
 

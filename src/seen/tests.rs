@@ -43,7 +43,7 @@ fn tangent(random: &mut Random) -> Case<Sphere> {
     let aside = way.cross(random.vector()).normalize();
     let near = 1.0 + random.number() * 10f64.powf(-6.5 + 3.0 * random.number());
     let at = origin + way.normalize() * (random.number() * random.size(3.0));
-    let away = if random.0.next().is_multiple_of(4) { radius * 0.5 } else { radius * near };
+    let away = if random.0.bits().is_multiple_of(4) { radius * 0.5 } else { radius * near };
     (Sphere { center: at + aside * away, radius }, origin, way * random.size(3.0))
 }
 
@@ -51,7 +51,7 @@ fn tangent(random: &mut Random) -> Case<Sphere> {
 fn ground(random: &mut Random) -> Case<Sphere> {
     let (radius, away) = (1e5 * random.size(4.0), random.vector().normalize());
     let eye = random.vector() * 10.0;
-    let height = random.size(3.0) * if random.0.next().is_multiple_of(4) { -1.0 } else { 1.0 };
+    let height = random.size(3.0) * if random.0.bits().is_multiple_of(4) { -1.0 } else { 1.0 };
     let direction = away * (-height * random.number().abs()) + random.vector() * random.size(2.0);
     (Sphere { center: eye - away * (radius + height), radius }, eye, direction)
 }
@@ -77,10 +77,10 @@ thread_local! {
 impl Shaky {
     fn off(x: f64, units: f64) -> Shaky {
         let mut random = SplitMix::new(SHAKE.get());
-        let sign = if random.next().is_multiple_of(2) { 1.0 } else { -1.0 };
+        let sign = if random.bits().is_multiple_of(2) { 1.0 } else { -1.0 };
         let x = x * (1.0 + sign * units * f32::UNIT);
-        let is_up = random.next().is_multiple_of(2);
-        SHAKE.set(random.next());
+        let is_up = random.bits().is_multiple_of(2);
+        SHAKE.set(random.bits());
         Shaky(if is_up { f32::up(x) } else { f32::down(x) })
     }
 }
@@ -281,7 +281,7 @@ fn out_of_range<F: Float>() {
         let origin = random.vector().normalize() * (spread * random.0.unit());
         let direction = random.vector().normalize() * (1.01 + 30.0 * random.0.unit());
         let (away, beyond) = (random.vector().normalize(), far * (1.0 + random.size(3.0)));
-        let (center, radius) = match random.0.next() % 4 {
+        let (center, radius) = match random.0.bits() % 4 {
             0 => (away * beyond, beyond * random.0.unit()),
             1 => (away * beyond, 1.0),
             2 => (away * (beyond * random.0.unit()), beyond),
@@ -611,7 +611,7 @@ fn is_certain<T: Object>(object: &T, from: DVec3, direction: DVec3) -> bool {
 #[test]
 fn bounds_have_only_finite_numbers() {
     const N: usize = 100_000;
-    let size = |random: &mut Random, most: f64| match random.0.next() % 4 {
+    let size = |random: &mut Random, most: f64| match random.0.bits() % 4 {
         0 => (3.0 * random.0.unit() - 40.0).exp2(),
         1 => (most - 3.0 * random.0.unit()).exp2(),
         _ => (6.0 * random.number()).exp2(),
@@ -622,7 +622,7 @@ fn bounds_have_only_finite_numbers() {
         let (center, point, away) = (place(60.5), place(33.0), place(33.0));
         let from = if k % 2 == 0 { DVec3::ZERO } else { away };
         let radius = size(&mut random, 60.5);
-        let toward = match random.0.next() % 2 {
+        let toward = match random.0.bits() % 2 {
             0 => center - from + random.vector() * radius,
             _ => random.vector(),
         };

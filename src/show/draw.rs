@@ -107,8 +107,11 @@ pub fn keep(
     Ok((shown, colors))
 }
 
-/// The colours of a band.
-pub(crate) fn paint(
+/// The colours of a band of a picture whose `t` have this range; what was traced and seen is added to `shown`.
+///
+/// # Errors
+/// Those of [`Session::trace`]; [`Error::Interrupted`] when `control` was cancelled.
+pub fn paint(
     session: &mut Session,
     show: Show,
     band: &Pixels,
@@ -214,7 +217,8 @@ pub fn side_by_side(
     Ok(colors)
 }
 
-pub(crate) fn union([low, high]: [f32; 2], [other_low, other_high]: [f32; 2]) -> [f32; 2] {
+/// The range that two ranges of `t` lie in.
+pub fn union([low, high]: [f32; 2], [other_low, other_high]: [f32; 2]) -> [f32; 2] {
     [low.min(other_low), high.max(other_high)]
 }
 

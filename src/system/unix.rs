@@ -28,13 +28,6 @@ pub fn keep_permissions(file: &File, old: &Metadata) -> io::Result<()> {
     file.set_permissions(Permissions::from_mode(old.mode() & 0o777))
 }
 
-/// The device and the number of a file or folder: the same for all its paths.
-#[cfg(feature = "view")]
-pub fn identity(path: &Path) -> io::Result<(u64, u64)> {
-    let metadata = std::fs::metadata(path)?;
-    Ok((metadata.dev(), metadata.ino()))
-}
-
 /// Opens a file to read. A pipe that nobody writes to is not waited for.
 pub fn open_at_once(path: &Path) -> io::Result<File> {
     let flags = OFlags::NONBLOCK.bits() as i32;

@@ -13,12 +13,6 @@ pub fn keep_permissions(_: &File, _: &Metadata) -> io::Result<()> {
     Ok(())
 }
 
-/// No stable call tells it.
-#[cfg(feature = "view")]
-pub fn identity(_: &Path) -> io::Result<(u64, u64)> {
-    Err(io::ErrorKind::Unsupported.into())
-}
-
 /// Opens a file to read.
 pub fn open_at_once(path: &Path) -> io::Result<File> {
     File::open(path)

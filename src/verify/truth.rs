@@ -216,7 +216,7 @@ pub fn sample(total: usize, n: usize, seed: u64) -> Vec<usize> {
     let (mut random, mut left) = (SplitMix::new(seed), n.min(total) as u128);
     let is_drawn = |&index: &usize| {
         // Knuth, The Art of Computer Programming 2, 3.4.2, algorithm S.
-        let drawn = (u128::from(random.next()) * (total - index) as u128) >> 64;
+        let drawn = (u128::from(random.bits()) * (total - index) as u128) >> 64;
         let is_drawn = drawn < left;
         left -= u128::from(is_drawn);
         is_drawn

@@ -8,12 +8,12 @@ use kugelblitz::control::Control;
 use kugelblitz::device::{Device, Made};
 use kugelblitz::num::V3;
 use kugelblitz::prepare::Prepared;
-use kugelblitz::report::{
+use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Wants};
+use kugelblitz::tracer::{Backend, Tracer};
+use kugelblitz_report::{
     Benchmark, CLOUD_SIZE, Case, Class, Count, Environment, Fault, Metric, Of, Report, Row, RowKey,
     SWEEPS, Settings, default_cases, page, plot, text,
 };
-use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Wants};
-use kugelblitz::tracer::{Backend, Tracer};
 
 const SETTINGS: Settings = Settings {
     size: [96, 54],

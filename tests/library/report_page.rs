@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use base64::Engine;
-use kugelblitz::report::{
+use kugelblitz_report::{
     Class, Count, Earlier, Fault, Metric, Missing, Noise, Of, Report, Row, SWEEPS, Settings,
     Spread, Verdict, page, plot, text,
 };
@@ -663,7 +663,7 @@ const HOSTILE: &str =
 #[test]
 fn hostile_names_stay_names() {
     let mut report = report();
-    let spoil = |key: &mut kugelblitz::report::RowKey| {
+    let spoil = |key: &mut kugelblitz_report::RowKey| {
         key.kernel += HOSTILE;
         key.device += HOSTILE;
         if let Of::Scene { scene, .. } | Of::Light { scene } = &mut key.of {

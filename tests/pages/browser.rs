@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use base64::Engine;
-use kugelblitz::report::page;
+use kugelblitz_report::page;
 use kugelblitz_tests::made_report::whole_report;
 use serde_json::{Value, json};
 use tempfile::TempDir;

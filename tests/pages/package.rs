@@ -1,4 +1,4 @@
-//! The packaged crate has all that it is built, tested and used with.
+//! The packaged crates have all that they are built, tested and used with.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -7,45 +7,55 @@ use std::process::Command;
 
 use kugelblitz_tests::root;
 
-/// Folders that a package needs whole.
-const WHOLE: [&str; 5] = ["ci", "examples", "scenes", "shaders", "src"];
+/// The packages with their folders, and the names in there of what they need whole.
+const PACKAGES: [(&str, &str, &[&str]); 4] = [
+    (
+        "kugelblitz",
+        "",
+        &["ci", "examples", "scenes", "shaders", "src", "CHANGELOG.md", "CONTRIBUTING.md"],
+    ),
+    ("kugelblitz-cli", "crates/cli", &["src", "tests", "build.rs"]),
+    ("kugelblitz-report", "crates/report", &["src"]),
+    ("kugelblitz-view", "crates/view", &["src"]),
+];
 
-/// The paths of all files below a folder of the repository.
-fn files_below(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(root().join(folder)).unwrap();
-    let below = |entry: fs::DirEntry| {
-        let path = folder.join(entry.file_name());
-        match entry.file_type().unwrap().is_dir() {
-            true => files_below(&path),
-            false => vec![path.to_str().unwrap().to_string()],
-        }
-    };
+/// Files that each package has.
+const EVERYWHERE: [&str; 2] = ["Cargo.toml", "README.md"];
+
+/// The paths, from `folder` on, of a file or of all files below a folder there.
+fn files_at(folder: &Path, name: &Path) -> Vec<String> {
+    if !folder.join(name).is_dir() {
+        return vec![name.to_str().unwrap().to_string()];
+    }
+    let entries = fs::read_dir(folder.join(name)).unwrap();
+    let below = |entry: fs::DirEntry| files_at(folder, &name.join(entry.file_name()));
     entries.map(Result::unwrap).flat_map(below).collect()
 }
 
-/// The files of the repository that a package with these paths lacks.
-fn missing(packaged: &BTreeSet<&str>) -> Vec<String> {
-    let others = ["Cargo.toml", "Cargo.lock", "README.md", "CHANGELOG.md", "CONTRIBUTING.md"];
-    let all = WHOLE.iter().flat_map(|folder| files_below(Path::new(folder)));
-    let all = all.chain(others.map(String::from));
-    all.filter(|path| !packaged.contains(path.as_str())).collect()
+/// The files of `folder` that a package with these paths lacks.
+fn missing(packaged: &BTreeSet<&str>, folder: &str, whole: &[&str]) -> Vec<String> {
+    let needed = whole.iter().flat_map(|name| files_at(&root().join(folder), Path::new(name)));
+    let needed = needed.chain(EVERYWHERE.map(String::from));
+    needed.filter(|path| !packaged.contains(path.as_str())).collect()
 }
 
 #[test]
-fn the_package_lacks_no_file() {
-    let output = Command::new(env!("CARGO"))
-        .args(["package", "-p", "kugelblitz", "--list", "--offline", "--allow-dirty"])
-        .current_dir(root())
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let text = String::from_utf8(output.stdout).unwrap();
-    let packaged: BTreeSet<&str> = text.lines().collect();
-    assert_eq!(missing(&packaged), [""; 0]);
+fn packages_lack_no_file() {
+    for (package, folder, whole) in PACKAGES {
+        let output = Command::new(env!("CARGO"))
+            .args(["package", "-p", package, "--list", "--offline", "--allow-dirty"])
+            .current_dir(root())
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8(output.stdout).unwrap();
+        let packaged: BTreeSet<&str> = text.lines().collect();
+        assert_eq!(missing(&packaged, folder, whole), [""; 0], "{package}");
 
-    for left_out in ["shaders/ray.wgsl", "scenes/figure1.toml", "src/report/page/page.css"] {
-        let mut packaged = packaged.clone();
-        assert!(packaged.remove(left_out), "{left_out}");
-        assert_eq!(missing(&packaged), [left_out]);
+        for left_out in EVERYWHERE.into_iter().chain(whole.iter().copied()) {
+            let mut packaged = packaged.clone();
+            packaged.retain(|path| !Path::new(path).starts_with(left_out));
+            assert_ne!(missing(&packaged, folder, whole), [""; 0], "{package}: {left_out}");
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! A report with made-up but likely figures, for what shows reports.
 
 use kugelblitz::gpu::{AdapterFacts, Arithmetic};
-use kugelblitz::report::{
+use kugelblitz_report::{
     AdapterArithmetic, Baseline, Class, Count, Earlier, Environment, ErrorPicture, Fault,
     MeasuredScene, Metric, Missing, Noise, Of, Report, Row, RowKey, Settings, Spread,
 };

@@ -8,7 +8,6 @@ use kugelblitz::device::Device;
 use kugelblitz::gpu::AdapterFacts;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::render::Rendered;
-use kugelblitz::report;
 use kugelblitz::scene::Scene;
 use kugelblitz::shade::ColorCounts;
 use kugelblitz::trace::StageCounts;
@@ -46,7 +45,7 @@ pub fn summary(command: &'static str, fields: &impl Serialize) -> Result<Vec<u8>
 
 /// The schema of a command's JSON.
 fn schema(command: &str) -> u32 {
-    if command == "report" { report::SCHEMA } else { SCHEMA }
+    if command == "report" { kugelblitz_report::SCHEMA } else { SCHEMA }
 }
 
 /// True once a summary is on standard output, which has one at most.

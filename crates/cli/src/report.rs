@@ -10,13 +10,13 @@ use kugelblitz::gpu::{AdapterFacts, Gpu};
 use kugelblitz::input;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::Shown;
-use kugelblitz::report::{
-    AdapterArithmetic, Baseline, Benchmark, Case, Class, Earlier, Environment, Missing, Report,
-    Settings, default_cases, page, plot, text,
-};
 use kugelblitz::scene::read_scene_text;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result, memory};
+use kugelblitz_report::{
+    AdapterArithmetic, Baseline, Benchmark, Case, Class, Earlier, Environment, Missing, Report,
+    Settings, default_cases, page, plot, text,
+};
 
 use crate::args::ReportArgs;
 use crate::head::{print_summary, summary};

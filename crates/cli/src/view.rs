@@ -8,7 +8,7 @@ use kugelblitz::Result;
 use kugelblitz::output;
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::recompose_scene;
-use kugelblitz::view::{self, Notice, Options};
+use kugelblitz_view::{Notice, Options};
 
 use crate::Run;
 use crate::args::ViewArgs;
@@ -43,7 +43,7 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
         lose_device_after: args.lose_device_after,
     };
     let (mut failed, mut quiet) = (None, None);
-    let ran = view::run(options, |notice| {
+    let ran = kugelblitz_view::run(options, |notice| {
         match notice {
             Notice::Opening => quiet = Quiet::start(),
             Notice::Opened { .. } => {

@@ -95,7 +95,7 @@ pub fn samples<F: Float>() -> Vec<Sample<F>> {
 /// Integers up to `2²⁴` either way, words that would be subnormals, NaNs or anything, subnormal and
 /// normal numbers.
 fn texel(random: &mut SplitMix) -> [u32; 4] {
-    let bits = random.next();
+    let bits = random.bits();
     let mantissa = (bits as u32) & 0x007f_ffff;
     let integer = match bits >> 60 {
         0 => 1 << 24,
@@ -151,12 +151,12 @@ macro_rules! float {
 
             fn operands(random: &mut SplitMix, sort: Sort) -> [Self; 2] {
                 let mut number = |low: i32, high: i32| {
-                    let bits = random.next();
+                    let bits = random.bits();
                     let mantissa = bits as $bits & ((1 << $mantissa) - 1);
                     let span = (high - low + 1) as u64;
                     let exponent = (low + $bias + ((bits >> 53) % span) as i32) as $bits;
                     let magnitude = $float::from_bits(exponent << $mantissa | mantissa.max(1));
-                    if random.next() & 1 == 0 { magnitude } else { -magnitude }
+                    if random.bits() & 1 == 0 { magnitude } else { -magnitude }
                 };
                 match sort {
                     Sort::Near => [number(-10, 9), number(-10, 9)],
@@ -175,7 +175,7 @@ macro_rules! float {
                     }
                     Sort::Large => {
                         let mut one = || {
-                            let bits = random.next();
+                            let bits = random.bits();
                             let magnitude = [
                                 $float::MAX,
                                 $float::MAX.next_down(),

@@ -83,7 +83,7 @@ impl Real for Worst {
 
 /// A number of any sign and of sizes over some decades.
 fn any(random: &mut SplitMix) -> f64 {
-    let sign = if random.next().is_multiple_of(2) { 1.0 } else { -1.0 };
+    let sign = if random.bits().is_multiple_of(2) { 1.0 } else { -1.0 };
     sign * (20.0 * random.unit() - 10.0).exp2()
 }
 
@@ -96,16 +96,16 @@ pub fn worst<const N: usize>(needed: impl Fn([f64; N]) -> f64) -> f64 {
         for step in 0..6000 {
             let (mut numbers, mut choices) = (best, best_choices);
             if step < 500 {
-                (numbers, choices) = (std::array::from_fn(|_| any(&mut random)), random.next());
+                (numbers, choices) = (std::array::from_fn(|_| any(&mut random)), random.bits());
             }
-            for _ in 0..=random.next() % 3 {
-                let x = &mut numbers[random.next() as usize % N];
-                match random.next() % 6 {
+            for _ in 0..=random.bits() % 3 {
+                let x = &mut numbers[random.bits() as usize % N];
+                match random.bits() % 6 {
                     0 => *x = any(&mut random),
                     1 => *x = -*x,
                     2 => *x *= 1.0 + 0.2 * (random.unit() - 0.5),
                     3 => *x *= 1.0 + 64.0 * UNIT * (random.unit() - 0.5),
-                    _ => choices ^= 1 << (random.next() % 64),
+                    _ => choices ^= 1 << (random.bits() % 64),
                 }
             }
             CHOICES.set(choices);

@@ -1,0 +1,362 @@
+//! Light: points that a kernel leaves dark though a lamp lights them, and such that it lights though
+//! something is in the lamp's way.
+//!
+//! Whether each lamp counts at a point shows in a picture of the same scene in which everything is white
+//! and each of three lamps has a channel of its own: where the channel is not 0, the lamp counts. So the
+//! bytes and the shadows of every kernel come from the same painter.
+
+use std::sync::Arc;
+
+use kugelblitz::control::Control;
+use kugelblitz::kernel::Kernel;
+use kugelblitz::prepare::Prepared;
+use kugelblitz::rays::Pixels;
+use kugelblitz::scene::{Color, Light, Plane, Scene};
+use kugelblitz::shade::{Colors, Encoding, Painter, Style};
+use kugelblitz::trace::{Hits, Rays};
+use kugelblitz::tracer::Tracer;
+use kugelblitz::verify::{ColorTruth, sample};
+use kugelblitz::{Error, Result};
+
+use super::measure::{IDS, Work, n_pixels, picture};
+use super::pictures::{ErrorPicture, Fault, worst_first};
+use super::samples::Samples;
+use super::{Benchmark, Case, Count, Of, Row};
+
+/// Size of the pictures, px.
+pub const LIGHT_SIZE: [u32; 2] = [640, 360];
+
+/// Distances from a surface at which shadow rays of kernels without a proof start, world units: the last
+/// is what tutorials take, the middle one is common in renderers.
+const EPSILONS: [Option<f64>; 3] = [Some(0.0), Some(1e-4), Some(1e-3)];
+
+/// Most pixels that are compared with exact arithmetic.
+const SAMPLES: usize = 1 << 13;
+
+/// A byte that is farther off is seen at a glance.
+const FAR_LEVELS: u8 = 8;
+
+/// Most scenes with pictures.
+const MOST_SCENES: usize = 2;
+
+/// The kernel whose acne and leaks are shown: the best plain f32.
+const SHOWN: Kernel = Kernel::Stable;
+
+/// Pictures of the same pixels: the scene's own, and those with a channel for each lamp.
+#[derive(Clone, Debug, Default)]
+struct LitPixels {
+    srgb: Vec<[u8; 3]>,
+    separated: Vec<Vec<[f32; 3]>>,
+}
+
+/// What is wrong with a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Wrong {
+    false_shadows: u64,
+    leaks: u64,
+    levels: u8,
+}
+
+impl Wrong {
+    fn count(&self, n_lights: usize, samples: &mut Samples) {
+        samples.count(Count::Pixels, 1);
+        samples.count(Count::Verdicts, n_lights as u64);
+        samples.count(Count::FalseShadows, self.false_shadows);
+        samples.count(Count::Leaks, self.leaks);
+        samples.count(Count::WrongBytes, u64::from(self.levels > 0));
+        samples.count(Count::FarBytes, u64::from(self.levels > FAR_LEVELS));
+    }
+
+    fn fault(&self) -> Fault {
+        match *self {
+            Wrong { false_shadows: 1.., .. } => Fault::FalseShadow,
+            Wrong { leaks: 1.., .. } => Fault::Leak,
+            Wrong { levels: 0, .. } => Fault::Right,
+            Wrong { levels, .. } => Fault::Levels(levels),
+        }
+    }
+}
+
+impl LitPixels {
+    fn counts(&self, pixel: usize, light: usize) -> bool {
+        let separated = self.separated.get(light / 3).and_then(|picture| picture.get(pixel));
+        separated.is_some_and(|channels| channels[light % 3] > 0.0)
+    }
+
+    /// Compares `pixel` with a pixel of `exact`. A pixel that is lacking is black and far off.
+    fn wrong(&self, pixel: usize, exact: &LitPixels, exact_pixel: usize, n_lights: usize) -> Wrong {
+        let mut wrong = Wrong::default();
+        for light in 0..n_lights {
+            match (self.counts(pixel, light), exact.counts(exact_pixel, light)) {
+                (false, true) => wrong.false_shadows += 1,
+                (true, false) => wrong.leaks += 1,
+                _ => {}
+            }
+        }
+        wrong.levels = match (self.srgb.get(pixel), exact.srgb.get(exact_pixel)) {
+            (Some(a), Some(b)) => a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0),
+            _ => u8::MAX,
+        };
+        wrong
+    }
+}
+
+/// A scene, and for each three of its lights one in which these have the channels.
+struct Separated {
+    own: Arc<Scene>,
+    separated: Vec<Arc<Scene>>,
+}
+
+const WHITE: Color = Color([1.0; 3]);
+
+impl Separated {
+    fn of(scene: &Arc<Scene>) -> Result<Separated> {
+        let separated = |lights: &[Light]| {
+            let channel = |index| Color(std::array::from_fn(|k| f64::from(u8::from(k == index))));
+            let lights = lights.iter().zip([0, 1, 2].map(channel));
+            let lights = lights.map(|(light, color)| Light { color, intensity: 1.0, ..*light });
+            let white = |plane: &Plane| Plane { color: WHITE, ..plane.clone() };
+            Ok(Arc::new(Scene {
+                background: Color::BLACK,
+                lights: lights.collect(),
+                sky: None,
+                ambient: None,
+                spheres: scene.spheres.clone().with_color(WHITE)?,
+                planes: scene.planes.iter().map(white).collect(),
+                ..Scene::clone(scene)
+            }))
+        };
+        let separated = scene.lights.chunks(3).map(separated).collect::<Result<_>>()?;
+        Ok(Separated { own: Arc::clone(scene), separated })
+    }
+
+    /// The exact colours of the pixels with these indices.
+    fn exactly(&self, pixels: &Pixels, index: &[usize], control: &Control) -> Result<LitPixels> {
+        let truth = |scene| ColorTruth::of_pixels(scene, pixels, 1, index.to_vec(), control);
+        let separated = self.separated.iter().map(|scene| Ok(truth(scene)?.colors.linear));
+        let separated = separated.collect::<Result<_>>()?;
+        Ok(LitPixels { srgb: truth(&self.own)?.colors.srgb8, separated })
+    }
+
+    /// The colours that a kernel gives all pixels, with each of its epsilons.
+    fn painted(
+        &self,
+        benchmark: &Benchmark,
+        pixels: &Pixels,
+        control: &Control,
+    ) -> Result<Vec<LitPixels>> {
+        let rays = Rays::Pixels(*pixels);
+        let mut hits = Hits::default();
+        benchmark.tracer(&self.own, &rays, IDS)?.tracer.trace(&rays, control, &mut hits)?;
+        let paint = |scene: &Arc<Scene>, encoding, epsilon| {
+            let prepared = Prepared::new(Arc::clone(scene), benchmark.kernel, &rays)?;
+            let mut tracer = Tracer::on_cpu(Arc::new(prepared), IDS);
+            let style = Style { epsilon, ..Style::new(encoding) };
+            let mut colors = Colors::new(encoding);
+            let mut painter = Painter::new(style, pixels, &mut tracer, None);
+            painter.paint(pixels, &hits, control, &mut colors)?;
+            Ok::<_, Error>(colors)
+        };
+        let with_epsilon = |epsilon: &Option<f64>| {
+            let distance = epsilon.unwrap_or(0.0);
+            let mut lit = LitPixels::default();
+            if let Colors::Srgb8(srgb) = paint(&self.own, Encoding::Srgb8, distance)? {
+                lit.srgb = srgb;
+            }
+            for scene in &self.separated {
+                if let Colors::Linear(channels) = paint(scene, Encoding::Linear, distance)? {
+                    lit.separated.push(channels);
+                }
+            }
+            Ok(lit)
+        };
+        epsilons(benchmark.kernel).iter().map(with_epsilon).collect()
+    }
+}
+
+fn epsilons(kernel: Kernel) -> &'static [Option<f64>] {
+    if kernel == Kernel::Certified { &[None] } else { &EPSILONS }
+}
+
+impl<'a> Work<'a> {
+    fn lit(&self) -> impl Iterator<Item = &'a Case> + use<'a> {
+        self.cases.iter().filter(|case| !case.scene.lights.is_empty())
+    }
+
+    fn n_light_samples(&self) -> usize {
+        self.settings.samples.min(SAMPLES)
+    }
+
+    /// Rays and ways to lamps that [`Work::light_rows`] looks at, as [`Control::rays_done`] counts them.
+    pub fn n_light_rays(&self) -> u64 {
+        let n_pixels = n_pixels(LIGHT_SIZE);
+        let of_case = |case: &Case| {
+            // Pictures that are painted with each epsilon.
+            let n_pictures = 1 + case.scene.lights.len().div_ceil(3) as u64;
+            let of_kernel = |kernel| n_pixels * (1 + n_pictures * epsilons(kernel).len() as u64);
+            let painted: u64 = self.of_first_device().map(|of| of_kernel(of.kernel)).sum();
+            n_pictures * n_pixels.min(self.n_light_samples() as u64) + painted
+        };
+        if self.benchmarks.is_empty() { 0 } else { self.lit().map(of_case).sum() }
+    }
+
+    /// The light of each scene that has lights, by the benchmarks of the first device: the CPU paints for
+    /// all of them.
+    ///
+    /// # Errors
+    /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
+    pub fn light_rows(&self, control: &Control) -> Result<Vec<Row>> {
+        let mut rows = Vec::new();
+        for case in self.lit().filter(|_| !self.benchmarks.is_empty()) {
+            let pixels = picture(case, LIGHT_SIZE)?;
+            let (scene, n_lights) = (Separated::of(&case.scene)?, case.scene.lights.len());
+            let index = sample(pixels.len(), self.n_light_samples(), self.settings.seed);
+            let exact = scene.exactly(&pixels, &index, control)?;
+            for benchmark in self.of_first_device() {
+                let painted = scene.painted(benchmark, &pixels, control)?;
+                for (lit, &epsilon) in painted.iter().zip(epsilons(benchmark.kernel)) {
+                    let mut samples = Samples::default();
+                    for (at, &pixel) in index.iter().enumerate() {
+                        lit.wrong(pixel, &exact, at, n_lights).count(n_lights, &mut samples);
+                    }
+                    let of = Of::Light { scene: case.name.clone() };
+                    let mut row = Row::new(of, benchmark, &[&samples]);
+                    row.key.epsilon = epsilon;
+                    rows.push(row);
+                }
+            }
+        }
+        Ok(rows)
+    }
+
+    /// Pictures of the scenes with the most wrong shadows of [`SHOWN`], as measured: what `certified` shows,
+    /// and [`SHOWN`] with each epsilon. The first is what the others are compared with, and is itself
+    /// compared with exact arithmetic where it was measured.
+    ///
+    /// # Errors
+    /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
+    pub fn light_pictures(&self, rows: &[Row], control: &Control) -> Result<Vec<ErrorPicture>> {
+        let of_kernel = |kernel| self.of_first_device().find(|of| of.kernel == kernel);
+        let (Some(certified), Some(plain)) = (of_kernel(Kernel::Certified), of_kernel(SHOWN))
+        else {
+            return Ok(Vec::new());
+        };
+        let own = |case: &Case, benchmark: &Benchmark| {
+            let (of, kernel) = (Of::Light { scene: case.name.clone() }, benchmark.name.clone());
+            rows.iter().filter(move |row| row.key.of == of && row.key.kernel == kernel)
+        };
+        let wrong = |case| own(case, plain).map(Row::wrong_shadows).sum();
+        let mut pictures = Vec::new();
+        for case in worst_first(self.lit(), wrong, MOST_SCENES) {
+            let pixels = picture(case, self.settings.picture_size)?;
+            let (scene, n_lights) = (Separated::of(&case.scene)?, case.scene.lights.len());
+            let proven = scene.painted(certified, &pixels, control)?;
+            let exact = proven[0].clone();
+            for (benchmark, painted) in
+                [(certified, proven), (plain, scene.painted(plain, &pixels, control)?)]
+            {
+                for (lit, row) in painted.into_iter().zip(own(case, benchmark)) {
+                    let fault = |pixel| lit.wrong(pixel, &exact, pixel, n_lights).fault();
+                    let faults: Vec<Fault> = (0..pixels.len()).map(fault).collect();
+                    pictures.push(ErrorPicture::new(row, &pixels, lit.srgb, faults.into_iter()));
+                }
+            }
+        }
+        Ok(pictures)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two pixels of a scene with four lights.
+    fn lit() -> LitPixels {
+        LitPixels {
+            srgb: vec![[10, 20, 30], [200, 100, 0]],
+            separated: vec![vec![[1.0, 0.0, 1e-30], [0.5; 3]], vec![[0.25, 0.0, 0.0], [0.0; 3]]],
+        }
+    }
+
+    /// False shadows, leaks, wrong bytes and far bytes.
+    fn errors(lit: &LitPixels) -> [u64; 4] {
+        let (exact, mut samples) = (self::lit(), Samples::default());
+        (0..2).for_each(|pixel| lit.wrong(pixel, &exact, pixel, 4).count(4, &mut samples));
+        assert_eq!((samples.counts[&Count::Pixels], samples.counts[&Count::Verdicts]), (2, 8));
+        [Count::FalseShadows, Count::Leaks, Count::WrongBytes, Count::FarBytes]
+            .map(|count| samples.counts[&count])
+    }
+
+    #[test]
+    fn a_right_picture_has_no_error_and_sabotage_is_noticed() {
+        type Sabotage = (&'static str, [u64; 4], Fault, fn(&mut LitPixels));
+        let (right, dark, leak) = (Fault::Right, Fault::FalseShadow, Fault::Leak);
+        let sabotages: [Sabotage; 11] = [
+            ("nothing", [0; 4], right, |_| {}),
+            ("another brightness is no verdict", [0; 4], right, |s| {
+                s.separated[0][1] = [9.0, 1e-9, 0.1]
+            }),
+            ("the faintest light", [1, 0, 0, 0], dark, |s| s.separated[0][0][2] = 0.0),
+            ("the fourth light", [1, 0, 0, 0], dark, |s| s.separated[1][0][0] = 0.0),
+            ("a negative light", [1, 0, 0, 0], dark, |s| s.separated[0][0][0] = -1.0),
+            ("no number", [1, 0, 0, 0], dark, |s| s.separated[0][0][0] = f32::NAN),
+            ("a leak", [0, 1, 0, 0], leak, |s| s.separated[0][0][1] = 1e-9),
+            ("a byte up", [0, 0, 1, 0], Fault::Levels(1), |s| s.srgb[0][2] += 1),
+            ("eight levels down", [0, 0, 1, 0], Fault::Levels(8), |s| s.srgb[0][0] -= 8),
+            ("nine levels up", [0, 0, 1, 1], Fault::Levels(9), |s| s.srgb[0][1] += 9),
+            ("both", [1, 1, 1, 1], dark, |s| {
+                s.separated[0][0] = [0.0, 1.0, 1.0];
+                s.srgb[0] = [255; 3];
+            }),
+        ];
+        for (what, counts, fault, apply) in sabotages {
+            let mut wrong = lit();
+            apply(&mut wrong);
+            assert_eq!(errors(&wrong), counts, "{what}");
+            let faults = [0, 1].map(|at| wrong.wrong(at, &lit(), at, 4).fault());
+            assert_eq!(faults, [fault, Fault::Right], "{what}");
+        }
+    }
+
+    #[test]
+    fn a_pixel_that_lacks_is_wrong() {
+        let mut short = lit();
+        short.srgb.pop();
+        short.separated.iter_mut().for_each(|channels| channels.truncate(1));
+        assert_eq!(errors(&short), [3, 0, 1, 1]);
+        assert_eq!(errors(&LitPixels::default()), [6, 0, 2, 2]);
+    }
+
+    #[test]
+    fn each_light_has_a_channel_of_its_own() {
+        let text = r##"
+            camera = { position = [0, 0, 9], look_at = [0, 0, 0] }
+            background = "#ffffff"
+            ambient = 0.5
+            sky = { intensity = 1.0 }
+            light = [
+                { position = [0, 5, 5], color = "#123456" }, { direction = [0, -1, 0] },
+                { position = "eye", intensity = 3.0 }, { position = [0, -5, 5], intensity = 0.0 },
+            ]
+            sphere = [{ center = [0, 0, 0], radius = 1, color = "#000000" }]
+            plane = [{ point = [0, -1, 0], normal = [0, 1, 0], color = "#00ff00" }]
+        "##;
+        let scene = Arc::new(kugelblitz::scene::parse_scene(text, "a.toml".as_ref()).unwrap());
+        let scenes = Separated::of(&scene).unwrap();
+        let channels: Vec<[f64; 3]> = scenes
+            .separated
+            .iter()
+            .flat_map(|scene| scene.lights.iter().map(|light| light.color.0))
+            .collect();
+        let [red, green, blue] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        assert_eq!(channels, [red, green, blue, red]);
+        assert_eq!(scenes.separated.len(), 2);
+        let sources = scenes.separated.iter().flat_map(|scene| &scene.lights);
+        assert!(sources.map(|light| light.source).eq(scene.lights.iter().map(|l| l.source)));
+        for scene in &scenes.separated {
+            assert!(scene.colors().eq([Color::BLACK, WHITE, WHITE]));
+            assert!(scene.sky.is_none() && scene.ambient.is_none());
+            assert!(scene.lights.iter().all(|light| light.intensity == 1.0));
+        }
+    }
+}

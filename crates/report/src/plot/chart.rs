@@ -1,0 +1,344 @@
+//! Charts on logarithmic axes: panels one below the other on one horizontal axis, each with a strip
+//! below it for zero and one above it for infinity. The names of the lines stand at their ends.
+
+use kugelblitz::markup::document;
+use maud::{Markup, PreEscaped, html};
+
+use super::scale::Scale;
+use super::theme;
+use crate::figures::{quantity, typeset};
+
+/// Width of a chart, px.
+const WIDTH: f64 = 860.0;
+
+/// The ends of the horizontal axis, px. The names of the lines stand to the right of it.
+const LEFT: f64 = 84.0;
+const RIGHT: f64 = 670.0;
+
+/// Where words above a panel begin, px.
+const MARGIN: f64 = 22.0;
+
+/// A line of words, px.
+const ROW: f64 = 22.0;
+
+/// Most numbers along an axis.
+const MOST_TICKS: usize = 9;
+
+/// A strip has a lane for each line with something in it, so that marks and names have room.
+const LANE: f64 = 17.0;
+
+/// Between an axis and a strip.
+const GAP: f64 = 12.0;
+
+/// Least distance of two names, px.
+const NAME: f64 = 15.0;
+
+/// Size of a mark, px.
+const RADIUS: f64 = 4.0;
+
+/// Dashes of lines: one a device, or one a class.
+pub const DASHES: [&str; 4] = ["none", "6 4", "2 3.5", "9 3 2 3"];
+
+/// A place in numbers: x is positive, y is that, 0 or infinite.
+pub type Point = (f64, f64);
+
+/// Something measured.
+pub struct Mark {
+    pub at: Point,
+    /// Ends of a bar: where repeated measurements went.
+    pub range: [Point; 2],
+    /// Drawn as an outline.
+    pub is_open: bool,
+    /// Shown to who points at it.
+    pub title: String,
+}
+
+/// Marks of one colour and shape.
+pub struct Line {
+    pub name: String,
+    /// The class of its colour.
+    pub color: &'static str,
+    /// Place of its device in the order of devices, for shape and dashes.
+    pub device: usize,
+    /// In order; `None` for a gap.
+    pub marks: Vec<Option<Mark>>,
+}
+
+impl Line {
+    fn drawn(&self) -> impl Iterator<Item = &Mark> {
+        self.marks.iter().flatten()
+    }
+}
+
+/// One quantity of several lines.
+pub struct Panel {
+    pub title: &'static str,
+    /// Height of its axis, px.
+    pub height: f64,
+    pub lines: Vec<Line>,
+    /// True where a line joins its marks.
+    pub is_joined: bool,
+    /// Steps past marks, each of whose corners is on the height of a line's marks.
+    pub steps: Vec<Vec<(usize, Point)>>,
+}
+
+/// A whole picture, which stands alone or in a page.
+pub struct Chart<'a> {
+    pub description: &'a str,
+    /// Lines of words above the panels.
+    pub key: Vec<String>,
+    pub panels: Vec<Panel>,
+    pub x_title: &'a str,
+}
+
+impl Chart<'_> {
+    /// The panels that have something to show.
+    fn drawn(&self) -> impl Iterator<Item = &Panel> {
+        let has_marks =
+            |panel: &&Panel| panel.lines.iter().any(|line| line.drawn().next().is_some());
+        self.panels.iter().filter(has_marks)
+    }
+
+    /// True where there is nothing to show.
+    pub fn is_empty(&self) -> bool {
+        self.drawn().next().is_none()
+    }
+
+    /// The picture as an SVG file.
+    pub fn svg(&self) -> String {
+        let marks = || self.drawn().flat_map(|panel| &panel.lines).flat_map(Line::drawn);
+        let xs = marks().flat_map(|mark| [mark.at, mark.range[0], mark.range[1]]);
+        let x = Scale::new(xs.map(|(x, _)| x), (LEFT, RIGHT));
+        let mut bottom = 8.0 + ROW * self.key.len() as f64;
+        let mut panels = Vec::new();
+        for panel in self.drawn() {
+            let layout = Layout::new(panel, &x, bottom + 34.0);
+            bottom = layout.bottom;
+            panels.push(layout.draw());
+        }
+        let height = bottom + 54.0;
+        // What a mark says is shown where the mouse is over it, not over words beside it.
+        let fixed = ".plot{font:13px system-ui,'Segoe UI',Roboto,'DejaVu Sans',sans-serif}\
+                     .plot text,.plot line,.plot polyline{pointer-events:none}";
+        let svg = html! {
+            svg.plot xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {WIDTH} {height}"))
+                width=(WIDTH) height=(height) role="img" aria-label=(self.description) {
+                style { (PreEscaped(fixed)) (PreEscaped(theme::css())) }
+                rect.paper width=(WIDTH) height=(height) fill="currentColor" {}
+                @for (i, words) in self.key.iter().enumerate() {
+                    (text(LEFT, 8.0 + ROW * (i as f64 + 0.7), "start", "ink", words))
+                }
+                @for panel in &panels { (panel) }
+                @if !panels.is_empty() {
+                    @for tick in x.ticks(MOST_TICKS) {
+                        (text(x.px(tick), bottom + 18.0, "middle", "soft", &label(tick)))
+                    }
+                    (text((LEFT + RIGHT) / 2.0, bottom + 40.0, "middle", "ink", self.x_title))
+                }
+            }
+        };
+        document(svg)
+    }
+}
+
+/// Where all of a panel is.
+struct Layout<'a> {
+    panel: &'a Panel,
+    x: &'a Scale,
+    /// `None` where all that is drawn stands in a strip.
+    y: Option<Scale>,
+    top: f64,
+    bottom: f64,
+    /// The lines with a lane in the strip of infinity, which begins at the top.
+    above: Vec<usize>,
+    /// Those in the strip of zero, which ends at the bottom.
+    below: Vec<usize>,
+}
+
+impl<'a> Layout<'a> {
+    fn new(panel: &'a Panel, x: &'a Scale, top: f64) -> Layout<'a> {
+        let lines_at = |y: f64| -> Vec<usize> {
+            let has = |i: &usize| panel.lines[*i].drawn().any(|mark| mark.at.1 == y);
+            (0..panel.lines.len()).filter(has).collect()
+        };
+        let (above, below) = (lines_at(f64::INFINITY), lines_at(0.0));
+        let strip = |lines: &[usize]| match lines.len() {
+            0 => 0.0,
+            n => n as f64 * LANE + GAP,
+        };
+        let marks = panel.lines.iter().flat_map(Line::drawn);
+        let ys = marks.flat_map(|mark| [mark.at, mark.range[0], mark.range[1]]).map(|(_, y)| y);
+        let ys: Vec<f64> = ys.filter(|y| *y > 0.0 && y.is_finite()).collect();
+        let axis_top = top + strip(&above);
+        let height = if ys.is_empty() { 0.0 } else { panel.height };
+        let axis_bottom = axis_top + height;
+        let y = (!ys.is_empty()).then(|| Scale::new(ys, (axis_bottom, axis_top)));
+        let bottom = axis_bottom + strip(&below);
+        Layout { panel, x, y, top, bottom, above, below }
+    }
+
+    /// Where a point on a line is.
+    fn place(&self, line: usize, (x, y): Point) -> (f64, f64) {
+        let lane = |lines: &[usize]| {
+            let lane = lines.iter().position(|other| *other == line).unwrap_or(0);
+            (lane as f64 + 0.5) * LANE
+        };
+        let y = match y {
+            0.0 => self.below_top() + lane(&self.below),
+            f64::INFINITY => self.top + lane(&self.above),
+            _ => self.y.as_ref().map_or(self.top, |scale| scale.px(y)),
+        };
+        (self.x.px(x), y)
+    }
+
+    fn below_top(&self) -> f64 {
+        self.bottom - self.below.len() as f64 * LANE
+    }
+
+    fn draw(&self) -> Markup {
+        let lines = || self.panel.lines.iter().enumerate();
+        html! {
+            (text(MARGIN, self.top - 12.0, "start", "ink", self.panel.title))
+            (strip(self.top, &self.above, "∞"))
+            (strip(self.below_top(), &self.below, "0"))
+            @for x in self.x.ticks(MOST_TICKS).into_iter().map(|tick| self.x.px(tick)) {
+                g.grid { (straight((x, self.top), (x, self.bottom))) }
+            }
+            g.soft { (straight((LEFT, self.bottom), (RIGHT, self.bottom))) }
+            @if let Some(scale) = &self.y {
+                @for tick in scale.ticks(MOST_TICKS) {
+                    @let y = scale.px(tick);
+                    g.grid { (straight((LEFT, y), (RIGHT, y))) }
+                    (text(LEFT - 8.0, y + 4.5, "end", "soft", &label(tick)))
+                }
+            }
+            @for (i, line) in lines() {
+                g class=(line.color) stroke-width="2" {
+                    @if self.panel.is_joined { (self.curve(i, line)) }
+                    g opacity="0.6" {
+                        @for mark in line.drawn() {
+                            @let [from, to] = mark.range.map(|point| self.place(i, point));
+                            @if from != to { (straight(from, to)) }
+                        }
+                    }
+                }
+            }
+            @for (i, line) in lines() {
+                g class=(line.color) {
+                    @for mark in line.drawn() {
+                        g {
+                            title { (line.name) ", " (mark.title) }
+                            (marker(line.device, mark.is_open, self.place(i, mark.at)))
+                        }
+                    }
+                }
+            }
+            @for (steps, dash) in self.panel.steps.iter().zip(DASHES) {
+                @let through = steps.iter().map(|(line, point)| self.place(*line, *point));
+                g.soft stroke-width="1.5" { (polyline(through, dash)) }
+            }
+            (self.names())
+        }
+    }
+
+    /// The line through the marks, with its gaps.
+    fn curve(&self, i: usize, line: &Line) -> Markup {
+        let dash = DASHES[line.device % DASHES.len()];
+        html! {
+            @for run in line.marks.split(Option::is_none) {
+                (polyline(run.iter().flatten().map(|mark| self.place(i, mark.at)), dash))
+            }
+        }
+    }
+
+    /// The lines' names at their last marks, moved apart where they would touch.
+    fn names(&self) -> Markup {
+        let lines = self.panel.lines.iter().enumerate();
+        let last =
+            |(i, line): (usize, &'a Line)| Some((line, self.place(i, line.drawn().last()?.at)));
+        let mut ends: Vec<_> = lines.filter_map(last).collect();
+        ends.sort_by(|(_, a), (_, b)| a.1.total_cmp(&b.1));
+        let mut ys: Vec<f64> = ends.iter().map(|(_, (_, y))| *y).collect();
+        for i in 1..ys.len() {
+            ys[i] = ys[i].max(ys[i - 1] + NAME);
+        }
+        // What was pushed out at the bottom goes back up.
+        let mut lowest = self.bottom + 4.0;
+        for y in ys.iter_mut().rev() {
+            *y = y.min(lowest);
+            lowest = *y - NAME;
+        }
+        html! {
+            @for ((line, (end_x, end_y)), y) in ends.iter().zip(&ys) {
+                g class=(line.color) opacity="0.5" {
+                    (straight((end_x + 7.0, *end_y), (RIGHT + 12.0, *y)))
+                }
+                (text(RIGHT + 16.0, y + 4.5, "start", "ink", &line.name))
+            }
+        }
+    }
+}
+
+/// A number beside an axis.
+fn label(tick: f64) -> String {
+    typeset(&quantity(tick))
+}
+
+/// A coordinate in tenths of a pixel.
+fn c(px: f64) -> f64 {
+    (10.0 * px).round() / 10.0
+}
+
+/// A strip beside the axis, for what has no place on it.
+fn strip(top: f64, lines: &[usize], label: &str) -> Markup {
+    let height = lines.len() as f64 * LANE;
+    html! {
+        @if !lines.is_empty() {
+            rect.band x=(LEFT) y=(c(top)) width=(RIGHT - LEFT) height=(height) fill="currentColor" {}
+            (text(LEFT - 8.0, top + height / 2.0 + 4.5, "end", "soft", label))
+        }
+    }
+}
+
+/// A text; `anchor` is `start`, `middle` or `end`.
+fn text(x: f64, y: f64, anchor: &str, class: &str, words: &str) -> Markup {
+    html! {
+        text class=(class) x=(c(x)) y=(c(y)) text-anchor=(anchor) fill="currentColor" { (words) }
+    }
+}
+
+fn straight((x1, y1): (f64, f64), (x2, y2): (f64, f64)) -> Markup {
+    html! { line x1=(c(x1)) y1=(c(y1)) x2=(c(x2)) y2=(c(y2)) stroke="currentColor" {} }
+}
+
+fn polyline(through: impl Iterator<Item = (f64, f64)>, dash: &str) -> Markup {
+    let points: Vec<String> = through.map(|(x, y)| format!("{},{}", c(x), c(y))).collect();
+    html! {
+        @if points.len() > 1 {
+            polyline points=(points.join(" ")) fill="none" stroke="currentColor"
+                stroke-linejoin="round" stroke-dasharray=(dash) {}
+        }
+    }
+}
+
+/// A marker in the current colour, with a rim of paper: one shape a device.
+fn marker(device: usize, is_open: bool, (x, y): (f64, f64)) -> Markup {
+    let r = RADIUS;
+    let shape = |fill: &str| {
+        html! {
+            @match device {
+                0 => circle cx=(c(x)) cy=(c(y)) r=(r) fill=(fill) {},
+                1 => rect x=(c(x - r)) y=(c(y - r)) width=(2.0 * r) height=(2.0 * r) fill=(fill) {},
+                _ => polygon fill=(fill) points=(format!(
+                    "{},{} {},{} {},{}", c(x), c(y - r), c(x + r), c(y + r), c(x - r), c(y + r)
+                )) {},
+            }
+        }
+    };
+    html! {
+        g.paper stroke="currentColor" stroke-width="5" { (shape("currentColor")) }
+        g stroke="currentColor" stroke-width="2" {
+            (shape(if is_open { "none" } else { "currentColor" }))
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! A [`Report`] as text: for a terminal, and its summary in Markdown.
+
+use std::fmt::Write;
+
+use kugelblitz::plain::plain_document;
+
+use super::answer::{answer, price};
+use super::figures::{count, list, plain};
+use super::order::SeriesOrder;
+use super::print::{self, WIDTH, markdown_text};
+use super::tables::{self, Table};
+use super::{AdapterArithmetic, Baseline, CLOUD_SIZE, LIGHT_SIZE, Report, SWEEPS, Settings};
+
+/// The whole report but the pictures and each scene's own figures, at most 110 columns wide.
+pub fn terminal(report: &Report) -> String {
+    let order = SeriesOrder::of(report);
+    let mut parts = vec![environment(report), wrapped(&answer(report), "")];
+    parts.extend(price(report).map(|price| wrapped(&price, "")));
+    parts.extend(report.noise.warning().map(|warning| wrapped(&warning, "")));
+    let words = report.baseline.iter().flat_map(Baseline::in_words);
+    parts.extend(words.map(|words| wrapped(&plain(&words), "")));
+    let mut add = |title: &str, table: Table| {
+        if !table.is_empty() {
+            parts.push(wrapped(title, "  ") + &print::terminal(&table));
+        }
+    };
+    if let Some(baseline) = &report.baseline {
+        add("Changes beyond noise", tables::changes(baseline, &order));
+        add("Wrong ids that changed", tables::changed_ids(baseline, &order));
+    }
+    add("How wrong", tables::class_errors(report, &order));
+    add("How fast", tables::class_costs(report, &order));
+    add("Many spheres", tables::clouds(report, &order));
+    add("Light: wrong shadows, and pixels with wrong bytes", tables::light(report, &order));
+    let title = "Scenes: share of wrong ids, and nanoseconds a ray (ids)";
+    add(title, tables::overview(report, &order));
+    for sweep in &SWEEPS {
+        let title = format!("Sweep “{}”: {}; x: {}", sweep.name, sweep.title, sweep.x_label);
+        add(&title, tables::sweep(report, sweep, &order));
+    }
+    if !report.missing.is_empty() {
+        let lines = report.missing.iter().map(|missing| {
+            wrapped(&format!("- {}: {}", plain(&missing.what), plain(&missing.why)), "  ")
+        });
+        parts.push(format!("Not measured\n{}", lines.collect::<String>()));
+    }
+    plain_document(&parts.join("\n"))
+}
+
+/// The classes in a short table, light in another, many spheres in a third, each with what it was measured
+/// on; then what changed since an earlier report.
+pub fn markdown(report: &Report) -> String {
+    let order = SeriesOrder::of(report);
+    let measured = measured_on(report);
+    let mut text = String::new();
+    for (table, [width, height]) in [
+        (tables::summary(report, &order), report.settings.size),
+        (tables::light(report, &order), LIGHT_SIZE),
+        (tables::clouds(report, &order), CLOUD_SIZE),
+    ] {
+        if !table.is_empty() {
+            let table = print::markdown(&table);
+            let _ = write!(text, "\n{table}\nMeasured at {width} × {height} {measured}\n");
+        }
+    }
+    if let Some(warning) = report.noise.warning() {
+        let _ = write!(text, "\n{warning}\n");
+    }
+    if let Some(baseline) = &report.baseline {
+        let _ = write!(text, "\n{}\n", markdown_text(&baseline.in_words().join(" ")));
+        for table in [tables::changes(baseline, &order), tables::changed_ids(baseline, &order)] {
+            if !table.is_empty() {
+                let _ = write!(text, "\n{}", print::markdown(&table));
+            }
+        }
+    }
+    plain_document(text.trim_start())
+}
+
+fn measured_on(Report { environment, .. }: &Report) -> String {
+    let adapter = |AdapterArithmetic { facts, .. }: &AdapterArithmetic| {
+        format!("{} ({})", facts.name, facts.driver)
+    };
+    let host = format!("{}, {}", environment.host_cpu, count(environment.n_cores, "core"));
+    let machines: Vec<String> =
+        environment.adapters.iter().map(adapter).chain([host]).map(|m| markdown_text(&m)).collect();
+    let commit = environment.commit.as_ref().map(|commit| format!(", commit {commit}"));
+    format!(
+        "on {} by Kugelblitz {}{}, {}.",
+        list(&machines),
+        environment.version,
+        markdown_text(&commit.unwrap_or_default()),
+        environment.date
+    )
+}
+
+fn environment(report: &Report) -> String {
+    let Settings { size: [width, height], samples, seed, rounds, runs, .. } = report.settings;
+    let facts = report.environment.named_lines();
+    let facts = facts.iter().map(|(what, fact)| wrapped(&plain(&format!("{what}: {fact}")), "  "));
+    let settings = format!(
+        "{width} × {height} pixels; up to {} of each picture against exact arithmetic (seed {}); \
+         {} of {} after a first picture",
+        samples,
+        seed,
+        count(rounds, "round"),
+        count(runs, "run"),
+    );
+    facts.chain([wrapped(&settings, "  ")]).collect()
+}
+
+/// Lines of at most a terminal's width; all but the first begin with `indent`.
+fn wrapped(text: &str, indent: &str) -> String {
+    let leading = text.len() - text.trim_start().len();
+    let mut lines = vec![text[..leading].to_string()];
+    for word in text.split_whitespace() {
+        let last = lines.len() - 1;
+        let line = &mut lines[last];
+        let is_empty = line.trim().is_empty();
+        if !is_empty && line.chars().count() + 1 + word.chars().count() > WIDTH {
+            lines.push(format!("{indent}{word}"));
+        } else {
+            *line += if is_empty { "" } else { " " };
+            *line += word;
+        }
+    }
+    lines.iter().map(|line| format!("{line}\n")).collect()
+}

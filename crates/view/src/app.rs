@@ -1,0 +1,539 @@
+//! The window: what comes in, and what goes out.
+
+use std::panic::{self, AssertUnwindSafe};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
+
+use eframe::egui::{self, Context, Ui, Vec2, ViewportBuilder, ViewportCommand, vec2};
+use kugelblitz::Session;
+use kugelblitz::control::Control;
+use kugelblitz::device::Device;
+use kugelblitz::explain::Lang;
+use kugelblitz::gpu::{Gpu, Pick};
+use kugelblitz::plain::Shown;
+use kugelblitz::scene::{Camera, Scene};
+use kugelblitz::trace::Kernel;
+use kugelblitz::{Error, Result};
+
+use super::ask::{self, Answer, Question, Why};
+use super::notice::Notice;
+use super::panels;
+use super::picture::{self, Frame, Order};
+use super::recent::{add_recent, recent};
+use super::reload::watch;
+use super::save::{Halves, Save, Saving, free_name};
+use super::state::{Command, Explained, State};
+use super::worker::Worker;
+
+/// Size of the picture where neither the options nor the scene file has one.
+const DEFAULT_SIZE: [u32; 2] = [1280, 720];
+
+/// Part of the screen that the window takes at most.
+const SCREEN_PART: f32 = 0.92;
+
+/// Frames farther apart than this do not belong to a movement.
+const MOVEMENT: Duration = Duration::from_millis(300);
+
+/// Reads a scene file, or another that makes a scene with a camera.
+pub type Reread = Arc<dyn Fn(&Path, &Control) -> Result<Scene> + Send + Sync>;
+
+/// The window's beginning.
+pub struct Options {
+    /// The scene file, which is watched.
+    pub path: PathBuf,
+    /// How it is read again when it has changed.
+    pub reread: Reread,
+    /// The scene in it; with a camera.
+    pub scene: Arc<Scene>,
+    /// The device that traces; the CPU where it is `None`.
+    pub device: Option<Pick>,
+    /// The kernel.
+    pub kernel: Kernel,
+    /// Size of the picture, px; that of the scene file where it is `None`.
+    pub size: Option<[u32; 2]>,
+    /// The language of explanations.
+    pub lang: Lang,
+    /// The file that keeps which scenes were opened last; none are kept where it is `None`.
+    pub recent: Option<PathBuf>,
+    /// Cancelling it closes the window.
+    pub control: Arc<Control>,
+    /// Gives the device up after so many frames, as if it had been lost: for tests.
+    pub lose_device_after: Option<u64>,
+}
+
+/// A message of another thread.
+enum Event {
+    Drawn(Result<Frame>),
+    Hover(Result<Answer>),
+    Explained(Result<([u32; 2], Why)>),
+    /// The picture in this file is saved, or can't be.
+    Saved(PathBuf),
+    /// The scene file was read again.
+    Scene((PathBuf, Read)),
+    /// Another scene file was read.
+    Opened((PathBuf, Read)),
+    Interrupted,
+}
+
+/// A scene with its camera.
+type Read = Result<(Arc<Scene>, Camera)>;
+
+/// Reads a scene for a window, which waits for no writer.
+fn read(reread: &Reread, path: &Path, control: &Control) -> Read {
+    let scene = reread(path, control)?;
+    let camera = scene.require_camera(path)?.clone();
+    Ok((Arc::new(scene), camera))
+}
+
+/// Opens the window and returns when it was closed.
+///
+/// # Errors
+/// [`Error::NoAdapter`] where there is no display or no device that can show pictures,
+/// [`Error::Scene`] for a scene without a camera, [`Error::Device`] when the device is lost,
+/// [`Error::Io`] when the display is lost, [`Error::Interrupted`] when the control was
+/// cancelled; those of [`Session::render_to_file`] where a picture was still being saved.
+pub fn run(options: Options, mut notify: impl FnMut(&Notice)) -> Result<()> {
+    let path = options.path.clone();
+    notify(&Notice::Opening);
+    let context = Context::default();
+    style(&context);
+    let mut end = End::default();
+    let mut app = App::new(options, &context, &mut notify, &mut end)?;
+    let (title, native) = (app.title(), app.native_options());
+    let opened = Box::new(|_: &eframe::CreationContext| {
+        app.opened();
+        Ok(Box::new(app) as Box<dyn eframe::App>)
+    });
+    let ran = unless_lost(|| eframe::run_native_ext(&title, native, Some(context), opened), &path);
+    let End { saves, mut failure } = end;
+    for save in saves {
+        let (path, size) = (save.path.clone(), save.size);
+        match save.end() {
+            Ok(()) => notify(&Notice::Saved { path: &path, size }),
+            Err(error) if failure.is_none() => failure = Some(error),
+            Err(error) => notify(&Notice::Trouble { message: &error.to_string() }),
+        }
+    }
+    failure.map_or(ran, Err)
+}
+
+/// Runs the window. winit panics where the display is gone and it is asked for the window's size: an error as others are.
+fn unless_lost(run: impl FnOnce() -> eframe::Result, scene: &Path) -> Result<()> {
+    let before = Arc::new(panic::take_hook());
+    let is_lost = Arc::new(AtomicBool::new(false));
+    let (others, seen) = (Arc::clone(&before), Arc::clone(&is_lost));
+    panic::set_hook(Box::new(move |panic| match panic.location() {
+        Some(place) if place.file().contains("winit-") => seen.store(true, Ordering::Relaxed),
+        _ => others(panic),
+    }));
+    let ran = panic::catch_unwind(AssertUnwindSafe(run));
+    panic::set_hook(Box::new(move |panic| before(panic)));
+    match ran {
+        Ok(ran) => ran.map_err(|error| window_error(error, scene)),
+        Err(_) if is_lost.load(Ordering::Relaxed) => Err(display_lost()),
+        Err(panic) => panic::resume_unwind(panic),
+    }
+}
+
+fn display_lost() -> Error {
+    let source = std::io::Error::other("the connection was lost");
+    Error::Io { path: "the display".into(), source }
+}
+
+/// What was the matter with the window.
+fn window_error(error: eframe::Error, scene: &Path) -> Error {
+    use winit::error::EventLoopError;
+    let render = format!("use `kugelblitz render {} -o picture.png`", scene.shown());
+    Error::NoAdapter(match error {
+        // All that winit says of Wayland.
+        eframe::Error::WinitEventLoop(EventLoopError::ExitFailure(_)) => {
+            return display_lost();
+        }
+        eframe::Error::WinitEventLoop(error) => {
+            // winit's words begin with the place in its source: `os error at FILE:LINE: why`.
+            let words = error.to_string();
+            let why =
+                words.strip_prefix("os error at ").and_then(|rest| rest.splitn(3, ':').nth(2));
+            let why = why.unwrap_or(&words).trim().trim_end_matches('.');
+            // In the order in which winit looks.
+            let asked =
+                ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"].into_iter().find_map(|name| {
+                    let value = std::env::var(name).ok().filter(|value| !value.is_empty())?;
+                    Some(format!(" ({name}={value})"))
+                });
+            let asked = asked.unwrap_or_default();
+            format!("there is no display to open a window on: {why}{asked}; {render}")
+        }
+        eframe::Error::Wgpu(error) => {
+            format!("no Vulkan device can show pictures in a window here: {error}; {render}")
+        }
+        error => format!("the window can't be opened: {error}; {render}"),
+    })
+}
+
+/// Passes what another thread says to the window, and wakes it.
+fn teller<T>(
+    to_window: &Sender<Event>,
+    context: &Context,
+    event: fn(T) -> Event,
+) -> impl Fn(T) + Send + 'static
+where
+    T: 'static,
+{
+    let (to_window, context) = (to_window.clone(), context.clone());
+    move |message| {
+        // The window is gone only when nobody is interested any more.
+        let _ = to_window.send(event(message));
+        context.request_repaint();
+    }
+}
+
+fn style(context: &Context) {
+    // A second pass over the same input would carry it out twice.
+    context.options_mut(|options| options.max_passes = std::num::NonZeroUsize::MIN);
+    context.all_styles_mut(|style| {
+        style.interaction.selectable_labels = false;
+        style.animation_time = 0.0;
+        let edge = style.visuals.widgets.noninteractive.fg_stroke.color.gamma_multiply(0.45);
+        style.visuals.widgets.inactive.bg_stroke = egui::Stroke::new(1.0, edge);
+        style.visuals.window_shadow = egui::Shadow::NONE;
+        style.visuals.popup_shadow = egui::Shadow::NONE;
+    });
+}
+
+/// What is left when the window is closed.
+#[derive(Default)]
+struct End {
+    failure: Option<Error>,
+    /// Pictures that are being saved.
+    saves: Vec<Save>,
+}
+
+struct App<'a> {
+    options: Options,
+    notify: &'a mut dyn FnMut(&Notice),
+    end: &'a mut End,
+    state: State,
+    device: Device,
+    events: Receiver<Event>,
+    to_window: Sender<Event>,
+    artist: Worker<Order>,
+    hover: Worker<Question>,
+    explain: Worker<Question>,
+    watch: Worker<()>,
+    /// Reads other scenes.
+    reader: Worker<PathBuf>,
+    /// The last pixel that was asked for.
+    hovered: Option<Question>,
+    /// Size that the window asked for, points; `None` once it was looked at.
+    size: Option<Vec2>,
+    n_frames: u64,
+    last_frame: Option<Instant>,
+}
+
+impl eframe::App for App<'_> {
+    fn logic(&mut self, context: &Context, _: &mut eframe::Frame) {
+        while let Ok(event) = self.events.try_recv() {
+            if let Err(error) = self.hear(context, event) {
+                self.trouble(context, error);
+            }
+        }
+    }
+
+    fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {
+        let commands = panels::layout(ui, &mut self.state);
+        if self.follow_screen(ui) {
+            return;
+        }
+        if !commands.iter().any(|command| matches!(command, Command::Hover(_))) {
+            // The pointer is elsewhere; what it finds when it comes back must be looked up again.
+            self.hovered = None;
+        }
+        for command in commands {
+            self.carry_out(ui.ctx(), command);
+        }
+        if let Some(order) = self.state.order() {
+            self.artist.ask(order);
+        }
+        self.count_frame();
+        if self.options.lose_device_after == Some(self.n_frames) {
+            self.fail(ui.ctx(), Error::Device("it was given up, as asked for".into()));
+        }
+    }
+}
+
+impl<'a> App<'a> {
+    fn new(
+        options: Options,
+        context: &Context,
+        notify: &'a mut dyn FnMut(&Notice),
+        end: &'a mut End,
+    ) -> Result<App<'a>> {
+        let (path, scene) = (options.path.clone(), Arc::clone(&options.scene));
+        let camera = scene.require_camera(&path)?.clone();
+        let device = match &options.device {
+            Some(pick) => Device::Gpu(Arc::new(Gpu::open(pick)?)),
+            None => Device::Cpu,
+        };
+        let mut state = State::new(path, scene, camera, options.kernel);
+        state.recent = options.recent.as_deref().map(recent).unwrap_or_default();
+        (state.device, state.offered) = (device.label(), device.kernels());
+        let (to_window, events) = channel();
+        let explained = teller(&to_window, context, Event::Explained);
+        Ok(App {
+            artist: picture::start(device.clone(), teller(&to_window, context, Event::Drawn))?,
+            hover: ask::start_hover(device.clone(), teller(&to_window, context, Event::Hover))?,
+            explain: ask::start_explain(device.clone(), options.lang, explained)?,
+            watch: watch_scene(&options.path, &options, &to_window, context)?,
+            reader: start_reader(&options, teller(&to_window, context, Event::Opened))?,
+            options,
+            notify,
+            end,
+            state,
+            device,
+            events,
+            to_window,
+            hovered: None,
+            size: None,
+            n_frames: 0,
+            last_frame: None,
+        })
+    }
+
+    /// With room for the whole picture, on a screen that has it.
+    fn native_options(&mut self) -> eframe::NativeOptions {
+        let [width, height] = self.full_size().unwrap_or(DEFAULT_SIZE).map(|px| px as f32);
+        // Its own one: the window's must give its letters to the window first.
+        let context = Context::default();
+        style(&context);
+        let size = vec2(width, height + panels::around(&context, &mut self.state, width));
+        self.size = Some(size);
+        eframe::NativeOptions {
+            viewport: ViewportBuilder::default().with_inner_size(size).with_app_id("kugelblitz"),
+            // Colours of the legend are those of the picture, to the byte.
+            dithering: false,
+            ..eframe::NativeOptions::default()
+        }
+    }
+
+    /// Takes the size that the window asked for as pixels, and no more than the screen has. True where the window changes.
+    fn follow_screen(&mut self, ui: &Ui) -> bool {
+        let Some(asked) = self.size.take() else { return false };
+        let screen = ui.input(|input| input.viewport().monitor_size).filter(|size| size.x > 1.0);
+        let most = screen.map_or(Vec2::INFINITY, |size| size * SCREEN_PART);
+        let size = (asked / ui.pixels_per_point()).min(most);
+        if size != asked {
+            ui.ctx().send_viewport_cmd(ViewportCommand::InnerSize(size));
+        }
+        size != asked
+    }
+
+    fn opened(&mut self) {
+        let (adapter, software) = match self.device.facts() {
+            Some(facts) => (facts.name.as_str(), facts.is_software()),
+            None => ("the CPU", false),
+        };
+        (self.notify)(&Notice::Opened { adapter, software });
+        self.remember();
+    }
+
+    fn title(&self) -> String {
+        let name = self.state.path.file_name().unwrap_or(self.state.path.as_os_str());
+        format!("{} · Kugelblitz", Path::new(name).shown())
+    }
+
+    /// The size of a saved picture; `None` for that of the window.
+    fn full_size(&self) -> Option<[u32; 2]> {
+        self.options.size.or(self.state.scene.image.map(|image| [image.width, image.height]))
+    }
+
+    fn fail(&mut self, context: &Context, error: Error) {
+        self.end.failure.get_or_insert(error);
+        context.send_viewport_cmd(ViewportCommand::Close);
+    }
+
+    /// Tells what went wrong; without a device the window ends.
+    fn trouble(&mut self, context: &Context, error: Error) {
+        if matches!(error, Error::Device(_) | Error::Interrupted) {
+            return self.fail(context, error);
+        }
+        let message = error.to_string();
+        (self.notify)(&Notice::Trouble { message: &message });
+        self.state.tell(message);
+    }
+
+    fn hear(&mut self, context: &Context, event: Event) -> Result<()> {
+        match event {
+            Event::Drawn(frame) => self.state.show(context, frame?),
+            Event::Hover(answer) => {
+                self.state.answer(answer?);
+                (self.notify)(&Notice::Hover { text: &panels::hover_text(&self.state) });
+            }
+            Event::Explained(explained) => {
+                let (pixel, why) = explained?;
+                if let Some(shown) = &mut self.state.explained
+                    && [shown.question.x, shown.question.y] == pixel
+                {
+                    (self.notify)(&Notice::Explained { pixel, text: &why.text });
+                    shown.why = Some(why);
+                }
+            }
+            Event::Saved(path) => {
+                let at = self.end.saves.iter().position(|save| save.path == path);
+                let Some(save) = at.map(|at| self.end.saves.swap_remove(at)) else { return Ok(()) };
+                let size = save.size;
+                save.end()?;
+                (self.notify)(&Notice::Saved { path: &path, size });
+                self.state.tell(format!("Saved {}: {} × {}", path.shown(), size[0], size[1]));
+            }
+            // Of the scene before this one.
+            Event::Scene((path, _)) if path != self.state.path => {}
+            Event::Scene((_, Ok((scene, camera)))) => {
+                self.state.reload(scene, camera);
+                (self.notify)(&Notice::Reloaded);
+            }
+            Event::Scene((_, Err(error))) => self.state.scene_error = Some(self.wrong(error)),
+            Event::Opened((path, Ok((scene, camera)))) => {
+                self.watch = watch_scene(&path, &self.options, &self.to_window, context)?;
+                (self.notify)(&Notice::SceneOpened { path: &path });
+                self.state.open(path, scene, camera);
+                context.send_viewport_cmd(ViewportCommand::Title(self.title()));
+                self.remember();
+            }
+            Event::Opened((path, Err(error))) => {
+                let error = self.wrong(error);
+                self.state.tell(format!("{} can't be opened: {error}", path.shown()));
+            }
+            Event::Interrupted => return Err(Error::Interrupted),
+        }
+        Ok(())
+    }
+
+    /// Tells the fault of a scene, in as many lines as it takes.
+    fn wrong(&mut self, error: Error) -> String {
+        let error = match error {
+            Error::Scene(wrong) => format!("{wrong}\n{}", wrong.help),
+            other => other.to_string(),
+        };
+        (self.notify)(&Notice::SceneWrong { error: &error });
+        error
+    }
+
+    fn carry_out(&mut self, context: &Context, command: Command) {
+        match command {
+            Command::PrintCamera => {
+                let toml = self.state.rig.camera.to_toml();
+                self.state.tell("The camera is copied as TOML, and printed on standard output");
+                (self.notify)(&Notice::Camera { toml: &toml });
+                context.copy_text(toml);
+            }
+            Command::Save => self.save(context),
+            Command::Open(path) => self.reader.ask(path),
+            Command::Explain(question) => {
+                self.state.explained = Some(Explained { question: question.clone(), why: None });
+                self.explain.ask(question);
+            }
+            Command::Hover(question) => {
+                if !self.hovered.as_ref().is_some_and(|last| last.is(&question)) {
+                    self.hovered = Some(question.clone());
+                    self.hover.ask(question);
+                }
+            }
+            Command::Quit => context.send_viewport_cmd(ViewportCommand::Close),
+        }
+    }
+
+    fn save(&mut self, context: &Context) {
+        let state = &self.state;
+        let size = self.full_size().unwrap_or([state.area.width, state.area.height]);
+        let mut session = Session::new(state.saved_scene(), self.device.clone(), state.kernels[1]);
+        session.set_camera(state.rig.camera.clone());
+        let halves =
+            state.compares.then_some(Halves { kernels: state.kernels, divider: state.divider });
+        let saves = &mut self.end.saves;
+        let path = free_name(Path::new("."), &state.path, state.show, halves, saves);
+        let control = Arc::clone(&self.options.control);
+        let saving = Saving { session, size, show: state.show, halves, control };
+        match Save::start(saving, path, teller(&self.to_window, context, Event::Saved)) {
+            Ok(save) => saves.push(save),
+            Err(error) => self.state.tell(format!("The picture can't be saved: {error}")),
+        }
+    }
+
+    /// Keeps that the scene was opened.
+    fn remember(&mut self) {
+        let Some(list) = &self.options.recent else { return };
+        match add_recent(list, &self.state.path) {
+            Ok(recent) => self.state.recent = recent,
+            Err(error) => {
+                let message = format!("Recent files can't be kept: {error}");
+                (self.notify)(&Notice::Trouble { message: &message });
+            }
+        }
+    }
+
+    fn count_frame(&mut self) {
+        let since = self.last_frame.replace(Instant::now()).map(|last| last.elapsed());
+        let ms = since.map_or(0.0, |since| since.as_secs_f64() * 1e3);
+        // Smoothed, or nobody could read it.
+        let smooth = |known: Option<f64>| known.map_or(ms, |known| 0.8 * known + 0.2 * ms);
+        let state = &mut self.state;
+        let moves = since.is_some_and(|since| since < MOVEMENT);
+        state.frame_ms = moves.then(|| smooth(state.frame_ms));
+        self.n_frames += 1;
+        let (Some(order), area) = (&state.ordered, state.area) else { return };
+        let kernels: Vec<_> = order.kernels.iter().map(|kernel| kernel.name()).collect();
+        (self.notify)(&Notice::Shown {
+            frame: self.n_frames,
+            picture: state.frame.as_ref().map_or(0, |frame| frame.order.serial),
+            area: [area.left, area.top, area.width, area.height],
+            settled: state.share() >= 1.0,
+            kernels: &kernels,
+            show: order.show.name(),
+            lit: order.is_lit(),
+            samples: order.n_samples.across(),
+            asked: order.serial,
+            ms,
+        });
+    }
+}
+
+/// Watches the scene file, and the control.
+fn watch_scene(
+    path: &Path,
+    options: &Options,
+    to_window: &Sender<Event>,
+    context: &Context,
+) -> Result<Worker<()>> {
+    // On a thread of its own: a newer file, and the end, need not wait for an older one.
+    let mut reader = start_reader(options, teller(to_window, context, Event::Scene))?;
+    let (file, control) = (path.to_owned(), Arc::clone(&options.control));
+    let interrupted = teller(to_window, context, |()| Event::Interrupted);
+    watch(path.to_owned(), move |changed| {
+        if changed {
+            reader.ask(file.clone());
+        }
+        if control.check().is_err() {
+            interrupted(());
+        }
+    })
+}
+
+/// Starts a thread that reads scenes.
+fn start_reader(
+    options: &Options,
+    say: impl Fn((PathBuf, Read)) + Send + 'static,
+) -> Result<Worker<PathBuf>> {
+    let reread = Arc::clone(&options.reread);
+    let say = move |read: Result<_>| drop(read.map(&say));
+    Worker::start("reading", say, move |path: PathBuf, turn, say| {
+        let read = read(&reread, &path, &turn.control);
+        if !turn.is_over() {
+            say((path, read));
+        }
+        Ok(())
+    })
+}

@@ -1,0 +1,158 @@
+//! Questions about one pixel, answered on threads of their own.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use kugelblitz::Session;
+use kugelblitz::device::Device;
+use kugelblitz::explain::{Lang, Style, explain_as, label, text};
+use kugelblitz::rays::{Pixels, View};
+use kugelblitz::scene::Scene;
+use kugelblitz::trace::{Kernel, Rays, Wants};
+use kugelblitz::{Error, Result};
+
+use super::worker::Worker;
+
+/// A pixel of a picture, with all that the picture is made from.
+#[derive(Clone)]
+pub struct Question {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// The whole picture.
+    pub pixels: Pixels,
+    /// The kernel that shows the pixel.
+    pub kernel: Kernel,
+    /// Column.
+    pub x: u32,
+    /// Row.
+    pub y: u32,
+}
+
+impl Question {
+    /// The pixel alone.
+    pub fn pixel(&self) -> Pixels {
+        Pixels { x: self.x, y: self.y, width: 1, height: 1, ..self.pixels }
+    }
+
+    /// True where `other` asks the same.
+    pub fn is(&self, other: &Question) -> bool {
+        Arc::ptr_eq(&self.scene, &other.scene)
+            && (self.pixels, self.kernel, self.x, self.y)
+                == (other.pixels, other.kernel, other.x, other.y)
+    }
+}
+
+/// The object at a pixel, and where the ray hits it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// Column and row.
+    pub pixel: [u32; 2],
+    /// The camera that saw it.
+    pub view: View,
+    /// Object id; 0 is the background.
+    pub id: u32,
+    /// `sphere 3 (red)`
+    pub label: String,
+    /// `t`; +∞ on the background.
+    pub t: f32,
+    /// `o + t·d`, world units.
+    pub position: DVec3,
+}
+
+/// Starts the thread that answers what is under the pointer.
+///
+/// # Errors
+/// Those of [`Worker::start`].
+pub fn start_hover(
+    device: Device,
+    say: impl Fn(Result<Answer>) + Send + 'static,
+) -> Result<Worker<Question>> {
+    let mut session = Session::new(Scene::default(), device, Kernel::Certified);
+    Worker::start("hover", say, move |question: Question, turn, say| {
+        let Question { scene, pixels, kernel, x, y } = &question;
+        session.set_scene(Arc::clone(scene));
+        session.set_kernel(*kernel);
+        let wants = Wants { surface: true, level: false };
+        let hits = session.hits(&question.pixel(), wants, &turn.control)?;
+        let (id, t) = (hits.id[0], hits.t[0]);
+        let ray = pixels.ray(*x, *y);
+        let position = ray.origin + ray.direction * f64::from(t);
+        let (pixel, label) = ([*x, *y], label(scene, id));
+        say(Answer { pixel, view: pixels.view, id, label, t, position });
+        Ok(())
+    })
+}
+
+/// Why a pixel is as it is.
+pub struct Why {
+    /// What the pixel shows, in short.
+    pub verdict: String,
+    /// The text of `explain`.
+    pub text: String,
+}
+
+/// Starts the thread that explains pixels.
+///
+/// # Errors
+/// Those of [`Worker::start`].
+pub fn start_explain(
+    device: Device,
+    lang: Lang,
+    say: impl Fn(Result<([u32; 2], Why)>) + Send + 'static,
+) -> Result<Worker<Question>> {
+    let style = Style { lang, ..Style::default() };
+    Worker::start("explaining", say, move |question: Question, _, say| {
+        let why = match explained(&device, &question, &style) {
+            // Without a device the window ends.
+            Err(error @ Error::Device(_)) => return Err(error),
+            Err(error) => Why { verdict: error.to_string(), text: String::new() },
+            Ok(why) => why,
+        };
+        say(([question.x, question.y], why));
+        Ok(())
+    })
+}
+
+fn explained(device: &Device, question: &Question, style: &Style) -> Result<Why> {
+    let rays = Rays::Pixels(question.pixel());
+    let mut explanation = explain_as(&question.scene, &rays, style)?;
+    if let Some(facts) = device.facts() {
+        explanation.add_device(&question.scene, &rays, |prepared, wants| {
+            match facts.check_kernel(prepared.kernel) {
+                Ok(()) => Ok(Some(device.tracer(prepared, wants)?.tracer)),
+                Err(_) => Ok(None),
+            }
+        })?;
+    }
+    Ok(Why { verdict: text::verdict(&explanation), text: text::text(&explanation) })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+
+    use kugelblitz::scene::Camera;
+
+    use super::*;
+
+    #[test]
+    fn a_pixel_says_why_also_where_it_cannot_be_explained() {
+        let view = View::new(&Camera::new(DVec3::Z, DVec3::ZERO));
+        let (scene, pixels) = (Arc::<Scene>::default(), Pixels::whole(view, 4, 3));
+        let (send, answers) = channel();
+        let say = move |answer: Result<_>| send.send(answer.expect("words")).unwrap();
+        let mut explain = start_explain(Device::Cpu, Lang::German, say).unwrap();
+        let mut ask = |x, y| {
+            let scene = Arc::clone(&scene);
+            explain.ask(Question { scene, pixels, kernel: Kernel::Certified, x, y });
+            let (pixel, why) = answers.recv().unwrap();
+            assert_eq!(pixel, [x, y]);
+            why
+        };
+        let Why { verdict, text } = ask(9, 1);
+        assert!(verdict.contains("other rays") && text.is_empty(), "{verdict}");
+        let Why { verdict, text } = ask(1, 1);
+        assert!(verdict.starts_with("Der Strahl sieht den Hintergrund."), "{verdict}");
+        assert!(text.contains(verdict.lines().next().unwrap()), "{text}");
+    }
+}

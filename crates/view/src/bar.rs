@@ -1,0 +1,142 @@
+//! The bar above the picture, in as many rows as it needs.
+
+use eframe::egui;
+use egui::Ui;
+use kugelblitz::plain::Shown;
+use kugelblitz::scene::Samples;
+use kugelblitz::show::Show;
+use kugelblitz::trace::Kernel;
+
+use super::controls::next_theme;
+use super::rig::Axis;
+use super::state::{Command, SAMPLES, State};
+
+/// The whole bar.
+pub fn bar(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
+    ui.horizontal_wrapped(|ui| {
+        if state.compares {
+            kernel_menu(ui, &mut state.kernels[0], &state.offered);
+        }
+        kernel_menu(ui, &mut state.kernels[1], &state.offered);
+        if toggle(ui, "compare", state.compares, "Two kernels side by side (C)") {
+            state.toggle_compare();
+        }
+        show_menu(ui, state);
+        light(ui, state);
+        let chosen = samples_text(state.n_samples);
+        choice(ui, "samples", &chosen, "Samples a pixel (N, shift + N)", |ui| {
+            for n in SAMPLES {
+                ui.selectable_value(&mut state.n_samples, n, samples_text(n));
+            }
+        });
+        ui.menu_button("file", |ui| file_menu(ui, state, commands));
+        ui.menu_button("camera", |ui| camera_menu(ui, state, commands));
+        if ui.button(theme_name(ui)).on_hover_text("Light or dark (T)").clicked() {
+            next_theme(ui);
+        }
+        if toggle(ui, "help", state.has_help, "All controls (H)") {
+            state.has_help = !state.has_help;
+        }
+    });
+}
+
+/// A button that opens a list, with what is chosen of it.
+fn choice(ui: &mut Ui, of: &str, chosen: &str, tip: &str, list: impl FnOnce(&mut Ui)) {
+    ui.menu_button(format!("{of}: {chosen}"), list).response.on_hover_text(tip);
+}
+
+/// A button that stays down; whether it was clicked.
+fn toggle(ui: &mut Ui, name: &str, is_on: bool, tip: &str) -> bool {
+    let button = egui::Button::selectable(is_on, name).frame_when_inactive(true);
+    ui.add(button).on_hover_text(tip).clicked()
+}
+
+fn kernel_menu(ui: &mut Ui, kernel: &mut Kernel, offered: &[Kernel]) {
+    choice(ui, "kernel", kernel.name(), "Kernel (K, shift + K)", |ui| {
+        for &known in offered {
+            ui.selectable_value(kernel, known, known.name());
+        }
+    });
+}
+
+fn show_menu(ui: &mut Ui, state: &mut State) {
+    choice(ui, "show", state.show.name(), "What is shown (V, shift + V)", |ui| {
+        for (i, show) in Show::ALL.into_iter().enumerate() {
+            let name = format!("{}   F{}", show.name(), i + 1);
+            ui.selectable_value(&mut state.show, show, name).on_hover_text(show.explanation());
+        }
+    });
+}
+
+fn light(ui: &mut Ui, state: &mut State) {
+    let (is_lit, is_on) = (state.scene.is_lit(), state.has_light && state.scene.is_lit());
+    let label = egui::Button::selectable(is_on, "light").frame_when_inactive(true);
+    let tip = "The scene's light on or off (L)";
+    let response = ui.add_enabled(is_lit, label).on_hover_text(tip);
+    if response.on_disabled_hover_text("The scene has no light").clicked() {
+        state.has_light = !state.has_light;
+    }
+}
+
+fn samples_text(samples: Samples) -> String {
+    format!("{0} × {0}", samples.across())
+}
+
+fn theme_name(ui: &Ui) -> &'static str {
+    match ui.options(|options| options.theme_preference) {
+        egui::ThemePreference::Dark => "dark theme",
+        egui::ThemePreference::Light => "light theme",
+        egui::ThemePreference::System => "system theme",
+    }
+}
+
+fn item(ui: &mut Ui, name: &str, key: &str, is_there: bool) -> bool {
+    let button = egui::Button::new(name).shortcut_text(key);
+    ui.add_enabled(is_there, button).clicked()
+}
+
+fn file_menu(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
+    let before = state.scene_before();
+    if item(ui, "the scene before", "Ctrl+O", before.is_some()) {
+        commands.extend(before.map(Command::Open));
+    }
+    if item(ui, "save what is shown", "Ctrl+S", true) {
+        commands.push(Command::Save);
+    }
+    let recent: Vec<_> = state.recent.iter().filter(|path| **path != state.path).collect();
+    if !recent.is_empty() {
+        ui.separator();
+        ui.weak("recent");
+    }
+    for path in recent {
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        if ui.button(name).on_hover_text(path.shown()).clicked() {
+            commands.push(Command::Open(path.clone()));
+        }
+    }
+}
+
+fn camera_menu(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
+    if item(ui, "frame everything", "F", true) {
+        state.frame_everything();
+    }
+    for (i, axis) in Axis::ALL.into_iter().enumerate() {
+        if item(ui, &format!("from {}", axis.name), &(i + 1).to_string(), true) {
+            state.look_along(axis);
+        }
+    }
+    if item(ui, "the file's camera", "R", true) {
+        state.go_home();
+    }
+    ui.separator();
+    if item(ui, "undo", "Ctrl+Z", state.history.has_undo(&state.rig)) {
+        state.undo();
+    }
+    if item(ui, "redo", "Ctrl+Shift+Z", state.history.has_redo(&state.rig)) {
+        state.redo();
+    }
+    ui.separator();
+    if item(ui, "copy and print as TOML", "P", true) {
+        commands.push(Command::PrintCamera);
+    }
+}

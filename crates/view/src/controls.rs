@@ -1,0 +1,371 @@
+//! Mouse and keyboard → camera and state.
+
+use std::time::{Duration, Instant};
+
+use eframe::egui;
+use egui::{
+    Color32, CursorIcon, Event, Key, Modifiers, MouseWheelUnit, PointerButton, Rect, Response,
+    Sense, Stroke, Ui, pos2, vec2,
+};
+use glam::{DVec2, DVec3};
+use kugelblitz::show::Show;
+
+use super::ask::Question;
+use super::rig::Axis;
+use super::state::{Command, PAUSE, State};
+
+/// Orbiting by a drag over the whole height of the picture, radians.
+const ORBIT_OF_HEIGHT: f64 = std::f64::consts::PI;
+
+/// Part of the distance that is left after one step of the wheel.
+const ZOOM_STEP: f64 = 0.85;
+
+/// Points that a touchpad scrolls for one step of a wheel.
+const POINTS_OF_STEP: f64 = 40.0;
+
+/// Radii of the scene that flying takes in a second.
+const FLY_SPEED: f64 = 0.6;
+
+/// How many times faster it is with shift.
+const FAST: f64 = 4.0;
+
+/// Most time that one step of flying stands for, seconds, and what a touch of a key stands for.
+const FLY_STEPS: [f64; 2] = [0.1, 1.0 / 30.0];
+
+/// A click is half a double click up to this time.
+const DOUBLE_CLICK: Duration = Duration::from_millis(320);
+
+/// Half the width in which the divider can be taken, points.
+const GRIP: f32 = 6.0;
+
+const NUMBER_KEYS: [Key; 6] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6];
+const SHOW_KEYS: [Key; 8] =
+    [Key::F1, Key::F2, Key::F3, Key::F4, Key::F5, Key::F6, Key::F7, Key::F8];
+
+/// All keys. A key counts with what was held when it was pressed: it may be free again by now.
+pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
+    state.is_moving = false;
+    let pressed: Vec<(Key, Modifiers)> = ui.input(|input| {
+        let keys = input.events.iter().filter_map(|event| match event {
+            Event::Key { key, pressed: true, repeat: false, modifiers, .. } => {
+                Some((*key, *modifiers))
+            }
+            _ => None,
+        });
+        keys.collect()
+    });
+    for &(key, modifiers) in &pressed {
+        match key {
+            _ if modifiers.command => {
+                state.with_command.push(key);
+                match key {
+                    Key::S => commands.push(Command::Save),
+                    Key::O => commands.extend(state.scene_before().map(Command::Open)),
+                    Key::Z if modifiers.shift => state.redo(),
+                    Key::Y => state.redo(),
+                    Key::Z => state.undo(),
+                    Key::Q => commands.push(Command::Quit),
+                    _ => {}
+                }
+            }
+            _ => press(ui, key, modifiers.shift, state, commands),
+        }
+    }
+    let copies = ui.input(|input| input.events.contains(&Event::Copy));
+    if let Some(why) = state.explained.as_ref().and_then(|shown| shown.why.as_ref())
+        && copies
+    {
+        ui.ctx().copy_text(why.text.clone());
+    }
+    let alone = pressed.iter().filter(|(_, modifiers)| !modifiers.command);
+    fly(ui, &alone.map(|&(key, _)| key).collect::<Vec<_>>(), state);
+    state.with_command.retain(|&key| ui.input(|input| input.key_down(key)));
+}
+
+fn press(ui: &Ui, key: Key, shift: bool, state: &mut State, commands: &mut Vec<Command>) {
+    if let Some(i) = NUMBER_KEYS.iter().position(|&number| number == key) {
+        state.look_along(Axis::ALL[i]);
+    }
+    if let Some(i) = SHOW_KEYS.iter().position(|&function| function == key) {
+        state.show = Show::ALL[i];
+    }
+    match key {
+        Key::F => state.frame_everything(),
+        Key::R => state.go_home(),
+        Key::P => commands.push(Command::PrintCamera),
+        Key::K => {
+            let place = usize::from(!(shift && state.compares));
+            state.kernels[place] = state.kernel_after(state.kernels[place]);
+        }
+        Key::C => state.toggle_compare(),
+        Key::V => state.show = state.show.step(!shift),
+        Key::L => state.has_light = !state.has_light,
+        Key::N => state.step_samples(!shift),
+        Key::T => next_theme(ui),
+        Key::O => state.has_panels = !state.has_panels,
+        Key::H | Key::Questionmark => state.has_help = !state.has_help,
+        Key::Escape if state.has_help => state.has_help = false,
+        Key::Escape => state.explained = None,
+        _ => {}
+    }
+}
+
+fn fly(ui: &Ui, pressed: &[Key], state: &mut State) {
+    let axes = [(Key::D, Key::A), (Key::E, Key::Q), (Key::W, Key::S)];
+    let mut touched = false;
+    let direction = ui.input(|input| {
+        axes.map(|(plus, minus)| {
+            let mut held = |key| {
+                let is_held = input.key_down(key) && !state.with_command.contains(&key);
+                let counts = is_held || pressed.contains(&key);
+                touched |= pressed.contains(&key);
+                f64::from(u8::from(counts))
+            };
+            held(plus) - held(minus)
+        })
+    });
+    let direction = DVec3::from_array(direction);
+    if direction == DVec3::ZERO {
+        return;
+    }
+    let [longest, touch] = FLY_STEPS;
+    let seconds = match touched {
+        // Before the first step nobody held a key.
+        true => touch,
+        false => f64::from(ui.input(|input| input.unstable_dt)).min(longest),
+    };
+    let faster = if ui.input(|input| input.modifiers.shift) { FAST } else { 1.0 };
+    state.is_moving = true;
+    state.rig.fly(direction * (FLY_SPEED * faster * seconds * state.extent.radius));
+    ui.ctx().request_repaint();
+}
+
+/// System, light, dark, and round.
+pub fn next_theme(ui: &Ui) {
+    let next = match ui.options(|options| options.theme_preference) {
+        egui::ThemePreference::System => egui::ThemePreference::Light,
+        egui::ThemePreference::Light => egui::ThemePreference::Dark,
+        egui::ThemePreference::Dark => egui::ThemePreference::System,
+    };
+    ui.ctx().set_theme(next);
+}
+
+/// Follows the mouse over the picture: drags, clicks, the wheel, and what is under the pointer.
+pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Command>) {
+    let response = ui.allocate_rect(rect, Sense::click_and_drag());
+    state.paint(&ui.painter_at(rect));
+    mouse(ui, rect, &response, state, commands);
+    // A drag that rests on its way is one step.
+    if ui.input(|input| !input.pointer.any_down() && input.keys_down.is_empty()) {
+        state.history.feed_state(ui.input(|input| input.time), &state.rig);
+        if state.history.is_in_flux() {
+            ui.ctx().request_repaint_after(Duration::from_secs_f32(PAUSE));
+        }
+    }
+    let is_over = |(_, since): &mut (Question, Instant)| since.elapsed() >= DOUBLE_CLICK;
+    if let Some((question, _)) = state.click.take_if(is_over) {
+        commands.push(Command::Explain(question));
+    } else if state.click.is_some() {
+        ui.ctx().request_repaint_after(DOUBLE_CLICK);
+    }
+}
+
+fn mouse(
+    ui: &mut Ui,
+    rect: Rect,
+    response: &Response,
+    state: &mut State,
+    commands: &mut Vec<Command>,
+) {
+    let is_dividing = state.compares && divider(ui, rect, state);
+    if is_dividing {
+        return;
+    }
+    let scale = f64::from(ui.pixels_per_point());
+    if response.drag_started() {
+        state.history.add_undo(&state.rig);
+    }
+    state.is_moving |= response.dragged();
+    drag(ui, response, scale, state);
+    let Some(at) = response.hover_pos() else {
+        state.hover = None;
+        return;
+    };
+    let in_picture = DVec2::new(f64::from(at.x), f64::from(at.y)) * scale
+        - DVec2::new(f64::from(state.area.left), f64::from(state.area.top));
+    let Some(pixel) = pixel_at(in_picture, state) else { return };
+    wheel(ui, in_picture, pixel, state);
+    click(response, pixel, state);
+    if !response.dragged() {
+        commands.push(Command::Hover(state.question(pixel)));
+    }
+}
+
+fn pixel_at(at: DVec2, state: &State) -> Option<[u32; 2]> {
+    let size = DVec2::new(f64::from(state.area.width), f64::from(state.area.height));
+    let inside = at.cmpge(DVec2::ZERO).all() && at.cmplt(size).all();
+    inside.then_some([at.x as u32, at.y as u32])
+}
+
+fn drag(ui: &Ui, response: &Response, scale: f64, state: &mut State) {
+    let delta = response.drag_delta();
+    if delta == egui::Vec2::ZERO {
+        return;
+    }
+    let by = DVec2::new(f64::from(delta.x), f64::from(delta.y)) * scale;
+    let height = f64::from(state.area.height.max(1));
+    let shift = ui.input(|input| input.modifiers.shift);
+    let pans = response.dragged_by(PointerButton::Middle)
+        || response.dragged_by(PointerButton::Primary) && shift;
+    if pans {
+        state.rig.pan(by, height);
+    } else if response.dragged_by(PointerButton::Primary) {
+        let turn = by * (ORBIT_OF_HEIGHT / height);
+        // What is in front follows the pointer.
+        state.rig.orbit(-turn.x, -turn.y);
+    }
+}
+
+fn wheel(ui: &Ui, at: DVec2, pixel: [u32; 2], state: &mut State) {
+    let steps: f64 = ui.input(|input| {
+        let steps = input.events.iter().map(|event| match event {
+            Event::MouseWheel { unit: MouseWheelUnit::Point, delta, .. } => {
+                f64::from(delta.y) / POINTS_OF_STEP
+            }
+            Event::MouseWheel { delta, .. } => f64::from(delta.y),
+            _ => 0.0,
+        });
+        steps.sum()
+    });
+    if steps == 0.0 {
+        return;
+    }
+    let size = DVec2::new(f64::from(state.area.width), f64::from(state.area.height));
+    let known = state.known(pixel).filter(|answer| answer.id != 0);
+    let depth = known.map_or_else(|| state.rig.pivot_depth(), |answer| f64::from(answer.t));
+    let across = state.rig.across(at, size);
+    state.rig.zoom(across, depth, ZOOM_STEP.powf(steps));
+}
+
+fn click(response: &Response, pixel: [u32; 2], state: &mut State) {
+    if response.double_clicked() {
+        state.click = None;
+        if state.known(pixel).is_some() {
+            state.set_pivot();
+        } else {
+            state.pivot_wanted = Some(pixel);
+        }
+    } else if response.clicked() {
+        state.click = Some((state.question(pixel), Instant::now()));
+    }
+}
+
+/// The line between two kernels; whether it is being dragged.
+fn divider(ui: &mut Ui, rect: Rect, state: &mut State) -> bool {
+    // Between two columns of pixels.
+    let x = state.area.point([f64::from(state.divider_px()), 0.0], ui.pixels_per_point()).x;
+    let grip = Rect::from_min_max(pos2(x - GRIP, rect.top()), pos2(x + GRIP, rect.bottom()));
+    let response = ui
+        .interact(grip, egui::Id::unique("divider"), Sense::drag())
+        .on_hover_and_drag_cursor(CursorIcon::ResizeHorizontal);
+    if let Some(at) = response.interact_pointer_pos()
+        && (response.dragged() || response.drag_stopped())
+    {
+        state.divider = ((at.x - rect.left()) / rect.width().max(1.0)).clamp(0.0, 1.0);
+    }
+    let is_held = response.dragged() || response.hovered();
+    let painter = ui.painter_at(rect);
+    let line = Stroke::new(1.0, Color32::from_white_alpha(if is_held { 255 } else { 200 }));
+    painter.vline(x, rect.y_range(), Stroke::new(3.0, Color32::from_black_alpha(90)));
+    painter.vline(x, rect.y_range(), line);
+    if state.has_panels {
+        let names = state.kernels.map(|kernel| kernel.name());
+        for (name, side) in names.into_iter().zip([-1.0, 1.0]) {
+            label(ui, rect, x, name, side);
+        }
+    }
+    response.dragged()
+}
+
+/// The kernel's name on its side of the line.
+fn label(ui: &Ui, rect: Rect, x: f32, name: &str, side: f32) {
+    let painter = ui.painter_at(rect);
+    let font = egui::FontId::proportional(13.0);
+    let text = painter.layout_no_wrap(name.into(), font, Color32::WHITE);
+    let size = text.size() + vec2(14.0, 6.0);
+    let center = pos2(x + side * (size.x / 2.0 + 10.0), rect.bottom() - 24.0);
+    let plate = Rect::from_center_size(center, size);
+    painter.rect_filled(plate, 4.0, Color32::from_black_alpha(150));
+    painter.galley(plate.center() - text.size() / 2.0, text, Color32::WHITE);
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::sync::Arc;
+
+    use egui::{Pos2, RawInput};
+    use kugelblitz::prepare::Prepared;
+    use kugelblitz::scene::{Camera, Projection, parse_scene};
+    use kugelblitz::trace::{Kernel, Rays};
+
+    use super::*;
+    use crate::panels;
+
+    const FIGURE5: &str = include_str!("../../../scenes/figure5.toml");
+
+    fn state() -> State {
+        let path = Path::new("figure5.toml");
+        let scene = Arc::new(parse_scene(FIGURE5, path).unwrap());
+        let camera: Camera = scene.camera.clone().unwrap();
+        State::new(path.into(), scene, camera, Kernel::Certified)
+    }
+
+    /// A frame of a window of this size, in which this happened.
+    fn frame(
+        context: &egui::Context,
+        state: &mut State,
+        size: [f32; 2],
+        events: Vec<Event>,
+    ) -> Vec<Command> {
+        let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, size.into()));
+        let mut commands = Vec::new();
+        let input = RawInput { screen_rect, events, ..RawInput::default() };
+        let _ = context.run_ui(input, |ui| commands.extend(panels::layout(ui, state)));
+        commands
+    }
+
+    fn button(at: Pos2, pressed: bool) -> Event {
+        let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+        Event::PointerButton { pos: at, button, pressed, modifiers }
+    }
+
+    /// A click waits for its second half; meanwhile window, camera and scene may change.
+    #[test]
+    fn a_click_asks_about_what_was_clicked() {
+        let (context, mut state) = (egui::Context::default(), state());
+        let (large, small) = ([800.0, 600.0], [400.0, 300.0]);
+        let at = pos2(700.0, 500.0);
+        frame(&context, &mut state, large, vec![Event::PointerMoved(at)]);
+        frame(&context, &mut state, large, vec![button(at, true)]);
+        frame(&context, &mut state, large, vec![button(at, false)]);
+        let (scene, pixels) = (Arc::clone(&state.scene), state.pixels());
+        let projection = Projection::Perspective { fov_degrees: 20.0 };
+        let camera = Camera { projection, ..state.home.clone() };
+        let other = parse_scene(&FIGURE5.replace("radius", "radius "), Path::new("figure5.toml"));
+        state.reload(Arc::new(other.unwrap()), camera);
+        frame(&context, &mut state, small, vec![Event::PointerGone]);
+        std::thread::sleep(DOUBLE_CLICK);
+        let commands = frame(&context, &mut state, small, Vec::new());
+        let asked = commands.into_iter().find_map(|command| match command {
+            Command::Explain(question) => Some(question),
+            _ => None,
+        });
+        let asked = asked.expect("a question");
+        let [whole, pixel] = [asked.pixels, asked.pixel()].map(Rays::Pixels);
+        let prepared = Prepared::new(Arc::clone(&asked.scene), asked.kernel, &whole).unwrap();
+        prepared.check(&pixel).expect("a pixel of its own picture");
+        assert!(Arc::ptr_eq(&asked.scene, &scene));
+        assert_eq!(asked.pixels, pixels);
+    }
+}

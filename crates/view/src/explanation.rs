@@ -1,0 +1,192 @@
+//! The explanation of a pixel: beside it, with the pixel marked.
+
+use eframe::egui;
+use egui::text::{LayoutJob, TextFormat};
+use egui::{Align, FontId, Label, Pos2, Rect, RichText, ScrollArea, Ui, Vec2, pos2, vec2};
+use kugelblitz::explain::text::WIDTH;
+
+use super::ask::Why;
+use super::overlay;
+use super::panels::INSET;
+use super::state::{Explained, State};
+
+/// Sizes of the letters, points: the largest with which all columns are seen.
+const LETTERS: [f32; 2] = [8.5, 11.5];
+
+/// Width of a letter, as a part of its size.
+const LETTER: f32 = 0.61;
+
+/// Of a subscript, as a part of that.
+const SUBSCRIPT: f32 = 0.72;
+
+/// Distance that the panel keeps from the pixel, points.
+const APART: f32 = 24.0;
+
+/// The largest size of the panel, points.
+const LARGEST: Vec2 = vec2(740.0, 720.0);
+
+/// Most that it takes of the picture.
+const MOST: f32 = 0.48;
+
+/// The frame and the title around what the panel holds, points.
+const AROUND: Vec2 = vec2(14.0, 44.0);
+
+/// Marks the pixel that is explained, and shows why it is as it is.
+pub fn explanation(ui: &Ui, rect: Rect, state: &mut State) {
+    let Some(Explained { question, why }) = &state.explained else { return };
+    let is_there = state.pixels() == question.pixels;
+    let at = state.area.of_pixel([question.x, question.y], ui.pixels_per_point());
+    if is_there {
+        overlay::mark(&ui.painter_at(rect), at);
+    }
+    let place = beside(rect.shrink(INSET), rect.clamp(at));
+    let mut is_open = true;
+    egui::Window::new(format!("Why pixel {}, {}?", question.x, question.y))
+        // Each pixel has a place of its own.
+        .id(egui::Id::unique("explanation").with((question.x, question.y)))
+        .open(&mut is_open)
+        .collapsible(false)
+        .default_rect(Rect::from_min_size(place.min, place.size() - AROUND))
+        .min_size(vec2(120.0, 60.0))
+        .constrain_to(rect)
+        .show(ui.ctx(), |ui| {
+            let Some(Why { verdict, text }) = why else {
+                ui.weak("calculating …");
+                return;
+            };
+            ui.add(Label::new(RichText::new(verdict.trim_end()).monospace().strong()).wrap());
+            ui.horizontal_wrapped(|ui| {
+                if ui.button("copy").on_hover_text("Ctrl+C").clicked() {
+                    ui.ctx().copy_text(text.clone());
+                }
+                if !is_there {
+                    ui.weak("the view has changed since");
+                }
+            });
+            ui.separator();
+            ScrollArea::both().auto_shrink(false).show(ui, |ui| {
+                let [least, most] = LETTERS;
+                let letters = ui.available_width() / (WIDTH as f32 * LETTER);
+                let job = aligned(ui, text, letters.clamp(least, most));
+                ui.add(Label::new(job).extend());
+            });
+        });
+    if !is_open {
+        state.explained = None;
+    }
+}
+
+/// The part of `rect` that has the most room for the panel beside a point: left, right, above or below.
+fn beside(rect: Rect, at: Pos2) -> Rect {
+    let Rect { min, max } = rect;
+    let sides = [
+        Rect::from_min_max(pos2(at.x + APART, min.y), max),
+        Rect::from_min_max(min, pos2(at.x - APART, max.y)),
+        Rect::from_min_max(pos2(min.x, at.y + APART), max),
+        Rect::from_min_max(min, pos2(max.x, at.y - APART)),
+    ];
+    let room = |side: &Rect| {
+        let most = match side.height() < rect.height() {
+            true => vec2(rect.width(), MOST * rect.height()),
+            false => vec2(MOST * rect.width(), rect.height()),
+        };
+        side.size().max(Vec2::ZERO).min(LARGEST).min(most)
+    };
+    // Not for a few points more on the left, where the legend is.
+    let area = |side: &Rect| room(side).x * room(side).y;
+    let side = sides.into_iter().reduce(|a, b| if area(&b) > 1.05 * area(&a) { b } else { a });
+    let side = side.unwrap_or(rect);
+    let size = room(&side);
+    // Away from the pixel.
+    let left = if side.min.x > at.x { side.max.x - size.x } else { side.min.x };
+    let top =
+        if side.max.y < at.y || side.min.y == min.y { side.min.y } else { side.max.y - size.y };
+    Rect::from_min_size(pos2(left, top), size)
+}
+
+/// The text with a cell of one width for each letter, so that columns stand straight: letters that the font
+/// lacks come from another one, and subscripts are small digits.
+fn aligned(ui: &Ui, text: &str, letters: f32) -> LayoutJob {
+    let font = FontId::monospace(letters);
+    let small = FontId::monospace(letters * SUBSCRIPT);
+    let color = ui.visuals().text_color();
+    let width = |font: &FontId, c: char| ui.fonts_mut(|fonts| fonts.glyph_width(font, c));
+    let cell = width(&font, '0');
+    let mut job = LayoutJob::default();
+    let mut plain = String::new();
+    let format = |font_id: &FontId, spacing: f32, valign| TextFormat {
+        font_id: font_id.clone(),
+        extra_letter_spacing: spacing,
+        color,
+        valign,
+        line_height: Some((letters * 1.2).round()),
+        ..TextFormat::default()
+    };
+    for c in text.chars() {
+        let digit = subscript(c);
+        let (shown, font_id) = digit.map_or((c, &font), |digit| (digit, &small));
+        let missing = cell - width(font_id, shown);
+        if c == '\n' || (digit.is_none() && missing.abs() < 0.01) {
+            plain.push(c);
+            continue;
+        }
+        job.append(&std::mem::take(&mut plain), 0.0, format(&font, 0.0, Align::BOTTOM));
+        job.append(&shown.to_string(), 0.0, format(font_id, missing, Align::BOTTOM));
+    }
+    job.append(&plain, 0.0, format(&font, 0.0, Align::BOTTOM));
+    job
+}
+
+/// The digit of a subscript.
+fn subscript(c: char) -> Option<char> {
+    let digit = u32::from(c).checked_sub(u32::from('₀')).filter(|digit| *digit < 10)?;
+    char::from_digit(digit, 10)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_panel_stands_beside_the_pixel() {
+        for size in
+            [vec2(420.0, 480.0), vec2(640.0, 360.0), vec2(1280.0, 640.0), vec2(2560.0, 1300.0)]
+        {
+            let rect = Rect::from_min_size(pos2(0.0, 36.0), size);
+            for x in [0.0, 0.1, 0.5, 0.8, 1.0] {
+                for y in [0.0, 0.3, 0.5, 1.0] {
+                    let at = rect.min + size * vec2(x, y);
+                    let panel = beside(rect.shrink(INSET), at);
+                    assert!(rect.contains_rect(panel) && !panel.expand(APART / 2.0).contains(at));
+                    let part = panel.area() / rect.area().min(LARGEST.x * LARGEST.y);
+                    assert!(part > 0.3, "{size} {x} {y}: {part}");
+                    assert!(panel.area() < 0.5 * rect.area(), "{size} {x} {y}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn columns_stand_straight() {
+        let context = egui::Context::default();
+        let _ = context.run_ui(egui::RawInput::default(), |ui| {
+            let width = |text: &str| {
+                let job = aligned(ui, text, 11.5);
+                ui.fonts_mut(|fonts| fonts.layout_job(job)).rect.width()
+            };
+            let plain = width("abcdefgh |");
+            for text in ["t₁ = 12  |", "√D ≈ ±ω·n|", "−1 ≤ ₂₃₄→|"] {
+                assert_eq!(text.chars().count(), 10);
+                assert!((width(text) - plain).abs() < 0.6, "{text}: {} {plain}", width(text));
+            }
+        });
+    }
+
+    #[test]
+    fn subscripts_are_digits() {
+        assert_eq!(
+            "a₀₁₉².".chars().map(subscript).collect::<Vec<_>>(),
+            [None, Some('0'), Some('1'), Some('9'), None, None]
+        );
+    }
+}

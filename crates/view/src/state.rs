@@ -1,0 +1,587 @@
+//! The window's state: the picture that is wanted, the one that is there, and words for the user.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use eframe::egui;
+use egui::util::undoer::{Settings, Undoer};
+use egui::{Color32, Context, Painter, Pos2, Rect, TextureHandle, TextureOptions, pos2};
+use kugelblitz::explain::six_digits;
+use kugelblitz::rays::Pixels;
+use kugelblitz::scene::{Camera, Samples, Scene};
+use kugelblitz::show::{Entry, Show, Tally};
+use kugelblitz::trace::Kernel;
+
+use super::ask::{Answer, Question, Why};
+use super::picture::{Frame, Order};
+use super::rig::{Axis, Extent, Rig};
+
+/// A movement of the camera ends where it rests this long, seconds.
+pub const PAUSE: f32 = 0.6;
+
+/// Most steps of the camera that are kept.
+const MOST_STEPS: usize = 200;
+
+/// How long a message is shown, and how much longer for each letter.
+const MESSAGE_TIME: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(50)];
+
+/// The samples across and down a pixel that can be chosen.
+pub const SAMPLES: [Samples; 5] = [
+    Samples::ONE,
+    Samples::nearest(2),
+    Samples::nearest(4),
+    Samples::nearest(8),
+    Samples::nearest(16),
+];
+
+/// A rectangle of the window, px.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Area {
+    pub left: u32,
+    pub top: u32,
+    pub width: u32,
+    pub height: u32,
+}
+
+impl Area {
+    /// The pixels whose edges are next to the rectangle's, which is in points.
+    pub fn of(rect: Rect, pixels_per_point: f32) -> Area {
+        let [left, top, right, bottom] = [rect.left(), rect.top(), rect.right(), rect.bottom()]
+            .map(|edge| (edge * pixels_per_point).round().max(0.0) as u32);
+        Area { left, top, width: right.saturating_sub(left), height: bottom.saturating_sub(top) }
+    }
+
+    /// A place in the picture, pixels from its top left corner, in points of the window.
+    pub fn point(self, at: [f64; 2], pixels_per_point: f32) -> Pos2 {
+        let [x, y] = at.map(|px| px as f32);
+        pos2(self.left as f32 + x, self.top as f32 + y) / pixels_per_point
+    }
+
+    /// The middle of a pixel of the picture, in points of the window.
+    pub fn of_pixel(self, [x, y]: [u32; 2], pixels_per_point: f32) -> Pos2 {
+        self.point([x, y].map(|px| f64::from(px) + 0.5), pixels_per_point)
+    }
+}
+
+/// A wish of the user that is more than a change of [`State`].
+#[derive(Clone)]
+pub enum Command {
+    /// Print the camera.
+    PrintCamera,
+    /// Save the picture.
+    Save,
+    /// Open another scene.
+    Open(PathBuf),
+    /// Explain a pixel.
+    Explain(Question),
+    /// Look up a pixel.
+    Hover(Question),
+    /// Close the window.
+    Quit,
+}
+
+/// The text of `explain` for a pixel.
+pub struct Explained {
+    /// The pixel, with the picture that it is of.
+    pub question: Question,
+    /// `None` while it is being computed.
+    pub why: Option<Why>,
+}
+
+/// Everything between the user and the threads.
+pub struct State {
+    pub path: PathBuf,
+    pub scene: Arc<Scene>,
+    /// The scene without its light; the same one where it has none.
+    unlit: Arc<Scene>,
+    /// The scene file's camera.
+    pub home: Camera,
+    pub extent: Extent,
+    pub rig: Rig,
+    /// Where it was.
+    pub history: Undoer<Rig>,
+    /// The hand moves the camera.
+    pub is_moving: bool,
+    /// Left and right; the right one is shown where only one is.
+    pub kernels: [Kernel; 2],
+    /// Those that the device runs.
+    pub offered: Vec<Kernel>,
+    pub compares: bool,
+    /// Where the divider stands, 0 to 1.
+    pub divider: f32,
+    pub show: Show,
+    /// The scene's light is on.
+    pub has_light: bool,
+    /// Samples across and down a pixel, where colours are shown.
+    pub n_samples: Samples,
+    /// Keys that went down with Ctrl and are not up again: they don't fly, even if Ctrl is.
+    pub with_command: Vec<egui::Key>,
+    pub has_panels: bool,
+    pub has_help: bool,
+    /// The files that were opened last.
+    pub recent: Vec<PathBuf>,
+    /// Where the picture is.
+    pub area: Area,
+    /// `lavapipe (software)`
+    pub device: String,
+    /// The newest picture.
+    pub frame: Option<Frame>,
+    /// Its colours, of each kernel.
+    textures: Vec<TextureHandle>,
+    /// The newest order.
+    pub ordered: Option<Order>,
+    pub hover: Option<Answer>,
+    /// The pixel that shall become the pivot when its answer comes.
+    pub pivot_wanted: Option<[u32; 2]>,
+    /// A click that may turn out to be half a double click.
+    pub click: Option<(Question, Instant)>,
+    pub explained: Option<Explained>,
+    /// The fault of the scene file as it is now.
+    pub scene_error: Option<String>,
+    message: Option<(String, Instant)>,
+    /// Time between the last frames, while they followed each other closely.
+    pub frame_ms: Option<f64>,
+}
+
+impl State {
+    /// Begins with a scene's camera.
+    pub fn new(path: PathBuf, scene: Arc<Scene>, camera: Camera, kernel: Kernel) -> State {
+        State {
+            path,
+            extent: Extent::new(&scene),
+            history: history(&Rig::new(&camera)),
+            is_moving: false,
+            rig: Rig::new(&camera),
+            home: camera,
+            unlit: without_light(&scene),
+            n_samples: scene.samples.unwrap_or_default(),
+            scene,
+            kernels: [Kernel::Lecture, kernel],
+            offered: Kernel::ALL.to_vec(),
+            compares: false,
+            divider: 0.5,
+            show: Show::Color,
+            has_light: true,
+            with_command: Vec::new(),
+            has_panels: true,
+            has_help: false,
+            recent: Vec::new(),
+            area: Area::default(),
+            device: String::new(),
+            frame: None,
+            textures: Vec::new(),
+            ordered: None,
+            hover: None,
+            pivot_wanted: None,
+            click: None,
+            explained: None,
+            scene_error: None,
+            message: None,
+            frame_ms: None,
+        }
+    }
+
+    /// A new scene from the file. The camera follows the file where the file's camera changed, and so do
+    /// the samples.
+    pub fn reload(&mut self, scene: Arc<Scene>, camera: Camera) {
+        if camera != self.home {
+            self.rig = Rig::new(&camera);
+            self.home = camera;
+        }
+        if scene.samples != self.scene.samples {
+            self.n_samples = scene.samples.unwrap_or_default();
+        }
+        self.extent = Extent::new(&scene);
+        self.unlit = without_light(&scene);
+        self.scene = scene;
+        self.scene_error = None;
+        self.hover = None;
+    }
+
+    /// Another scene, from another file.
+    pub fn open(&mut self, path: PathBuf, scene: Arc<Scene>, camera: Camera) {
+        self.home = camera;
+        self.n_samples = scene.samples.unwrap_or_default();
+        let home = self.home.clone();
+        self.reload(scene, home);
+        self.rig = Rig::new(&self.home);
+        self.history = history(&self.rig);
+        (self.path, self.explained, self.click) = (path, None, None);
+    }
+
+    /// The newest of the files that were opened last but this one.
+    pub fn scene_before(&self) -> Option<PathBuf> {
+        let path = std::path::absolute(&self.path).ok();
+        self.recent.iter().find(|other| Some(*other) != path.as_ref()).cloned()
+    }
+
+    /// The kernels that are shown, from left to right.
+    pub fn shown_kernels(&self) -> Vec<Kernel> {
+        if self.compares { self.kernels.to_vec() } else { vec![self.kernels[1]] }
+    }
+
+    /// The scene with its light on or off, as it is wanted.
+    pub fn colored_scene(&self) -> &Arc<Scene> {
+        if self.has_light { &self.scene } else { &self.unlit }
+    }
+
+    /// The scene that is saved: with the light and the samples that are shown.
+    pub fn saved_scene(&self) -> Scene {
+        Scene { samples: Some(self.n_samples), ..Scene::clone(self.colored_scene()) }
+    }
+
+    /// More samples a pixel, or fewer.
+    pub fn step_samples(&mut self, more: bool) {
+        let mut all = SAMPLES.into_iter();
+        let next = match more {
+            true => all.find(|&n| n > self.n_samples),
+            false => all.rfind(|&n| n < self.n_samples),
+        };
+        self.n_samples = next.unwrap_or(self.n_samples);
+    }
+
+    /// Orders the picture that is wanted now; `None` where it was ordered last. Samples change colours alone.
+    pub fn order(&mut self) -> Option<Order> {
+        let is_color = self.show == Show::Color;
+        let order = Order {
+            serial: self.asked() + 1,
+            scene: Arc::clone(if is_color { self.colored_scene() } else { &self.scene }),
+            pixels: self.pixels(),
+            kernels: self.shown_kernels(),
+            show: self.show,
+            n_samples: if is_color { self.n_samples } else { Samples::ONE },
+        };
+        let is_known = self.ordered.as_ref().is_some_and(|known| known.is(&order));
+        let is_wanted = !is_known && self.area.width > 0 && self.area.height > 0;
+        is_wanted.then(|| self.ordered.insert(order).clone())
+    }
+
+    /// Number of the newest order.
+    pub fn asked(&self) -> u64 {
+        self.ordered.as_ref().map_or(0, |order| order.serial)
+    }
+
+    /// Takes a picture as the newest.
+    pub fn show(&mut self, context: &Context, frame: Frame) {
+        self.textures.truncate(frame.images.len());
+        for (place, image) in frame.images.iter().enumerate() {
+            let (image, look) = (Arc::clone(image), TextureOptions::NEAREST);
+            match self.textures.get_mut(place) {
+                Some(texture) => texture.set(image, look),
+                None => self.textures.push(context.load_texture("picture", image, look)),
+            }
+        }
+        self.frame = Some(frame);
+    }
+
+    /// Draws the picture, of two kernels each on its side of the divider.
+    pub fn paint(&self, painter: &Painter) {
+        let Area { width, height, .. } = self.area;
+        let scale = painter.pixels_per_point();
+        let rect = |left: u32, right: u32| {
+            let at = |x: u32, y: u32| self.area.point([x, y].map(f64::from), scale);
+            Rect::from_min_max(at(left, 0), at(right, height))
+        };
+        let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
+        painter.rect_filled(rect(0, width), 0.0, Color32::BLACK);
+        let split = if self.textures.len() > 1 { self.divider_px() } else { width };
+        for (texture, ends) in self.textures.iter().zip([(0, split), (split, width)]) {
+            let side = painter.with_clip_rect(rect(ends.0, ends.1));
+            side.image(texture.id(), rect(0, width), whole, Color32::WHITE);
+        }
+    }
+
+    /// What the colours mean that are shown.
+    pub fn legend(&self) -> Vec<Entry> {
+        Entry::all(self.show, self.shown().and_then(|frame| frame.range))
+    }
+
+    /// How many pixels each meaning has, of each kernel; nothing until all are drawn.
+    pub fn tallies(&self) -> &[Tally] {
+        self.shown().map_or(&[], |frame| &frame.tallies)
+    }
+
+    /// The newest picture where it is the one that was ordered last.
+    fn shown(&self) -> Option<&Frame> {
+        self.frame.as_ref().filter(|frame| frame.order.serial == self.asked())
+    }
+
+    /// Begins a step of the camera's history that is not part of the one before.
+    fn step_camera(&mut self) {
+        self.history.add_undo(&self.rig);
+    }
+
+    /// Back to the file's camera.
+    pub fn go_home(&mut self) {
+        self.step_camera();
+        self.rig = Rig::new(&self.home);
+    }
+
+    /// Looks at everything from where it looks now.
+    pub fn frame_everything(&mut self) {
+        self.step_camera();
+        self.rig.frame(self.extent, self.aspect());
+    }
+
+    /// Looks at everything along an axis.
+    pub fn look_along(&mut self, axis: Axis) {
+        self.step_camera();
+        self.rig.look_along(axis, self.extent, self.aspect());
+    }
+
+    /// Takes the camera's last step back.
+    pub fn undo(&mut self) {
+        match self.history.undo(&self.rig) {
+            Some(rig) => self.rig = rig.clone(),
+            None => self.tell("The camera has not moved yet"),
+        }
+    }
+
+    /// Takes a step that was undone again.
+    pub fn redo(&mut self) {
+        match self.history.redo(&self.rig) {
+            Some(rig) => self.rig = rig.clone(),
+            None => self.tell("No step of the camera was undone"),
+        }
+    }
+
+    /// Shows two kernels, or one again. Two of a kind would show nothing.
+    pub fn toggle_compare(&mut self) {
+        self.compares = !self.compares;
+        if self.kernels[0] == self.kernels[1] {
+            self.kernels[0] = match self.kernels[1] {
+                Kernel::Lecture => Kernel::Certified,
+                _ => Kernel::Lecture,
+            };
+        }
+    }
+
+    /// The offered kernel after `kernel`.
+    pub fn kernel_after(&self, kernel: Kernel) -> Kernel {
+        let mut after =
+            Kernel::ALL.into_iter().cycle().skip_while(|&known| known != kernel).skip(1);
+        after.find(|next| *next == kernel || self.offered.contains(next)).unwrap_or(kernel)
+    }
+
+    /// The kernel of a column of the picture.
+    pub fn kernel_at(&self, x: u32) -> Kernel {
+        let is_left = self.compares && x < self.divider_px();
+        self.kernels[usize::from(!is_left)]
+    }
+
+    /// The place, among the kernels that are shown, of a column of the picture.
+    pub fn place_at(&self, x: u32) -> usize {
+        usize::from(self.compares && x >= self.divider_px())
+    }
+
+    /// Columns left of the divider.
+    pub fn divider_px(&self) -> u32 {
+        (f64::from(self.divider) * f64::from(self.area.width)).round() as u32
+    }
+
+    /// The pixels that the window has room for.
+    pub fn pixels(&self) -> Pixels {
+        Pixels::whole(self.rig.view(), self.area.width, self.area.height)
+    }
+
+    /// A question about a pixel as it is now: whatever changes later, it stays the same.
+    pub fn question(&self, [x, y]: [u32; 2]) -> Question {
+        Question {
+            scene: Arc::clone(&self.scene),
+            pixels: self.pixels(),
+            kernel: self.kernel_at(x),
+            x,
+            y,
+        }
+    }
+
+    /// Width over height.
+    pub fn aspect(&self) -> f64 {
+        f64::from(self.area.width.max(1)) / f64::from(self.area.height.max(1))
+    }
+
+    /// Part of the picture that is drawn, 0 to 1.
+    pub fn share(&self) -> f32 {
+        self.shown().map_or(0.0, |frame| frame.share)
+    }
+
+    /// Tells the user something for a while.
+    pub fn tell(&mut self, message: impl Into<String>) {
+        let message = message.into();
+        let [least, each] = MESSAGE_TIME;
+        let until = Instant::now() + least + each * message.chars().count() as u32;
+        self.message = Some((message, until));
+    }
+
+    /// The message for the user now, and how long it stays.
+    pub fn message(&self) -> Option<(&str, Duration)> {
+        let (message, until) = self.message.as_ref()?;
+        let left = until.saturating_duration_since(Instant::now());
+        (!left.is_zero()).then_some((message, left))
+    }
+
+    /// An answer of the hover thread.
+    pub fn answer(&mut self, answer: Answer) {
+        let is_wanted = self.pivot_wanted == Some(answer.pixel);
+        self.hover = Some(answer);
+        if is_wanted {
+            self.set_pivot();
+        }
+    }
+
+    /// The answer for a pixel, where it is known for this camera.
+    pub fn known(&self, pixel: [u32; 2]) -> Option<&Answer> {
+        let view = self.rig.view();
+        self.hover.as_ref().filter(|answer| answer.pixel == pixel && answer.view == view)
+    }
+
+    /// Turns around what was looked up last.
+    pub fn set_pivot(&mut self) {
+        self.pivot_wanted = None;
+        let Some(answer) = &self.hover else { return };
+        if answer.id == 0 {
+            self.tell("The background is no pivot");
+        } else {
+            self.rig.pivot = answer.position;
+            let message = format!("Turning around {} at {}", answer.label, point(answer));
+            self.tell(message);
+        }
+    }
+}
+
+/// The history of a camera that begins here.
+fn history(rig: &Rig) -> Undoer<Rig> {
+    let (stable_time, auto_save_interval) = (PAUSE, f32::INFINITY);
+    let settings = Settings { max_undos: MOST_STEPS, stable_time, auto_save_interval };
+    let mut history = Undoer::with_settings(settings);
+    history.add_undo(rig);
+    history
+}
+
+fn without_light(scene: &Arc<Scene>) -> Arc<Scene> {
+    if !scene.is_lit() {
+        return Arc::clone(scene);
+    }
+    let scene = Scene::clone(scene);
+    Arc::new(Scene { lights: Vec::new(), sky: None, ambient: None, ..scene })
+}
+
+/// `(1, 2, 3)`, to six digits.
+pub fn point(answer: &Answer) -> String {
+    let [x, y, z] = answer.position.to_array().map(six_digits);
+    format!("({x}, {y}, {z})")
+}
+
+#[cfg(test)]
+mod tests {
+    use kugelblitz::scene::parse_scene;
+
+    use super::*;
+
+    const LIT: &str = include_str!("../../../scenes/lit/figure1.toml");
+
+    fn lit(text: &str) -> (Arc<Scene>, Camera) {
+        let scene = parse_scene(text, "figure1.toml".as_ref()).unwrap();
+        let camera = scene.camera.clone().unwrap();
+        (Arc::new(scene), camera)
+    }
+
+    fn state() -> State {
+        let (scene, camera) = lit(LIT);
+        State::new("figure1.toml".into(), scene, camera, Kernel::Certified)
+    }
+
+    #[test]
+    fn samples_go_up_and_down_from_any_number() {
+        let mut state = state();
+        let mut steps = |from, more| {
+            state.n_samples = Samples::nearest(from);
+            state.step_samples(more);
+            state.n_samples.across()
+        };
+        for (down, from, up) in [(1, 1, 2), (1, 2, 4), (2, 3, 4), (8, 13, 16), (8, 16, 16)] {
+            assert_eq!((steps(from, false), steps(from, true)), (down, up), "{from}");
+        }
+        assert_eq!(SAMPLES[SAMPLES.len() - 1].across(), Samples::MOST);
+    }
+
+    #[test]
+    fn samples_follow_the_file_where_its_own_change() {
+        let mut state = state();
+        assert_eq!(state.n_samples.across(), 3);
+        state.step_samples(true);
+        let reload = |state: &mut State, text: &str| {
+            let (scene, camera) = lit(text);
+            state.reload(scene, camera);
+            state.n_samples.across()
+        };
+        assert_eq!(reload(&mut state, &LIT.replace("0.45", "0.3")), 4);
+        assert_eq!(reload(&mut state, &LIT.replace("samples = 3", "samples = 5")), 5);
+        assert_eq!(reload(&mut state, &LIT.replace("samples = 3", "")), 1);
+    }
+
+    #[test]
+    fn light_and_samples_are_of_colours_and_are_saved() {
+        let mut state = state();
+        state.area = Area { width: 8, height: 6, ..Area::default() };
+        let ordered = |state: &mut State| {
+            let order = state.order().expect("another picture");
+            assert!(state.order().is_none(), "the same again");
+            (order.show, order.is_lit(), order.n_samples.across())
+        };
+        assert_eq!(ordered(&mut state), (Show::Color, true, 3));
+        assert_eq!(state.saved_scene(), *state.scene);
+        state.show = Show::Id;
+        assert_eq!(ordered(&mut state), (Show::Id, false, 1));
+        state.has_light = false;
+        assert!(state.order().is_none(), "ids have no light");
+        state.show = Show::Color;
+        assert_eq!(ordered(&mut state), (Show::Color, false, 3));
+        state.n_samples = Samples::ONE;
+        assert_eq!(ordered(&mut state), (Show::Color, false, 1));
+        let saved = state.saved_scene();
+        assert!(!saved.is_lit() && saved.samples == Some(Samples::ONE));
+        assert_eq!(saved.spheres, state.scene.spheres);
+    }
+
+    #[test]
+    fn another_scene_begins_with_its_own_camera() {
+        let mut state = state();
+        state.go_home();
+        state.look_along(Axis::ALL[2]);
+        let (scene, camera) = lit(&LIT.replace("samples = 3", "samples = 2"));
+        state.open("other.toml".into(), Arc::clone(&scene), camera.clone());
+        assert_eq!((&state.rig, state.n_samples), (&Rig::new(&camera), Samples::nearest(2)));
+        assert!(Arc::ptr_eq(&state.scene, &scene));
+        assert!(!state.history.has_undo(&state.rig) && !state.history.has_redo(&state.rig));
+    }
+
+    #[test]
+    fn the_camera_goes_back_step_by_step() {
+        let mut state = state();
+        let home = state.rig.clone();
+        state.look_along(Axis::ALL[0]);
+        let along = state.rig.clone();
+        // It does so already: no step.
+        state.frame_everything();
+        state.go_home();
+        state.undo();
+        assert_eq!(state.rig, along);
+        state.undo();
+        assert_eq!(state.rig, home);
+        state.undo();
+        assert!(state.message().unwrap().0.contains("not moved"));
+        state.redo();
+        assert_eq!(state.rig, along);
+        state.look_along(Axis::ALL[4]);
+    }
+
+    #[test]
+    fn pixels_are_where_the_window_shows_them() {
+        let area = Area::of(Rect::from_min_max(pos2(10.0, 36.0), pos2(110.0, 116.0)), 1.0);
+        assert_eq!(area, Area { left: 10, top: 36, width: 100, height: 80 });
+        assert_eq!(area.of_pixel([0, 0], 1.0), pos2(10.5, 36.5));
+        assert_eq!(area.of_pixel([5, 3], 2.0), pos2(7.75, 19.75));
+    }
+}
