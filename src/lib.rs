@@ -28,9 +28,9 @@
 //! ```
 //!
 //! [`Device::best`](device::Device::best) is a Vulkan device where there is one. The folder
-//! `examples/` has more: a picture of a scene from memory, a million spheres and rays from arrays, and
-//! a kernel of one's own held against exact arithmetic. [`scene::Spheres`] takes rows of numbers as
-//! they are, 32 bytes each; vectors are those of [`glam`], and arrays go `into()` them.
+//! `examples/` has more: a picture of a scene from memory, a million spheres and rays from arrays.
+//! [`scene::Spheres`] takes rows of numbers as they are, 32 bytes each; vectors are those of [`glam`], and
+//! arrays go `into()` them.
 //!
 //! # Conventions
 //! - **Numbers.** A scene's numbers are f64. What a scene means is exact real arithmetic on them;
@@ -91,7 +91,6 @@
 //! | [`memory`] | what fits, and refusing what does not |
 //! | [`cost`] | what a scene holds, and what a picture of it takes |
 //! | [`render`] | pictures band by band, in bounded memory |
-//! | [`show`] | depth, normals, errors and other numbers of a picture, as colours |
 //! | [`shade`] | hits → colours: lights, what is in their way, the mean of samples, and its bytes |
 //! | [`control`] | cancelling and progress |
 //! | [`output`] | files that appear whole or not at all |
@@ -102,14 +101,10 @@
 //! | [`plain`] | text of others, made fit to be shown |
 //! | [`random`] | seeded random numbers |
 //! | [`words`] | numbers and counts as words, and names that are nearly right |
-//! | [`compare`] | two results of the same rays, and two pictures |
-//! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
-//! | [`judge`] | other renderers' results against exact arithmetic |
-//! | [`explain`] | a pixel's or a ray's numbers in every kernel's arithmetic, and exactly |
-//! | [`figure`] | the lecture's figures 3 and 4 as drawings with axes, and legends of colours |
-//! | [`markup`] | SVG and HTML, written so that every parser takes them |
-//! | [`export`] | scenes in the languages of POV-Ray and Tachyon |
 //! | [`error`] | what can go wrong, with the program's exit code for it |
+//!
+//! Crates beside it hold what is made of its results: `kugelblitz-judge` holds them, and those of other renderers, against
+//! exact arithmetic and explains them, `kugelblitz-report` measures speed against error, `kugelblitz-view` is the window.
 //!
 //! # The way of a pixel, from `crates/cli/src/render.rs` to the file
 //! 1. [`scene::compose_scene`] reads the [`scene::Scene`], or makes one of data; `SizeArgs::pixels` makes [`rays::Pixels`] of its camera.
@@ -145,7 +140,6 @@
 
 pub mod bvh;
 mod certify;
-pub mod compare;
 pub mod control;
 pub mod cost;
 pub mod cpu;
@@ -154,10 +148,6 @@ pub mod digest;
 pub mod engine;
 pub mod error;
 pub mod exact;
-pub mod explain;
-pub mod export;
-#[cfg(feature = "figure")]
-pub mod figure;
 pub mod frames;
 pub mod generate;
 #[cfg(feature = "gpu")]
@@ -165,10 +155,7 @@ pub mod gpu;
 pub mod guard;
 pub mod host;
 pub mod input;
-pub mod judge;
 pub mod kernel;
-#[cfg(feature = "figure")]
-pub mod markup;
 pub mod memory;
 mod npy;
 pub mod num;
@@ -184,11 +171,9 @@ pub mod seen;
 mod session;
 pub mod shade;
 pub mod shape;
-pub mod show;
 mod system;
 pub mod trace;
 pub mod tracer;
-pub mod verify;
 pub mod words;
 
 /// The vectors of the interface are its.

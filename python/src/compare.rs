@@ -1,8 +1,8 @@
 //! Two pictures, channel by channel.
 
-use kugelblitz::compare::{Allowed, PictureDifference, compare_pictures};
 use kugelblitz::control::Control;
 use kugelblitz::picture::Image;
+use kugelblitz_judge::compare::{Allowed, PictureDifference, compare_pictures};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 

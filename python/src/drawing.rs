@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use kugelblitz::Error;
 use kugelblitz::control::Control;
-use kugelblitz::figure::Figure;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::rgb8_file;
 use kugelblitz::scene::{self, hex, parse_scene};
+use kugelblitz_judge::figure::Figure;
 use numpy::{PyArray1, PyArray3, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use kugelblitz::device::Device;
-use kugelblitz::explain::{self, Lang, latex, text};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Rays};
+use kugelblitz_judge::explain::{self, Lang, latex, text};
 use pyo3::prelude::*;
 
 use crate::argument::named;

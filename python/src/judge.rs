@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use kugelblitz::Session;
 use kugelblitz::control::Control;
-use kugelblitz::judge::{
-    Allowed, Case, Conventions, Finding, Judged, NormalSide, NormalSpace, Quantity, pixels_of,
-    whole_size,
-};
 use kugelblitz::picture::Image;
 use kugelblitz::rays::{Pixels, Rays};
 use kugelblitz::trace::Kernel;
+use kugelblitz_judge::judge::{
+    Allowed, Case, Conventions, Finding, Judged, NormalSide, NormalSpace, Quantity, pixels_of,
+    whole_size,
+};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;

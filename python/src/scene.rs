@@ -8,9 +8,7 @@ use kugelblitz::control::Control;
 use kugelblitz::cost::Cost;
 use kugelblitz::device::rays_of_picture;
 use kugelblitz::digest::scene_hash;
-use kugelblitz::export::{self, Language};
 use kugelblitz::generate::{Distribution, Recipe};
-use kugelblitz::judge::Conventions;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::hit_records;
 use kugelblitz::rays::Pixels;
@@ -20,9 +18,11 @@ use kugelblitz::scene::{
     parse_scene, read_scene_with, schema,
 };
 use kugelblitz::shade::{Background, Encoding, Style};
-use kugelblitz::show::{self, Entry, Show};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::{Error, Session};
+use kugelblitz_judge::export::{self, Language};
+use kugelblitz_judge::judge::Conventions;
+use kugelblitz_judge::show::{self, Entry, Show};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -377,7 +377,7 @@ impl Scene {
 
     /// Which colours stand for which numbers: a `Drawing`, or `None` where nothing is coloured by numbers.
     fn legend(&self) -> Option<Drawing> {
-        let svg = kugelblitz::figure::svg_of_colorings(self.colorings())?;
+        let svg = kugelblitz_judge::figure::svg_of_colorings(self.colorings())?;
         Some(Drawing { svg })
     }
 

@@ -2,7 +2,7 @@
 
 use kugelblitz::device::Device;
 use kugelblitz::trace::Kernel;
-use kugelblitz::verify::{self, Verified};
+use kugelblitz_judge::verify::{self, Verified};
 use pyo3::prelude::*;
 
 use crate::argument::{Crop, Size};

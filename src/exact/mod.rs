@@ -23,11 +23,10 @@ pub use ball::Ball;
 pub use enclosure::Enclosure;
 pub use fraction::Fraction;
 pub use light::{ExactBeam, ExactCosine, ExactPoint};
-pub use number::{Real, real, signum};
-pub(crate) use number::{double, exact, integer, primitive, product3, real3};
+pub use number::{Real, exact, integer, real, signum};
+pub(crate) use number::{double, primitive, product3, real3};
 pub use ray::{ExactPixels, ExactRay};
 pub use root::Root;
-pub(crate) use root::layout;
 
 use crate::shape::outward_normal;
 pub use crate::shape::{

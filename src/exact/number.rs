@@ -42,7 +42,7 @@ pub fn real(value: f64) -> Option<Real> {
 }
 
 /// The exact value of a number of a scene, which is finite; else 0.
-pub(crate) fn exact(x: f64) -> Real {
+pub fn exact(x: f64) -> Real {
     real(x).unwrap_or_else(Real::zero)
 }
 
@@ -198,7 +198,7 @@ pub(crate) fn real3(v: DVec3) -> Option<[Real; 3]> {
 }
 
 /// An integer.
-pub(crate) fn integer(value: i64) -> Real {
+pub fn integer(value: i64) -> Real {
     Real::new(IBig::from(value), 0)
 }
 

@@ -48,7 +48,8 @@ impl Root {
         Root::new(numerator, 0, Real::zero(), denominator, factor)
     }
 
-    pub(crate) fn negated(self) -> Root {
+    /// The number with the other sign.
+    pub fn negated(self) -> Root {
         Root { b: -self.b, s: -self.s, ..self }
     }
 
@@ -165,12 +166,13 @@ impl Root {
         Root::new(Real::zero(), 1, &x.b * &x.a, x.a, 1)
     }
 
-    /// The number that is printed so: `-12.5`, `1.25e-30`.
-    pub(crate) fn read(text: &str) -> Option<Root> {
+    /// The number that is printed so: `-12.5`, `1.25e-30`; `None` for what is none, and for exponents beyond those of an
+    /// `i16`.
+    pub fn read(text: &str) -> Option<Root> {
         let (mantissa, exponent) = text.split_once('e').unwrap_or((text, "0"));
         let (whole, part) = mantissa.split_once('.').unwrap_or((mantissa, ""));
         let digits: IBig = format!("{whole}{part}").parse().ok()?;
-        let exponent = exponent.parse::<isize>().ok()? - part.len() as isize;
+        let exponent = isize::from(exponent.parse::<i16>().ok()?) - part.len() as isize;
         Some(Root::from(Real::from(digits)).times_power_of_ten(exponent))
     }
 
@@ -330,7 +332,7 @@ impl Root {
 
 /// Writes `d.ddd·10^leading`, where `mantissa` is `dddd`: plainly if that takes few zeros, else
 /// with an exponent.
-pub(crate) fn layout(negative: bool, mantissa: &str, leading: isize, digits: usize) -> String {
+fn layout(negative: bool, mantissa: &str, leading: isize, digits: usize) -> String {
     let sign = if negative { "-" } else { "" };
     let n = mantissa.len() as isize;
     if leading < -5 || leading >= (digits as isize).max(6) {

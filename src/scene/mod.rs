@@ -17,6 +17,7 @@ mod read;
 mod samples;
 mod save;
 pub mod schema;
+mod shipped;
 mod sniff;
 mod spheres;
 mod table;
@@ -45,6 +46,7 @@ pub use read::{
 };
 pub use samples::Samples;
 pub(crate) use save::write_rows;
+pub use shipped::SHIPPED_SCENES;
 pub use spheres::{Sphere, Spheres};
 
 /// The most objects that a scene may have: ids are `u32`, 0 is the background, and one more is

@@ -3,7 +3,6 @@
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
-use super::exactly::{add_light, beam};
 use super::lamp::{Lamp, Origin};
 use super::lit::Certified;
 use super::mean::ExactMean;
@@ -111,7 +110,7 @@ impl Certified<'_> {
         }
         counts.exact += 1;
         let Some((point, _)) = self.exactly(sample) else { return true };
-        let Some(ray) = beam(point, self.occluders.prepared.reference, lamp) else { return true };
+        let Some(ray) = lamp.beam(point, self.occluders.prepared.reference) else { return true };
         let mut objects = ids.into_iter().filter_map(|id| self.occluders.scene.object(id));
         !objects.any(|object| ray.is_blocked_by(&object.into()))
     }
@@ -145,16 +144,15 @@ impl Certified<'_> {
         control: &Control,
         counts: &mut StageCounts,
     ) -> Result<[C; 3]> {
-        let lighting = &self.job.lit.lighting;
         let n_counted = self.job.n_counted(open.pixel);
-        let mut mean = ExactMean::new(n_counted * u64::from(lighting.n_shares));
+        let mut mean = ExactMean::new(n_counted, Some(&self.job.lit.lighting));
         let eye = self.occluders.prepared.reference;
         for sample in samples {
             control.check()?;
             let point = self.exactly(sample);
             let at = point.map(|(point, shape)| (point, shape, eye));
             let is_seen = |lamp: (usize, &Lamp), _: &ExactBeam| self.is_seen(lamp, sample, counts);
-            add_light(&mut mean, self.job.color(sample.id), Some(lighting), at, is_seen);
+            mean.add_sample(self.job.color(sample.id), at, is_seen);
         }
         Ok(exact_pixel(&mean, open.bounds.map(|bounds| bounds.low)))
     }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::exact::{Real, exact, integer, signum};
+use crate::exact::{ExactBeam, ExactPoint, Real, exact, integer, signum};
 use crate::rays::{Lens, View};
 use crate::scene::{Color, Light, Scene, Source};
 
@@ -40,6 +40,15 @@ impl Lamp {
     /// Whether something may be in its way: what is seen from the eye is lit from there.
     pub fn casts_shadows(&self) -> bool {
         self.shadows && self.origin != Origin::Eye
+    }
+
+    /// The way to it from a point that is seen from `eye`.
+    pub fn beam<'a>(&self, point: &'a ExactPoint, eye: DVec3) -> Option<ExactBeam<'a>> {
+        match self.origin {
+            Origin::Eye => ExactBeam::to_position(point, eye),
+            Origin::Point(position) => ExactBeam::to_position(point, position),
+            Origin::Sun(direction) => ExactBeam::against(point, direction),
+        }
     }
 }
 

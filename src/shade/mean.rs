@@ -1,10 +1,16 @@
 //! The exact colour of a pixel: the mean of its samples, as a sum that is enclosed as narrowly as a
 //! question asks for.
 
-use std::cell::RefCell;
+use std::cell::{Ref, RefCell};
 use std::cmp::Ordering;
 
-use crate::exact::{Enclosure, ExactCosine, Fraction, Real, Root, integer, real};
+use glam::DVec3;
+
+use super::lamp::{Lamp, Lighting};
+use crate::exact::{
+    Enclosure, ExactBeam, ExactCosine, ExactPoint, Fraction, Real, Root, Shape, exact, integer,
+    real,
+};
 
 /// Bits of the first enclosure.
 const FEWEST_BITS: usize = 64;
@@ -18,6 +24,9 @@ const MOST_BITS: usize = 4096;
 /// at once, equality too. Else bounds are narrowed until they tell.
 #[derive(Debug)]
 pub struct ExactMean<'a> {
+    lighting: Option<&'a Lighting>,
+    /// All sums are multiplied by it, so that they are dyadic.
+    n_shares: Real,
     divisor: Real,
     /// The sum of what is rational.
     known: [Fraction; 3],
@@ -28,23 +37,57 @@ pub struct ExactMean<'a> {
 }
 
 impl<'a> ExactMean<'a> {
-    /// Nothing yet, of sums that will be divided by `divisor`.
-    pub fn new(divisor: u64) -> ExactMean<'a> {
+    /// The mean of `n_samples` samples, none of which is added yet, in this light.
+    pub fn new(n_samples: u64, lighting: Option<&'a Lighting>) -> ExactMean<'a> {
+        let n_shares = integer(lighting.map_or(1, |lighting| lighting.n_shares).into());
         ExactMean {
-            divisor: integer(divisor as i64),
+            lighting,
+            divisor: integer(n_samples as i64) * &n_shares,
+            n_shares,
             known: std::array::from_fn(|_| Fraction::zero()),
             terms: Vec::new(),
             enclosed: RefCell::default(),
         }
     }
 
+    /// Adds a sample that sees something of this colour: the light on it, where there are lamps and `at` is the point that is
+    /// seen, the shape that it lies on and the eye; else the colour itself. `is_seen` says whether the light of a lamp, given with
+    /// its index, comes to the point.
+    pub fn add_sample(
+        &mut self,
+        color: [f64; 3],
+        at: Option<(&'a ExactPoint, &Shape, DVec3)>,
+        mut is_seen: impl FnMut((usize, &Lamp), &ExactBeam) -> bool,
+    ) {
+        let color = color.map(exact);
+        let (Some(lighting), Some((point, shape, eye))) = (self.lighting, at) else {
+            for (channel, part) in color.iter().enumerate() {
+                self.add(channel, &(part * &self.n_shares));
+            }
+            return;
+        };
+        for (channel, part) in color.iter().enumerate() {
+            self.add(channel, &(exact(lighting.ambient[channel]) * &self.n_shares * part));
+        }
+        for (index, lamp) in lighting.lamps.iter().enumerate() {
+            if let Some(beam) = lamp.beam(point, eye)
+                && let Some(cosine) = beam.cosine(shape)
+                && is_seen((index, lamp), &beam)
+            {
+                let weights =
+                    std::array::from_fn(|channel| &lamp.exact_weight[channel] * &color[channel]);
+                self.add_light(cosine, weights);
+            }
+        }
+    }
+
     /// Adds what is known exactly.
-    pub fn add(&mut self, channel: usize, value: &Real) {
+    fn add(&mut self, channel: usize, value: &Real) {
         self.known[channel] = self.known[channel].plus(&value.into());
     }
 
     /// Adds a cosine times its weights, which are at least 0.
-    pub fn add_light(&mut self, cosine: ExactCosine<'a>, weights: [Real; 3]) {
+    fn add_light(&mut self, cosine: ExactCosine<'a>, weights: [Real; 3]) {
         match cosine.fraction() {
             Some(cosine) => {
                 for (known, weight) in self.known.iter_mut().zip(&weights) {
@@ -57,19 +100,14 @@ impl<'a> ExactMean<'a> {
 
     /// The order of a channel and `x`, which is at least 0: equal also where [`MOST_BITS`] bits don't
     /// tell them apart.
-    pub fn compare(&self, channel: usize, x: f64) -> Ordering {
+    fn compare(&self, channel: usize, x: f64) -> Ordering {
         let Some(x) = real(x) else { return Ordering::Less };
         let x = x * &self.divisor;
         if self.terms.is_empty() {
             return self.known[channel].cmp_real(&x);
         }
-        let bits = std::iter::successors(Some(FEWEST_BITS), |n_bits| Some(2 * n_bits));
-        for (step, n_bits) in bits.take_while(|&n_bits| n_bits <= MOST_BITS).enumerate() {
-            let mut enclosed = self.enclosed.borrow_mut();
-            if enclosed.len() == step {
-                enclosed.push(self.enclose(n_bits));
-            }
-            let Enclosure { low, high } = &enclosed[step][channel];
+        for doublings in (0..).take_while(|doublings| FEWEST_BITS << doublings <= MOST_BITS) {
+            let Enclosure { low, high } = &self.sums(doublings)[channel];
             if *low > x {
                 return Ordering::Greater;
             }
@@ -78,6 +116,15 @@ impl<'a> ExactMean<'a> {
             }
         }
         Ordering::Equal
+    }
+
+    /// The sums within bounds of [`FEWEST_BITS`], doubled so often.
+    fn sums(&self, doublings: usize) -> Ref<'_, [Enclosure; 3]> {
+        if self.enclosed.borrow().len() == doublings {
+            let sums = self.enclose(FEWEST_BITS << doublings);
+            self.enclosed.borrow_mut().push(sums);
+        }
+        Ref::map(self.enclosed.borrow(), |enclosed| &enclosed[doublings])
     }
 
     fn enclose(&self, n_bits: usize) -> [Enclosure; 3] {
@@ -94,25 +141,34 @@ impl<'a> ExactMean<'a> {
 
     /// Bounds of a channel, computed with `n_bits` bits.
     pub fn enclosed(&self, channel: usize, n_bits: usize) -> Enclosure {
-        let sum = &self.enclose(n_bits)[channel];
+        self.mean_of(&self.enclose(n_bits)[channel], n_bits)
+    }
+
+    fn mean_of(&self, sum: &Enclosure, n_bits: usize) -> Enclosure {
         sum.over(&Enclosure::of(&self.divisor), n_bits).unwrap_or_else(|| sum.clone())
     }
 
     /// A number near a channel.
     pub fn approximate(&self, channel: usize) -> f64 {
-        Root::from(self.enclosed(channel, FEWEST_BITS).low).to_f64()
+        Root::from(self.mean_of(&self.sums(0)[channel], FEWEST_BITS).low).to_f64()
     }
 
     /// The code whose range holds a channel, searched from a guess; `edge` gives the lower end of a
     /// code's range. What is on an edge goes up.
-    pub fn code(&self, channel: usize, guess: u16, most: u16, edge: impl Fn(u16) -> f64) -> u16 {
+    pub(super) fn code(
+        &self,
+        channel: usize,
+        guess: u16,
+        most: u16,
+        edge: impl Fn(u16) -> f64,
+    ) -> u16 {
         let reaches = |code: u32| self.compare(channel, edge(code as u16)) != Ordering::Less;
         last(guess.into(), most.into(), reaches) as u16
     }
 
     /// The f32 nearest to a channel, ties to even, searched from a guess; infinite from
     /// `2^128 − 2^103` on.
-    pub fn nearest_f32(&self, channel: usize, guess: f32) -> f32 {
+    pub(super) fn nearest_f32(&self, channel: usize, guess: f32) -> f32 {
         let middle = |low: f32| match low {
             f32::MAX => 2f64.powi(128) - 2f64.powi(103),
             _ => (f64::from(low) + f64::from(low.next_up())) / 2.0,

@@ -1,7 +1,6 @@
 //! [`crate::trace::Hits`] → colours: the only place that knows what colour a hit has.
 
 mod decide;
-mod exactly;
 mod lamp;
 mod lit;
 mod mean;
@@ -15,14 +14,12 @@ mod written;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-pub(crate) use exactly::{LitPoint, add_sample, mean_divisor};
 pub use lamp::{Lamp, Lighting, Origin};
 pub use lit::certified_lighting;
-pub(crate) use mean::ExactMean;
+pub use mean::ExactMean;
 pub use painter::{Background, ColorCounts, Painted, Painter, Style};
-pub(crate) use plain::{PlainPoint, PlainWay, plainly};
+pub use plain::{PlainPoint, PlainWay};
 pub use unlit::Shader;
-pub(crate) use written::exact_pixel;
 
 /// The numbers that a picture's colours are written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

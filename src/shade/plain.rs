@@ -266,7 +266,7 @@ struct Way<R: Real> {
 
 /// What a kernel without a proof makes of the light on the point that one ray sees, without epsilon.
 #[derive(Clone, Debug)]
-pub(crate) struct PlainPoint {
+pub struct PlainPoint {
     /// The object.
     pub id: u32,
     /// Ray parameter, of the direction as the kernel scales it.
@@ -283,7 +283,7 @@ pub(crate) struct PlainPoint {
 
 /// The way to a lamp.
 #[derive(Clone, Debug)]
-pub(crate) struct PlainWay {
+pub struct PlainWay {
     /// `w`
     pub way: [f64; 3],
     /// `n·ω`
@@ -292,14 +292,16 @@ pub(crate) struct PlainWay {
     pub in_the_way: Option<(u32, f64)>,
 }
 
-/// The numbers of a kernel for one ray; `None` where it sees the background.
-pub(crate) fn plainly(prepared: &Prepared, rays: &Rays, lighting: &Lighting) -> Option<PlainPoint> {
-    let lighting = &lighting_of(prepared.coordinates(), lighting, 0.0);
-    match &prepared.objects {
-        Objects::Lecture(lists) => point(&Scene { lists, lighting }, prepared, rays),
-        Objects::Stable(lists) => point(&Scene { lists, lighting }, prepared, rays),
-        Objects::Double(lists) => point(&Scene { lists, lighting }, prepared, rays),
-        Objects::Certified { .. } => None,
+impl PlainPoint {
+    /// The numbers of a kernel for one ray; `None` where it sees the background.
+    pub fn new(prepared: &Prepared, rays: &Rays, lighting: &Lighting) -> Option<PlainPoint> {
+        let lighting = &lighting_of(prepared.coordinates(), lighting, 0.0);
+        match &prepared.objects {
+            Objects::Lecture(lists) => point(&Scene { lists, lighting }, prepared, rays),
+            Objects::Stable(lists) => point(&Scene { lists, lighting }, prepared, rays),
+            Objects::Double(lists) => point(&Scene { lists, lighting }, prepared, rays),
+            Objects::Certified { .. } => None,
+        }
     }
 }
 

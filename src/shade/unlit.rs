@@ -7,7 +7,6 @@ use super::written::{Written, exact_pixel, pixel_between};
 use super::{Background, Colors, Encoding, PIXELS_AT_ONCE, Style, of_any};
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::exact::exact;
 use crate::num::Float;
 use crate::scene::{Color, Scene};
 use crate::seen::Bounds;
@@ -116,11 +115,9 @@ impl Shader {
             high: sum / n_counted as f64 * (1.0 + error),
         });
         pixel_between(&bounds).unwrap_or_else(|| {
-            let mut mean = ExactMean::new(n_counted);
+            let mut mean = ExactMean::new(n_counted, None);
             for &id in ids {
-                for (channel, part) in color(scene, self.background, id).into_iter().enumerate() {
-                    mean.add(channel, &exact(part));
-                }
+                mean.add_sample(color(scene, self.background, id), None, |_, _| true);
             }
             exact_pixel(&mean, bounds.map(|bounds| bounds.low))
         })

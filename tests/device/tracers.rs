@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use kugelblitz::compare::compare;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
@@ -12,7 +11,8 @@ use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Samples, Scene, Sphere, read_scene};
 use kugelblitz::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Wants};
 use kugelblitz::tracer::Tracer;
-use kugelblitz::verify::{ColorDifferences, Differences, RenderedColors, broken_promises};
+use kugelblitz_judge::compare::compare;
+use kugelblitz_judge::verify::{ColorDifferences, Differences, RenderedColors, broken_promises};
 use kugelblitz_tests::{broken, camera, gpu, in_cube, plane, root, runs, scene, sphere, traced};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

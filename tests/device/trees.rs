@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use kugelblitz::bvh::{Beam, Enter, IS_LEAF, MOST_BOXES, Node, Visitor, Walk};
-use kugelblitz::compare::compare;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::exact::{ExactRay, Shape, visible_root};
@@ -18,7 +17,8 @@ use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Projection, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
-use kugelblitz::verify::{Truth, compare_to_exact, sample};
+use kugelblitz_judge::compare::compare;
+use kugelblitz_judge::verify::{Truth, compare_to_exact, sample};
 use kugelblitz_tests::twins::propose_alone;
 use kugelblitz_tests::{camera, gpu, in_cube, scene, sphere, traced};
 use rand::{RngExt, SeedableRng};

@@ -3,8 +3,8 @@
 
 use glam::DVec3;
 use kugelblitz::Error;
-use kugelblitz::figure::{legend_svg, svg_of_colorings};
 use kugelblitz::scene::{Color, ColorMap, Coloring, Scene, Spheres};
+use kugelblitz_judge::figure::{legend_svg, svg_of_colorings};
 use kugelblitz_tests::folder::Folder;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

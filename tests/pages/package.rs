@@ -8,13 +8,14 @@ use std::process::Command;
 use kugelblitz_tests::root;
 
 /// The packages with their folders, and the names in there of what they need whole.
-const PACKAGES: [(&str, &str, &[&str]); 4] = [
+const PACKAGES: [(&str, &str, &[&str]); 5] = [
     (
         "kugelblitz",
         "",
         &["ci", "examples", "scenes", "shaders", "src", "CHANGELOG.md", "CONTRIBUTING.md"],
     ),
     ("kugelblitz-cli", "crates/cli", &["src", "tests", "build.rs"]),
+    ("kugelblitz-judge", "crates/judge", &["examples", "src"]),
     ("kugelblitz-report", "crates/report", &["src"]),
     ("kugelblitz-view", "crates/view", &["src"]),
 ];

@@ -23,13 +23,13 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use kugelblitz::Session;
-use kugelblitz::compare::compare;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::{Gpu, Pick};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
+use kugelblitz_judge::compare::compare;
 use rand::{Rng, RngExt};
 
 /// The device of the GPU tests. A missing one is a failure, never a skip: `ci/setup.sh` installs a

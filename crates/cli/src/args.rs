@@ -6,13 +6,13 @@ use std::path::PathBuf;
 use clap::builder::TypedValueParser;
 use clap::{ArgGroup, Args, Parser, Subcommand, value_parser};
 use kugelblitz::device::DeviceChoice;
-use kugelblitz::explain::{DEFAULT_DIGITS, Lang, MAX_DIGITS};
-use kugelblitz::export::Language;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
 use kugelblitz::scene::Samples;
-use kugelblitz::show::Show;
 use kugelblitz::trace::{Kernel, Ray};
+use kugelblitz_judge::explain::{DEFAULT_DIGITS, Lang, MAX_DIGITS};
+use kugelblitz_judge::export::Language;
+use kugelblitz_judge::show::Show;
 
 use crate::options::{
     DEFAULT_KERNEL, distribution_parser, kernel_parser, lang_parser, language_parser, parse_crop,

@@ -4,11 +4,11 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use kugelblitz::compare::{Allowed, compare_pictures};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{Format, read_image, rgb8_file};
 use kugelblitz::plain::Shown;
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::compare::{Allowed, compare_pictures};
 
 use crate::Run;
 use crate::args::TalkArgs;

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use kugelblitz::device::Device;
-use kugelblitz::explain::{DEFAULT_OBJECTS, Explanation, Style, explain_as, latex, text};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::trace::{Ray, Rays};
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::explain::{DEFAULT_OBJECTS, Explanation, Style, explain_as, latex, text};
 use serde::Serialize;
 
 use crate::args::ExplainArgs;

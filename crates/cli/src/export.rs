@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use kugelblitz::export;
 use kugelblitz::output::OutputFile;
 use kugelblitz::rays::Pixels;
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::export;
 use serde::Serialize;
 
 use crate::args::ExportArgs;

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::TypedValueParser;
-use kugelblitz::figure::Figure;
 use kugelblitz::output::OutputFile;
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::parse_scene;
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::figure::Figure;
 use serde::Serialize;
 
 use crate::args::{LangArgs, TalkArgs, WholeArgs};

@@ -4,10 +4,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
-use kugelblitz::judge::{
-    Allowed, Case, Conventions, JudgeSummary, NormalSide, NormalSpace, Quantity, pixels_of,
-    whole_size,
-};
 use kugelblitz::output;
 use kugelblitz::picture::{Image, read_image, read_rays};
 use kugelblitz::plain::Shown;
@@ -16,6 +12,10 @@ use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Ray, Rays};
 use kugelblitz::words::count;
 use kugelblitz::{Error, Result, Session};
+use kugelblitz_judge::judge::{
+    Allowed, Case, Conventions, JudgeSummary, NormalSide, NormalSpace, Quantity, pixels_of,
+    whole_size,
+};
 use serde::Serialize;
 
 use crate::args::{DeviceArgs, SizeArgs, TalkArgs, WholeArgs};

@@ -5,13 +5,13 @@ use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
-use kugelblitz::explain::Lang;
-use kugelblitz::export::Language;
 use kugelblitz::generate::Distribution;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{ImageSize, Scene};
 use kugelblitz::trace::{Kernel, Ray};
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::explain::Lang;
+use kugelblitz_judge::export::Language;
 
 use crate::args::{SizeArgs, WholeArgs};
 

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use kugelblitz::device::rays_of_picture;
-use kugelblitz::figure::legend_svg;
 use kugelblitz::memory::Available;
 use kugelblitz::output::OutputFile;
 use kugelblitz::picture::{Bits, Format, PictureOptions};
@@ -15,10 +14,11 @@ use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::{self, Plan};
 use kugelblitz::scene::{Samples, Scene};
-use kugelblitz::show::{self, Show};
 use kugelblitz::trace::{Kernel, Rays};
 use kugelblitz::words::duration;
 use kugelblitz::{Error, Result, Session};
+use kugelblitz_judge::figure::legend_svg;
+use kugelblitz_judge::show::{self, Show};
 
 use crate::args::RenderArgs;
 use crate::device;

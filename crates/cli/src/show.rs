@@ -3,9 +3,9 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use kugelblitz::picture::{Format, PictureOptions};
 use kugelblitz::scene::hex;
-use kugelblitz::show::{Entry, Show, Shown};
 use kugelblitz::words::count;
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::show::{Entry, Show, Shown};
 use serde::Serialize;
 
 use crate::args::RenderArgs;

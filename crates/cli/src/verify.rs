@@ -2,8 +2,8 @@
 
 use kugelblitz::plain::Shown;
 use kugelblitz::trace::Kernel;
-use kugelblitz::verify::{Verification, Verified};
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::verify::{Verification, Verified};
 use serde::Serialize;
 
 use crate::args::VerifyArgs;

@@ -9,8 +9,8 @@ use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Hits, Kernel, Rays};
-use kugelblitz::verify::{Truth, sample};
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::verify::{Truth, sample};
 
 use super::measure::{IDS, SURFACE, Work, ms, n_pixels, run};
 use super::samples::Samples;

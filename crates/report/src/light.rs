@@ -15,8 +15,8 @@ use kugelblitz::scene::{Color, Light, Plane, Scene};
 use kugelblitz::shade::{Colors, Encoding, Painter, Style};
 use kugelblitz::trace::{Hits, Rays};
 use kugelblitz::tracer::Tracer;
-use kugelblitz::verify::{ColorTruth, sample};
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::verify::{ColorTruth, sample};
 
 use super::measure::{IDS, Work, n_pixels, picture};
 use super::pictures::{ErrorPicture, Fault, worst_first};

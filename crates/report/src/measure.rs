@@ -12,7 +12,7 @@ use kugelblitz::rays::{Pixels, View};
 use kugelblitz::render::hits_bytes;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Wants};
-use kugelblitz::verify::{SAMPLE_BYTES, Truth, sample};
+use kugelblitz_judge::verify::{SAMPLE_BYTES, Truth, sample};
 
 use super::samples::Samples;
 use super::{Case, Class, Count, Metric, Of, Row, Settings, Spread};

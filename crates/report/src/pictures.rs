@@ -5,7 +5,7 @@ use kugelblitz::control::Control;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::Color;
 use kugelblitz::trace::{Hits, Rays};
-use kugelblitz::verify::{RayError, Truth, ray_errors};
+use kugelblitz_judge::verify::{RayError, Truth, ray_errors};
 
 use super::measure::{SURFACE, Work, picture};
 use super::scenes::Case;

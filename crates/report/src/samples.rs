@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use kugelblitz::trace::Hits;
-use kugelblitz::verify::{RayError, Truth, ray_errors};
+use kugelblitz_judge::verify::{RayError, Truth, ray_errors};
 
 use super::{Count, Metric, Row, Spread};
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use kugelblitz::Result;
 use kugelblitz::control::Control;
-use kugelblitz::scene::{Scene, parse_scene_with};
+use kugelblitz::scene::{SHIPPED_SCENES, Scene, parse_scene_with};
 use serde::{Deserialize, Serialize};
 
 /// Sort of a scene, by which results are put together.
@@ -102,86 +102,26 @@ impl Case {
 /// As [`Case::new`]; they are part of the program.
 pub fn default_cases() -> Result<Vec<Case>> {
     let control = Control::default();
-    SCENES
-        .iter()
-        .map(|(class, path, text)| Case::new(text, Path::new(path), *class, &control))
-        .collect()
+    let case =
+        |&(path, text): &(&str, &str)| Case::new(text, Path::new(path), class_of(path), &control);
+    SHIPPED_SCENES.iter().map(case).collect()
 }
 
-macro_rules! scenes {
-    ($($class:ident $path:literal),+ $(,)?) => {
-        const SCENES: &[(Class, &str, &str)] =
-            &[$((Class::$class, $path, include_str!(concat!("../../../scenes/", $path)))),+];
-    };
-}
-
-scenes! {
-    Lecture "figure1.toml",
-    Lecture "figure2.toml",
-    Lecture "figure3.toml",
-    Lecture "figure4.toml",
-    Lecture "figure5.toml",
-    Lecture "inside.toml",
-    Lecture "orthographic.toml",
-    Hard "hard/far_1e4.toml",
-    Hard "hard/far_1e6.toml",
-    Hard "hard/far_1e8.toml",
-    Hard "hard/tiny.toml",
-    Hard "hard/huge_ground.toml",
-    Hard "hard/grazing.toml",
-    Hard "hard/touching.toml",
-    Hard "hard/coincident.toml",
-    Hard "hard/coincident_far.toml",
-    Hard "hard/inside_nested.toml",
-    Hard "hard/distant_1e2.toml",
-    Hard "hard/distant_1e4.toml",
-    Hard "hard/distant_1e6.toml",
-    Hard "hard/near_parallel.toml",
-    Lit "lit/hard/contacts.toml",
-    Lit "lit/hard/contacts_1e-3.toml",
-    Lit "lit/hard/contacts_1e-6.toml",
-    Lit "lit/hard/contacts_1e3.toml",
-    Lit "lit/hard/contacts_moved.toml",
-    Lit "lit/hard/contacts_on_ball.toml",
-    Lit "lit/hard/shells.toml",
-    Lit "lit/hard/terminator.toml",
-    Lit "lit/hard/low_sun.toml",
-    Lit "lit/hard/along_subnormal.toml",
-    Lit "lit/hard/along_1e-324.toml",
-    Lit "lit/hard/along_1e-400.toml",
-    Lit "lit/hard/along_leaning.toml",
-    Lit "lit/hard/bright_eyes.toml",
-    Lit "lit/hard/bright_sky.toml",
-    Lit "lit/hard/faint_light.toml",
-    Lit "lit/hard/byte_edge.toml",
-    Lit "lit/hard/far_light.toml",
-    Lit "lit/hard/coincident_floor.toml",
-    Lit "lit/hard/galaxy.toml",
-    Lit "lit/hard/galaxy_shadow.toml",
-    Lit "lit/hard/galaxy_balls.toml",
-    Lit "lit/hard/beyond_f64.toml",
+/// The class of a scene that comes along.
+fn class_of(path: &str) -> Class {
+    match path.rsplit_once('/') {
+        None => Class::Lecture,
+        Some(("hard", _)) => Class::Hard,
+        Some(_) => Class::Lit,
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
-
     use super::*;
 
     #[test]
-    fn no_scene_file_is_forgotten() {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-        let mut on_disk = BTreeSet::new();
-        for folder in ["", "hard/", "lit/hard/"] {
-            for entry in std::fs::read_dir(root.join(folder)).unwrap() {
-                let name = entry.unwrap().file_name().into_string().unwrap();
-                if name.ends_with(".toml") {
-                    on_disk.insert(format!("{folder}{name}"));
-                }
-            }
-        }
-        let listed: BTreeSet<_> = SCENES.iter().map(|(_, path, _)| path.to_string()).collect();
-        assert_eq!(listed, on_disk);
+    fn each_scene_says_what_it_shows() {
         for case in default_cases().unwrap() {
             assert!(!case.about.is_empty(), "{} says nothing about itself", case.name);
         }

@@ -8,8 +8,8 @@ use kugelblitz::random::SplitMix;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays};
-use kugelblitz::verify::Truth;
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::verify::Truth;
 
 use super::clouds::cloud;
 use super::measure::{IDS, SURFACE, Work, n_pixels, run};

@@ -11,12 +11,12 @@ use eframe::egui::{self, Context, Ui, Vec2, ViewportBuilder, ViewportCommand, ve
 use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
-use kugelblitz::explain::Lang;
 use kugelblitz::gpu::{Gpu, Pick};
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::{Camera, Scene};
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::explain::Lang;
 
 use super::ask::{self, Answer, Question, Why};
 use super::notice::Notice;

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use glam::DVec3;
 use kugelblitz::Session;
 use kugelblitz::device::Device;
-use kugelblitz::explain::{Lang, Style, explain_as, label, text};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Rays, Wants};
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::explain::{Lang, Style, explain_as, label, text};
 
 use super::worker::Worker;
 

@@ -4,8 +4,8 @@ use eframe::egui;
 use egui::Ui;
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::Samples;
-use kugelblitz::show::Show;
 use kugelblitz::trace::Kernel;
+use kugelblitz_judge::show::Show;
 
 use super::controls::next_theme;
 use super::rig::Axis;

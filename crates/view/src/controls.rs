@@ -8,7 +8,7 @@ use egui::{
     Sense, Stroke, Ui, pos2, vec2,
 };
 use glam::{DVec2, DVec3};
-use kugelblitz::show::Show;
+use kugelblitz_judge::show::Show;
 
 use super::ask::Question;
 use super::rig::Axis;

@@ -3,7 +3,7 @@
 use eframe::egui;
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Align, FontId, Label, Pos2, Rect, RichText, ScrollArea, Ui, Vec2, pos2, vec2};
-use kugelblitz::explain::text::WIDTH;
+use kugelblitz_judge::explain::text::WIDTH;
 
 use super::ask::Why;
 use super::overlay;

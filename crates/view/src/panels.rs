@@ -5,8 +5,8 @@ use egui::{
     Align2, Color32, CornerRadius, Frame, Margin, Panel, RichText, ScrollArea, Stroke, StrokeKind,
     Ui, vec2,
 };
-use kugelblitz::explain::six_digits;
-use kugelblitz::show::Show;
+use kugelblitz_judge::explain::six_digits;
+use kugelblitz_judge::show::Show;
 
 use super::bar::bar;
 use super::controls;

@@ -11,8 +11,8 @@ use kugelblitz::device::Device;
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::sampled_band_rows;
 use kugelblitz::scene::{Samples, Scene};
-use kugelblitz::show::{self, Show, Shown, Tally};
 use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants};
+use kugelblitz_judge::show::{self, Show, Shown, Tally};
 
 use super::worker::{Turn, Worker};
 

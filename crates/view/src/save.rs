@@ -9,9 +9,9 @@ use kugelblitz::control::Control;
 use kugelblitz::output::{OutputFile, commit};
 use kugelblitz::picture::{Format, PictureOptions, PictureWriter};
 use kugelblitz::shade::Colors;
-use kugelblitz::show::{self, Show};
 use kugelblitz::trace::{Hits, Kernel};
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::show::{self, Show};
 
 /// Two kernels side by side.
 #[derive(Clone, Copy)]

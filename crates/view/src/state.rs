@@ -7,11 +7,11 @@ use std::time::{Duration, Instant};
 use eframe::egui;
 use egui::util::undoer::{Settings, Undoer};
 use egui::{Color32, Context, Painter, Pos2, Rect, TextureHandle, TextureOptions, pos2};
-use kugelblitz::explain::six_digits;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Camera, Samples, Scene};
-use kugelblitz::show::{Entry, Show, Tally};
 use kugelblitz::trace::Kernel;
+use kugelblitz_judge::explain::six_digits;
+use kugelblitz_judge::show::{Entry, Show, Tally};
 
 use super::ask::{Answer, Question, Why};
 use super::picture::{Frame, Order};

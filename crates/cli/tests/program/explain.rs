@@ -6,15 +6,15 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use kugelblitz::Session;
 use kugelblitz::device::Device;
-use kugelblitz::explain::text::{WIDTH, text};
-use kugelblitz::explain::{
+use kugelblitz::rays::{Pixels, View};
+use kugelblitz::scene::{Color, Light, Projection, Samples, Scene, Sky, Source, read_scene};
+use kugelblitz::trace::{Kernel, Ray, Rays};
+use kugelblitz_judge::explain::text::{WIDTH, text};
+use kugelblitz_judge::explain::{
     Approximation, DEFAULT_OBJECTS, Explanation, Lang, LeftOut, LightExplanation, MOST_OBJECTS,
     ObjectExplanation, Quantity, Reason, Remark, Shading, Style, Verdict, explain, explain_as,
     latex,
 };
-use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{Color, Light, Projection, Samples, Scene, Sky, Source, read_scene};
-use kugelblitz::trace::{Kernel, Ray, Rays};
 use kugelblitz_tests::{gpu, in_cube, log_uniform, plane, runs, scene, sphere};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -4,9 +4,9 @@ use std::fs;
 use std::path::Path;
 
 use glam::DVec3;
-use kugelblitz::export::{Language, write};
 use kugelblitz::rays::{Lens, View};
 use kugelblitz::scene::{Color, Light, Scene, Source, parse_scene, read_scene};
+use kugelblitz_judge::export::{Language, write};
 use kugelblitz_tests::{camera, in_cube, log_uniform, plane, root, scene, sphere};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

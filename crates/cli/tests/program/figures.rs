@@ -6,12 +6,12 @@ use std::path::Path;
 use glam::{DVec2, DVec3};
 use kugelblitz::Session;
 use kugelblitz::device::Device;
-use kugelblitz::explain::Lang;
-use kugelblitz::figure::Figure;
 use kugelblitz::num::V3;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Scene, parse_scene};
 use kugelblitz::trace::Kernel;
+use kugelblitz_judge::explain::Lang;
+use kugelblitz_judge::figure::Figure;
 use kugelblitz_tests::{root, text_of};
 use roxmltree::{Document, Node};
 

@@ -9,14 +9,14 @@ use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::glam::DVec3;
-use kugelblitz::judge::{
-    self, Allowed, Conventions, Judged, NormalSide, NormalSpace, Quantity, truth,
-};
 use kugelblitz::picture::{Channel, Image, Samples, read_bytes, read_image};
 use kugelblitz::rays::{Pixels, Rays, View};
 use kugelblitz::scene::{Scene, read_scene};
 use kugelblitz::trace::Kernel;
-use kugelblitz::verify::Truth;
+use kugelblitz_judge::judge::{
+    self, Allowed, Conventions, Judged, NormalSide, NormalSpace, Quantity, truth,
+};
+use kugelblitz_judge::verify::Truth;
 use kugelblitz_tests::gpu;
 use tempfile::TempDir;
 

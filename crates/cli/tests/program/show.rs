@@ -7,10 +7,10 @@ use image::RgbImage;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::scene::read_scene;
-use kugelblitz::show::{Entry, Show, keep};
 use kugelblitz::trace::Kernel;
-use kugelblitz::verify::{Truth, compare_to_exact};
 use kugelblitz::{Picture, Session};
+use kugelblitz_judge::show::{Entry, Show, keep};
+use kugelblitz_judge::verify::{Truth, compare_to_exact};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -153,7 +153,7 @@ fn numbers_have_the_colours_that_they_are_said_to_have() {
         }
         let normal = hits.normal[i].map(|n| ((f64::from(n) + 1.0) * 127.5).round() as u8);
         assert_eq!(normals.at(x, y), normal);
-        assert_eq!(ids.at(x, y), kugelblitz::show::id_color(id));
+        assert_eq!(ids.at(x, y), kugelblitz_judge::show::id_color(id));
     }
     // The nearest is the brightest, and the legend has both ends.
     let seen = hits.t.iter().copied().filter(|t| t.is_finite());

@@ -2,7 +2,7 @@
 
 mod pictures;
 
-use kugelblitz::markup::document;
+use kugelblitz_judge::markup::document;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::answer::{answer, price};

@@ -2,7 +2,7 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use kugelblitz::judge::{FALSE_HIT, FALSE_MISS, WRONG_OBJECT};
+use kugelblitz_judge::judge::{FALSE_HIT, FALSE_MISS, WRONG_OBJECT};
 use maud::{Markup, html};
 use png::{BitDepth, ColorType, Encoder, SrgbRenderingIntent};
 

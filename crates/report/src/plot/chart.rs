@@ -1,7 +1,7 @@
 //! Charts on logarithmic axes: panels one below the other on one horizontal axis, each with a strip
 //! below it for zero and one above it for infinity. The names of the lines stand at their ends.
 
-use kugelblitz::markup::document;
+use kugelblitz_judge::markup::document;
 use maud::{Markup, PreEscaped, html};
 
 use super::scale::Scale;

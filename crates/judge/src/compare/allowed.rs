@@ -1,0 +1,288 @@
+//! The grammar of what may differ: `ids=0.01%,t=2ulp`, `levels=1,pixels=3`.
+
+use std::fmt;
+
+use kugelblitz::trace::Kernel;
+use kugelblitz::words::did_you_mean_at_end;
+use kugelblitz::{Error, Result};
+
+use super::{RayError, TError};
+
+/// How much of a thing may be wrong, or how far it may be off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tolerance {
+    /// So many rays or pixels.
+    Count(u64),
+    /// So many of each one.
+    Share(f64),
+    /// So many f32 steps of `t`.
+    Ulp(f64),
+    /// So much of the exact `t`.
+    Relative(f64),
+    /// Such an angle.
+    Degrees(f64),
+    /// So much, in the unit of the thing.
+    Size(f64),
+}
+
+impl Tolerance {
+    /// Whether an error may be so large.
+    pub fn allows(self, size: f64) -> bool {
+        match self {
+            Tolerance::Ulp(most) | Tolerance::Relative(most) => size <= most,
+            Tolerance::Degrees(most) | Tolerance::Size(most) => size <= most,
+            Tolerance::Count(_) | Tolerance::Share(_) => size == 0.0,
+        }
+    }
+
+    /// Whether so many of all may be wrong.
+    pub fn allows_part(self, wrong: u64, all: u64) -> bool {
+        match self {
+            Tolerance::Count(most) => wrong <= most,
+            Tolerance::Share(most) => wrong as f64 <= most * all as f64,
+            _ => wrong == 0,
+        }
+    }
+}
+
+impl fmt::Display for Tolerance {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match *self {
+            Tolerance::Share(1.0)
+            | Tolerance::Ulp(f64::INFINITY)
+            | Tolerance::Degrees(f64::INFINITY) => f.write_str("any"),
+            Tolerance::Count(most) => write!(f, "{most}"),
+            Tolerance::Share(most) => write!(f, "{}%", most * 100.0),
+            Tolerance::Ulp(most) => write!(f, "{most}ulp"),
+            Tolerance::Relative(most) => write!(f, "{most:e}"),
+            Tolerance::Degrees(most) => f.write_str(&short(most)),
+            Tolerance::Size(most) => write!(f, "{most}"),
+        }
+    }
+}
+
+/// The kinds of values that a key takes.
+#[derive(Clone, Copy, PartialEq)]
+enum ToleranceKind {
+    Share,
+    T,
+    Degrees,
+    Size,
+}
+
+impl ToleranceKind {
+    fn read(self, text: &str) -> Option<Tolerance> {
+        let is_size = |size: &f64| *size >= 0.0;
+        let number = |text: &str| text.trim().parse().ok().filter(is_size);
+        let size = |text| if text == "any" { Some(f64::INFINITY) } else { number(text) };
+        match (self, text.strip_suffix('%')) {
+            (ToleranceKind::Share, _) if text == "any" => Some(Tolerance::Share(1.0)),
+            (ToleranceKind::Share, None) => text.parse().ok().map(Tolerance::Count),
+            (ToleranceKind::Share, Some(percent)) => number(percent)
+                .filter(|part| *part <= 100.0)
+                .map(|part| Tolerance::Share(part / 100.0)),
+            (ToleranceKind::T, Some(percent)) => {
+                number(percent).map(|part| Tolerance::Relative(part / 100.0))
+            }
+            (ToleranceKind::T, None) => match text.strip_suffix("ulp") {
+                None if text != "any" => number(text).map(Tolerance::Relative),
+                ulp => size(ulp.unwrap_or(text)).map(Tolerance::Ulp),
+            },
+            (ToleranceKind::Degrees, _) => {
+                let degrees = text.strip_suffix("deg").or(text.strip_suffix('°'));
+                size(degrees.unwrap_or(text)).map(Tolerance::Degrees)
+            }
+            (ToleranceKind::Size, _) => number(text).map(Tolerance::Size),
+        }
+    }
+
+    /// What can be given.
+    fn expected(self) -> &'static str {
+        match self {
+            ToleranceKind::Share => "a number of pixels, 0.01%, or any",
+            ToleranceKind::T => "2ulp, 1e-6 (relative), or any",
+            ToleranceKind::Degrees => "degrees, or any",
+            ToleranceKind::Size => "0 or more",
+        }
+    }
+}
+
+/// The keys of rays.
+const OF_RAYS: [(&str, ToleranceKind); 4] = [
+    ("ids", ToleranceKind::Share),
+    ("silhouettes", ToleranceKind::Share),
+    ("t", ToleranceKind::T),
+    ("normal", ToleranceKind::Degrees),
+];
+
+/// The keys of pictures.
+const OF_PICTURES: [(&str, ToleranceKind); 4] = [
+    ("levels", ToleranceKind::Size),
+    ("ulp", ToleranceKind::Size),
+    ("difference", ToleranceKind::Size),
+    ("pixels", ToleranceKind::Share),
+];
+
+/// What a distance's or an exact `t`'s own rounding adds to an error: `t` is rounded to f64, the components of a
+/// direction and its length take a few more roundings, together less than 2⁻⁵⁰ of a distance, and that is less than
+/// 2⁻²⁶ of an f32 step.
+const REFERENCE_ULP: f64 = 1.0 / (1u64 << 26) as f64;
+
+/// What may differ.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Allowed {
+    limits: Vec<(&'static str, Tolerance)>,
+}
+
+impl Allowed {
+    /// Of rays, as `ids=0.01%,silhouettes=5%,t=2ulp,normal=0.1` says, each of them or not. What `ids` allows holds at
+    /// silhouettes as well, where nothing else is said of them. Without a word it is what the kernel `certified`
+    /// promises of itself: no wrong id, `t` the exact one rounded to f32, normals as near as their rounded components.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for other words.
+    pub fn of_rays(text: &str) -> Result<Allowed> {
+        let promised = Kernel::Certified.about().promise.exact;
+        let (t_ulp, distance) = promised.map_or((0.0, 0.0), |p| (p.t_ulp, p.normal_distance));
+        // The angle at which the ends of two unit vectors are so far apart.
+        let degrees = (2.0 * (distance / 2.0).asin()).to_degrees();
+        let none = Tolerance::Count(0);
+        let limits = [none, none, Tolerance::Ulp(t_ulp), Tolerance::Degrees(degrees)];
+        let mut allowed = Allowed::read(text, OF_RAYS, limits)?;
+        if !text.contains(OF_RAYS[1].0) {
+            allowed.limits[1].1 = allowed.limits[0].1;
+        }
+        Ok(allowed)
+    }
+
+    /// Of the numbers of a pixel, and of how many pixels may differ more, as `levels=2,ulp=4,difference=1e-6,pixels=0.1%`
+    /// says, each of them or not: levels of whole numbers that are colours, steps of floats, and the difference of floats
+    /// that are more steps apart. Without a word nothing may differ.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for other words.
+    pub fn of_pictures(text: &str) -> Result<Allowed> {
+        let [none, no_pixels] = [Tolerance::Size(0.0), Tolerance::Count(0)];
+        Allowed::read(text, OF_PICTURES, [none, none, none, no_pixels])
+    }
+
+    fn read(
+        text: &str,
+        keys: [(&'static str, ToleranceKind); 4],
+        limits: [Tolerance; 4],
+    ) -> Result<Allowed> {
+        let names = keys.map(|(name, _)| name);
+        let mut limits: Vec<_> = names.into_iter().zip(limits).collect();
+        for part in text.split(',').filter(|_| !text.trim().is_empty()) {
+            let (key, value) = part.split_once('=').unwrap_or((part, ""));
+            let (key, value) = (key.trim(), value.trim());
+            let Some(at) = names.iter().position(|name| *name == key) else {
+                let near = did_you_mean_at_end(names, key);
+                let names = names.join(", ");
+                let message =
+                    format!("nothing that can be allowed is called “{key}”; give {names}{near}");
+                return Err(Error::Usage(message));
+            };
+            let kind = keys[at].1;
+            limits[at].1 = kind.read(value).ok_or_else(|| {
+                Error::Usage(format!("“{value}” is no limit for {key}; give {}", kind.expected()))
+            })?;
+        }
+        Ok(Allowed { limits })
+    }
+
+    /// What is allowed of this key; nothing of an unknown one.
+    pub fn limit(&self, key: &str) -> Tolerance {
+        let found = self.limits.iter().find(|(name, _)| *name == key);
+        found.map_or(Tolerance::Count(0), |(_, limit)| *limit)
+    }
+
+    /// Whether `t` may be so far off.
+    pub fn allows_t(&self, error: &TError) -> bool {
+        match self.limit("t") {
+            Tolerance::Ulp(most) => error.ulp <= most + REFERENCE_ULP,
+            limit => limit.allows(error.relative),
+        }
+    }
+
+    /// Whether nothing of a ray's result is more wrong than it may be of one.
+    pub fn is_right(&self, error: &RayError) -> bool {
+        let RayError::Right { t, normal, .. } = error else { return false };
+        t.is_none_or(|t| self.allows_t(&t))
+            && normal.is_none_or(|normal| self.limit("normal").allows(normal.degrees))
+    }
+}
+
+impl fmt::Display for Allowed {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let parts = self.limits.iter().map(|(key, limit)| format!("{key}={limit}"));
+        f.write_str(&parts.collect::<Vec<_>>().join(","))
+    }
+}
+
+/// Three digits.
+pub(crate) fn short(x: f64) -> String {
+    match x {
+        0.0 => "0".into(),
+        x if !x.is_finite() => "∞".into(),
+        x if (1e-3..1e6).contains(&x.abs()) => {
+            let digits = (2 - x.abs().log10().floor() as i32).max(0) as usize;
+            format!("{x:.digits$}")
+        }
+        x => format!("{x:.2e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_allowed_is_read_and_written() {
+        let [of_rays, of_pictures] = [Allowed::of_rays, Allowed::of_pictures]
+            .map(|of| move |text: &str| of(text).map(|allowed| allowed.to_string()));
+        for (given, all) in [
+            ("", "ids=0,silhouettes=0,t=0.5ulp,normal=2.96e-6"),
+            (
+                "ids=0.01%, silhouettes=5%, t=2ulp, normal=0.1deg",
+                "ids=0.01%,silhouettes=5%,t=2ulp,normal=0.100",
+            ),
+            ("ids=3,t=1e-6", "ids=3,silhouettes=3,t=1e-6,normal=2.96e-6"),
+            ("normal=any,t=any,ids=any", "ids=any,silhouettes=any,t=any,normal=any"),
+        ] {
+            assert_eq!(of_rays(given).unwrap(), all);
+        }
+        let given = "levels=2,pixels=0.1%, difference=1e-6";
+        assert_eq!(of_pictures(given).unwrap(), "levels=2,ulp=0,difference=0.000001,pixels=0.1%");
+        for wrong in
+            ["idz=1", "ids", "ids=-1", "ids=101%", "t=2ulps", "normal=-1", "t=NaN", "levels=1"]
+        {
+            assert_eq!(of_rays(wrong).unwrap_err().exit_code(), 2, "{wrong}");
+        }
+        for wrong in ["ids=1", "levels=-1", "ulp=x", "pixels=1.5", "ulp=1,,"] {
+            assert_eq!(of_pictures(wrong).unwrap_err().exit_code(), 2, "{wrong}");
+        }
+        assert!(of_rays("idz=1").unwrap_err().to_string().contains("did you mean ids?"));
+    }
+
+    #[test]
+    fn limits_are_tight() {
+        for (limit, most) in
+            [(Tolerance::Count(3), 3), (Tolerance::Share(0.01), 10), (Tolerance::Ulp(9.0), 0)]
+        {
+            assert!(limit.allows_part(most, 1000) && !limit.allows_part(most + 1, 1000));
+        }
+        for limit in [
+            Tolerance::Ulp(2.0),
+            Tolerance::Relative(2.0),
+            Tolerance::Degrees(2.0),
+            Tolerance::Size(2.0),
+        ] {
+            let over = 2f64.next_up();
+            assert!(limit.allows(2.0) && !limit.allows(over) && !limit.allows(f64::NAN));
+        }
+        let allowed = Allowed::of_rays("").unwrap();
+        let t = |ulp| TError { ulp, relative: 0.0, is_nearest: false };
+        assert!(allowed.allows_t(&t(0.5)) && !allowed.allows_t(&t(0.5001)));
+    }
+}

@@ -1,0 +1,57 @@
+//! The comparison of results: of rays with each other or with exact arithmetic, and of two pictures.
+//!
+//! A [`RayResult`] is what a result says of a ray. [`RayError`] is how it differs from what another result says of the same
+//! ray; `t` and normals count where the ids agree. [`RayDifferences`] counts these errors as they come,
+//! [`ErrorStats`] has their spread. [`Allowed`] says how much of it is still right.
+
+mod allowed;
+mod paint;
+mod pictures;
+mod rays;
+mod stats;
+
+pub(crate) use allowed::short;
+pub use allowed::{Allowed, Tolerance};
+pub use paint::{FALSE_HIT, FALSE_MISS, WRONG_OBJECT, error_picture};
+pub use pictures::{ChannelDifference, PictureDifference, PictureSide, compare_pictures};
+pub use rays::{NormalError, RayDifferences, RayError, RayResult, TError, compare};
+pub use stats::{ErrorSpread, ErrorStats};
+
+use kugelblitz::scene::Scene;
+
+/// The objects of a scene.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct ObjectCounts {
+    spheres: usize,
+    planes: usize,
+}
+
+impl ObjectCounts {
+    /// Those of `scene`.
+    pub fn of(scene: &Scene) -> ObjectCounts {
+        ObjectCounts { spheres: scene.spheres.len(), planes: scene.planes.len() }
+    }
+}
+
+/// A format of IEEE 754.
+#[derive(Clone, Copy)]
+pub(crate) enum Precision {
+    Single,
+    Double,
+}
+
+impl Precision {
+    /// The distance of the format's numbers at `x`, and not less than its smallest subnormal.
+    pub fn ulp(self, x: f64) -> f64 {
+        let (lowest, fraction_bits) = match self {
+            Precision::Single => (-126, 23),
+            Precision::Double => (-1022, 52),
+        };
+        let exponent = ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023;
+        match exponent.max(lowest) - fraction_bits {
+            exponent @ -1022.. => 2f64.powi(exponent),
+            // Subnormal, where `powi` gives 0.
+            exponent => f64::from_bits(1 << (exponent + 1074).clamp(0, 51)),
+        }
+    }
+}

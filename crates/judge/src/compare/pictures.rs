@@ -1,0 +1,416 @@
+//! Comparing two pictures of any formats.
+
+use std::path::Path;
+
+use kugelblitz::num::ulp_distance;
+use kugelblitz::picture::{Image, Samples};
+use kugelblitz::plain::Shown;
+use kugelblitz::scene::Color;
+use kugelblitz::words::percent;
+use kugelblitz::{Error, Result};
+use serde::Serialize;
+
+use super::Allowed;
+
+/// How two pictures differ.
+#[derive(Clone, Debug, Serialize)]
+pub struct PictureDifference {
+    /// The first one.
+    pub a: PictureSide,
+    /// The second one.
+    pub b: PictureSide,
+    /// What may differ, in words.
+    pub allowed: String,
+    /// Pixels compared; 0 where the sizes differ.
+    pub pixels: u64,
+    /// Pixels with any difference.
+    pub differing: u64,
+    /// Pixels that differ by more than is allowed.
+    pub beyond: u64,
+    /// Column and row of the first pixel with any difference.
+    pub first: Option<[usize; 2]>,
+    /// The channels that both have.
+    pub channels: Vec<ChannelDifference>,
+    /// The names of texts that both have and that say something else.
+    pub metadata_differs: Vec<String>,
+    /// What is more than allowed, one sentence each.
+    pub broken: Vec<String>,
+    /// The largest difference of each pixel: whether it is beyond what is allowed of it, and 0 to 1 of its channel.
+    #[serde(skip)]
+    pub(super) of_pixels: Vec<(bool, f32)>,
+}
+
+/// One of two pictures.
+#[derive(Clone, Debug, Serialize)]
+pub struct PictureSide {
+    /// Its name.
+    pub file: String,
+    /// Its format.
+    pub format: &'static str,
+    /// Columns and rows.
+    pub size: [usize; 2],
+    /// The channels that it alone has.
+    pub only: Vec<String>,
+}
+
+/// How two channels of one name differ.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ChannelDifference {
+    /// The name.
+    pub name: String,
+    /// The types in both files.
+    pub types: [&'static str; 2],
+    /// The type in which they are compared.
+    pub compared_as: &'static str,
+    /// Pixels with any difference.
+    pub differing: u64,
+    /// The largest difference.
+    pub largest: f64,
+    /// The most steps from one float to the other.
+    pub largest_ulp: Option<u64>,
+    /// Index of the pixel with the largest difference.
+    pub at: Option<usize>,
+    /// Its two numbers.
+    pub values: Option<[f64; 2]>,
+    /// Its column and row.
+    pub pixel: Option<[usize; 2]>,
+}
+
+/// Compares the channels that both pictures have. `files` are their names.
+///
+/// Numbers of different types are compared as the one that has fewer of them; linear floats and whole
+/// numbers of sRGB as sRGB. What is equal bit by bit is equal, NaN too, and so are ±0.
+///
+/// # Errors
+/// [`Error::Usage`] where the pictures have no channel in common.
+pub fn compare_pictures(
+    files: [&str; 2],
+    [a, b]: [&Image; 2],
+    allowed: &Allowed,
+) -> Result<PictureDifference> {
+    let names = |image: &Image, is_in: &dyn Fn(&str) -> bool| {
+        let names = image.channels.iter().map(|channel| &channel.name);
+        names.filter(|name| is_in(name)).cloned().collect::<Vec<_>>()
+    };
+    let side = |file: &str, image: &Image, other: &Image| PictureSide {
+        file: file.into(),
+        format: image.format,
+        size: [image.width, image.height],
+        only: names(image, &|name| other.channel(name).is_none()),
+    };
+    let texts = a.texts.iter().filter(|(name, text)| b.text(name).is_some_and(|of_b| of_b != text));
+    let mut found = PictureDifference {
+        a: side(files[0], a, b),
+        b: side(files[1], b, a),
+        allowed: allowed.to_string(),
+        pixels: 0,
+        differing: 0,
+        beyond: 0,
+        first: None,
+        channels: Vec::new(),
+        metadata_differs: texts.map(|(name, _)| name.clone()).collect(),
+        broken: Vec::new(),
+        of_pixels: Vec::new(),
+    };
+    if (a.width, a.height, a.is_list) != (b.width, b.height, b.is_list) {
+        let size = |image: &Image| match image.is_list {
+            true => format!("a list of {}", image.width),
+            false => format!("{}×{}", image.width, image.height),
+        };
+        found.broken.push(format!("the sizes differ: {} and {}", size(a), size(b)));
+        return Ok(found);
+    }
+    if (a.whole, a.first) != (b.whole, b.first) {
+        let place =
+            |Image { whole: [w, h], first: [x, y], .. }: &Image| format!("at {x},{y} of {w}×{h}");
+        found.broken.push(format!("they are other parts: {} and {}", place(a), place(b)));
+    }
+    found.of_pixels = vec![(false, 0.0); a.len()];
+    found.pixels = a.len() as u64;
+    for channel in &a.channels {
+        if let Some(other) = b.channel(&channel.name) {
+            let pair = [&channel.samples, other];
+            let mut channel = of_channel(&channel.name, pair, allowed, &mut found.of_pixels);
+            channel.pixel = channel.at.map(|at| a.pixel(at));
+            found.channels.push(channel);
+        }
+    }
+    if found.channels.is_empty() {
+        let [a, b] = [a, b].map(|image| names(image, &|_| true).join(", "));
+        return Err(Error::Usage(format!(
+            "the pictures have no channel in common: one has {a}, the other {b}"
+        )));
+    }
+    let differs = |&(is_beyond, size): &(bool, f32)| is_beyond || size > 0.0;
+    found.differing = found.of_pixels.iter().filter(|pixel| differs(pixel)).count() as u64;
+    found.first = found.of_pixels.iter().position(differs).map(|first| a.pixel(first));
+    found.beyond = found.pixels_beyond().count() as u64;
+    let (beyond, pixels) = (found.beyond, found.pixels);
+    if !allowed.limit("pixels").allows_part(beyond, pixels) {
+        found.broken.push(format!("{beyond} of {pixels} pixels differ by more than is allowed"));
+    }
+    Ok(found)
+}
+
+impl PictureDifference {
+    /// The differences in lines for people.
+    pub fn in_words(&self) -> String {
+        let mut text = String::new();
+        let sides = [&self.a, &self.b].map(|side| (Path::new(&side.file).shown(), side));
+        for (name, PictureSide { format, size: [width, height], .. }) in &sides {
+            text += &format!("{name}: {format}, {width}×{height}\n");
+        }
+        if self.pixels > 0 {
+            let PictureDifference { pixels, differing, beyond, .. } = self;
+            text += &match differing {
+                0 => format!("all {pixels} pixels are equal\n"),
+                _ => format!(
+                    "{differing} of {pixels} pixels differ ({}), {beyond} by more than is allowed\n",
+                    percent(*differing, *pixels)
+                ),
+            };
+            text += "\nchannel   as      pixels that differ      largest       at   most ulp\n";
+        }
+        for channel in &self.channels {
+            let ChannelDifference { name, compared_as, differing, .. } = channel;
+            let at = channel.pixel.map_or("–".into(), |[x, y]| format!("{x},{y}"));
+            let ulp = match channel.largest_ulp {
+                None => "–".to_string(),
+                Some(u64::MAX) => "∞".to_string(),
+                Some(ulp) => ulp.to_string(),
+            };
+            let largest = match channel.largest {
+                x if x.fract() == 0.0 && x.abs() < 1e9 => format!("{x}"),
+                x => format!("{x:.3e}"),
+            };
+            text += &format!(
+                "{name:<9} {compared_as:<5}{differing:>21}{largest:>13}{at:>9}{ulp:>11}\n"
+            );
+        }
+        for (name, PictureSide { only, .. }) in
+            sides.iter().filter(|(_, side)| !side.only.is_empty())
+        {
+            text += &format!("only in {name}: {}\n", only.join(" "));
+        }
+        if !self.metadata_differs.is_empty() {
+            let texts = self.metadata_differs.join(" ");
+            text += &format!("they say different things of themselves: {texts}\n");
+        }
+        text
+    }
+
+    /// The pixels that differ by more than is allowed, in their order.
+    pub fn pixels_beyond(&self) -> impl Iterator<Item = usize> {
+        (0..).zip(&self.of_pixels).filter(|(_, (is_beyond, _))| *is_beyond).map(|(i, _)| i)
+    }
+}
+
+fn of_channel(
+    name: &str,
+    [a, b]: [&Samples; 2],
+    allowed: &Allowed,
+    of_pixels: &mut [(bool, f32)],
+) -> ChannelDifference {
+    let common = Common::of(name, a, b);
+    let mut found = ChannelDifference {
+        name: name.into(),
+        types: [a.kind(), b.kind()],
+        compared_as: common.name(a),
+        differing: 0,
+        largest: 0.0,
+        largest_ulp: None,
+        at: None,
+        values: None,
+        pixel: None,
+    };
+    let [levels, most_ulp, most] = ["levels", "ulp", "difference"].map(|key| allowed.limit(key));
+    let is_color = is_color(name);
+    for (i, of_pixel) in of_pixels.iter_mut().enumerate().take(a.len().min(b.len())) {
+        let [x, y] = [a, b].map(|samples| common.number(samples, i, is_color));
+        let ulp = common.steps(x, y);
+        found.largest_ulp = found.largest_ulp.max(ulp);
+        let is_equal = match common {
+            Common::Own => a.whole(i) == b.whole(i),
+            _ => ulp.map_or(x == y, |ulp| ulp == 0),
+        };
+        if is_equal {
+            continue;
+        }
+        let difference = (x - y).abs();
+        let difference = if difference.is_nan() { f64::INFINITY } else { difference };
+        found.differing += 1;
+        if found.at.is_none() || difference > found.largest {
+            (found.largest, found.at, found.values) = (difference, Some(i), Some([x, y]));
+        }
+        let (is_beyond, size) = match (common, ulp) {
+            (_, Some(ulp)) => (
+                !most_ulp.allows(ulp as f64) && !most.allows(difference),
+                difference / x.abs().max(y.abs()).max(1.0),
+            ),
+            (Common::Levels(full), None) => (!levels.allows(difference), difference / full),
+            // Ids are equal or not.
+            _ => (true, 1.0),
+        };
+        let size = (size as f32).clamp(f32::MIN_POSITIVE, 1.0);
+        *of_pixel = (of_pixel.0 || is_beyond, of_pixel.1.max(size));
+    }
+    found
+}
+
+/// The type in which the numbers of two channels are compared.
+#[derive(Clone, Copy)]
+enum Common {
+    /// Whole numbers that are no levels, in the type that both have.
+    Own,
+    /// Whole numbers up to this one.
+    Levels(f64),
+    F32,
+    F64,
+}
+
+/// Levels of 8 bits.
+const BYTES: f64 = 255.0;
+
+/// Whether a channel is linear light where it has floats, and sRGB where it has whole numbers.
+fn is_color(name: &str) -> bool {
+    matches!(name, "R" | "G" | "B" | "Y")
+}
+
+impl Common {
+    fn of(name: &str, a: &Samples, b: &Samples) -> Common {
+        use Samples::{F16, F32, F64, I64, U8, U16, U32};
+        match (a, b) {
+            (U32(_), U32(_)) | (I64(_), I64(_)) => Common::Own,
+            (U16(_), U16(_)) => Common::Levels(u16::MAX.into()),
+            (U8(_) | U16(_), U8(_) | U16(_)) => Common::Levels(BYTES),
+            (whole @ (U8(_) | U16(_)), F16(_) | F32(_) | F64(_))
+            | (F16(_) | F32(_) | F64(_), whole @ (U8(_) | U16(_)))
+                if is_color(name) || name == "A" =>
+            {
+                Common::Levels(whole.full().unwrap_or(BYTES))
+            }
+            (F16(_) | F32(_), F16(_) | F32(_) | F64(_)) | (F64(_), F16(_) | F32(_)) => Common::F32,
+            _ => Common::F64,
+        }
+    }
+
+    /// The type's name, where `of` is one of the channels.
+    fn name(self, of: &Samples) -> &'static str {
+        match self {
+            Common::Own => of.kind(),
+            Common::Levels(BYTES) => "u8",
+            Common::Levels(_) => "u16",
+            Common::F32 => "f32",
+            Common::F64 => "f64",
+        }
+    }
+
+    /// The number of the `i`-th pixel in this type. Floats are the levels that a picture would show for them.
+    fn number(self, samples: &Samples, i: usize, is_color: bool) -> f64 {
+        match (self, samples.full()) {
+            (Common::Own | Common::F64, _) => samples.number(i),
+            (Common::F32, _) => samples.number(i) as f32 as f64,
+            (Common::Levels(full), Some(own)) if own == full => samples.number(i),
+            (Common::Levels(full), Some(own)) => (samples.number(i) * full / own).round(),
+            (Common::Levels(full), None) if !is_color => (shown(samples, i) * full).round(),
+            (Common::Levels(BYTES), None) => Color([shown(samples, i); 3]).to_srgb8()[0].into(),
+            (Common::Levels(_), None) => Color([shown(samples, i); 3]).to_srgb16()[0].into(),
+        }
+    }
+
+    /// The steps between two floats of this type.
+    fn steps(self, x: f64, y: f64) -> Option<u64> {
+        match self {
+            Common::F32 => Some(ulp_distance(x as f32, y as f32)),
+            Common::F64 => Some(ulp_distance_f64(x, y)),
+            Common::Own | Common::Levels(_) => None,
+        }
+    }
+}
+
+/// As [`ulp_distance`], of f64.
+fn ulp_distance_f64(a: f64, b: f64) -> u64 {
+    if a.is_nan() || b.is_nan() {
+        return u64::from(a.to_bits() != b.to_bits()) * u64::MAX;
+    }
+    let ordered = |x: f64| {
+        let magnitude = i128::from(x.to_bits() & (u64::MAX >> 1));
+        if x.is_sign_negative() { -magnitude } else { magnitude }
+    };
+    u64::try_from(ordered(a).abs_diff(ordered(b))).unwrap_or(u64::MAX)
+}
+
+/// A linear number from 0 to 1; what is no number is 0.
+pub(super) fn shown(samples: &Samples, i: usize) -> f64 {
+    samples.number(i).clamp(0.0, 1.0).max(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use kugelblitz::picture::Channel;
+
+    use super::*;
+
+    fn image(channels: &[(&str, Samples)]) -> Image {
+        let channels = channels.iter();
+        let channels = channels.map(|(n, s)| Channel { name: n.to_string(), samples: s.clone() });
+        Image {
+            width: 2,
+            height: 1,
+            whole: [2, 1],
+            channels: channels.collect(),
+            ..Image::default()
+        }
+    }
+
+    fn compared(images: [&Image; 2], allow: &str) -> Result<PictureDifference> {
+        compare_pictures(["a", "b"], images, &Allowed::of_pictures(allow).unwrap())
+    }
+
+    fn differing(a: Samples, b: Samples, name: &str, tolerance: &str) -> (u64, u64) {
+        let (a, b) = (image(&[(name, a)]), image(&[(name, b)]));
+        let found = compared([&a, &b], tolerance).unwrap();
+        assert_eq!(found.broken.is_empty(), found.beyond == 0);
+        (found.differing, found.beyond)
+    }
+
+    #[test]
+    fn each_kind_of_number_is_compared() {
+        use Samples::{F32, F64, I64, U8, U16, U32};
+        let up = 1f32.next_up();
+        assert_eq!(differing(U8(vec![1, 2]), U8(vec![1, 2]), "R", ""), (0, 0));
+        assert_eq!(differing(U8(vec![1, 2]), U8(vec![1, 3]), "R", ""), (1, 1));
+        assert_eq!(differing(U8(vec![1, 2]), U8(vec![1, 3]), "R", "levels=1"), (1, 0));
+        assert_eq!(differing(U8(vec![1, 2]), U16(vec![257, 514]), "R", ""), (0, 0));
+        assert_eq!(differing(U8(vec![1, 2]), U16(vec![257, 900]), "R", ""), (1, 1));
+        assert_eq!(differing(U32(vec![1, 2]), U32(vec![1, 3]), "id", "levels=9"), (1, 1));
+        assert_eq!(differing(U32(vec![1, 2]), I64(vec![1, 3]), "id", ""), (1, 1));
+        assert_eq!(differing(F32(vec![1.0, 2.0]), F32(vec![up, 2.0]), "Z", ""), (1, 1));
+        assert_eq!(differing(F32(vec![1.0, 2.0]), F32(vec![up, 2.0]), "Z", "ulp=1"), (1, 0));
+        let near = "difference=1e-6";
+        assert_eq!(differing(F32(vec![1.0, 2.0]), F32(vec![up, 2.1]), "Z", near), (2, 1));
+        assert_eq!(differing(F32(vec![0.0, f32::NAN]), F32(vec![-0.0, f32::NAN]), "Z", ""), (0, 0));
+        assert_eq!(differing(F32(vec![0.0, f32::NAN]), F32(vec![0.0, 1.0]), "Z", near), (1, 1));
+        assert_eq!(differing(F32(vec![1.0, 2.0]), F64(vec![1.0 + 1e-12, 2.0]), "Z", ""), (0, 0));
+        let next = 2f64.next_up();
+        assert_eq!(differing(F64(vec![1.0, 2.0]), F64(vec![1.0, next]), "Z", ""), (1, 1));
+        // 0.5 in linear light is 188.
+        assert_eq!(differing(F32(vec![0.5, 0.0]), U8(vec![188, 0]), "R", ""), (0, 0));
+        assert_eq!(differing(F32(vec![0.5, 0.0]), U8(vec![187, 0]), "R", ""), (1, 1));
+        assert_eq!(differing(F32(vec![0.5, 0.0]), U8(vec![128, 0]), "A", ""), (0, 0));
+    }
+
+    #[test]
+    fn what_cannot_be_compared_is_told() {
+        let one = image(&[("R", Samples::U8(vec![1, 2]))]);
+        let other = image(&[("Z", Samples::F32(vec![1.0, 2.0]))]);
+        let refused = compared([&one, &other], "").unwrap_err();
+        assert!(refused.to_string().contains("no channel in common"), "{refused}");
+        let wide = Image { width: 1, height: 2, ..one.clone() };
+        let found = compared([&one, &wide], "").unwrap();
+        assert!(found.broken[0].contains("the sizes differ: 2×1 and 1×2"), "{:?}", found.broken);
+        let moved = Image { first: [1, 0], whole: [3, 1], ..one.clone() };
+        let found = compared([&one, &moved], "").unwrap();
+        assert!(found.broken[0].contains("other parts"), "{:?}", found.broken);
+    }
+}

@@ -1,0 +1,558 @@
+//! One ray in numbers: the lecture's formulas at work, and what f32 makes of them.
+//!
+//! [`explain`] computes an [`Explanation`] and prints nothing; [`text`] and [`latex`] write it
+//! down. Every f32 number comes from the functions that the kernels themselves are made of, so it
+//! is what the kernel worked with, bit by bit; every error is that number less the exact one.
+
+pub mod latex;
+mod light;
+mod line;
+mod numbers;
+mod ray;
+mod reason;
+mod shading;
+mod step;
+pub mod text;
+mod words;
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::Serialize;
+
+pub use light::{
+    Channel, ColorExplanation, LightExplanation, MeanExplanation, PointExplanation, Shading,
+    SkyExplanation, Verdict,
+};
+pub use numbers::{Approximation, Exact, Quantity, Short, six_digits};
+pub use words::{Lang, Remark};
+
+use kugelblitz::control::Control;
+use kugelblitz::exact::{
+    ExactHit, Root, Shape, Side, nearest, plane_numbers, signum_of_discriminant, visible_root,
+};
+use kugelblitz::memory;
+use kugelblitz::plain::steers;
+use kugelblitz::prepare::Prepared;
+use kugelblitz::scene::{Object, Scene};
+use kugelblitz::trace::{Hits, Kernel, Level, Rays, Wants};
+use kugelblitz::tracer::Tracer;
+use kugelblitz::{Error, Result};
+
+use crate::verify::is_clearly_missed;
+use line::Line;
+use ray::RayNumbers;
+use words::Words;
+
+/// How many objects are explained where nobody asks for more.
+pub const DEFAULT_OBJECTS: usize = 20;
+
+/// How many are explained at most. The others are counted: nobody reads more, and an explanation takes half a
+/// millisecond.
+pub const MOST_OBJECTS: usize = 1000;
+
+/// Digits of a number in a formula where nobody asks for more.
+pub const DEFAULT_DIGITS: usize = 6;
+
+/// Most digits that results in formulas can have; on the way to them there may be more.
+pub const MAX_DIGITS: usize = 40;
+
+/// How a ray is explained.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Style {
+    /// The objects that are explained at most, from 1 to [`MOST_OBJECTS`]; `None` for those.
+    pub limit: Option<usize>,
+    /// The language of all words.
+    pub lang: Lang,
+    /// Digits of the results in formulas, from 1 to [`MAX_DIGITS`].
+    pub digits: usize,
+}
+
+impl Default for Style {
+    fn default() -> Style {
+        Style { limit: Some(DEFAULT_OBJECTS), lang: Lang::English, digits: DEFAULT_DIGITS }
+    }
+}
+
+/// Longest name of an object that is told whole.
+const NAME_CHARS: usize = 30;
+
+/// One ray and what it meets.
+#[derive(Clone, Debug, Serialize)]
+pub struct Explanation {
+    /// The language of all words.
+    #[serde(skip)]
+    pub lang: Lang,
+    /// Digits of the results in formulas.
+    #[serde(skip)]
+    pub digits: usize,
+    /// The pixel, where the ray belongs to one.
+    pub pixel: Option<PixelOf>,
+    /// `o` and `d`, six numbers. `stable` takes the origin in f64 or in two parts, so it has no
+    /// number for `o`.
+    pub ray: Vec<Quantity>,
+    #[serde(skip)]
+    ray_lines: Vec<Line>,
+    /// The objects: those that the ray hits, the nearest first, then those that it misses, the
+    /// ones that it passes nearest first.
+    pub objects: Vec<ObjectExplanation>,
+    /// Objects of the whole scene.
+    pub n_objects: usize,
+    /// Those that are not among [`Explanation::objects`].
+    pub left_out: LeftOut,
+    /// The object that the ray sees, exactly; `None` for the background.
+    pub winner: Option<Winner>,
+    /// The point where the ray meets it; `None` for the background.
+    pub point: Option<PointExplanation>,
+    /// The light on what the ray sees, and its colour; `None` for a scene without light and pixels of
+    /// one sample.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shading: Option<Shading>,
+    /// The level at which the kernel `certified` decided the ray.
+    pub level: &'static str,
+    /// The results of each kernel, on the CPU and then on the device, where there is one.
+    pub seen: Vec<Seen>,
+}
+
+/// A pixel of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct PixelOf {
+    /// Column.
+    pub x: u32,
+    /// Row.
+    pub y: u32,
+    /// Width of the whole picture.
+    pub width: u32,
+    /// Height of the whole picture.
+    pub height: u32,
+}
+
+/// One object as the ray meets it.
+#[derive(Clone, Debug, Serialize)]
+pub struct ObjectExplanation {
+    /// Object id.
+    pub id: u32,
+    /// `sphere 3 (red giant)`, without anything that would steer a terminal.
+    pub label: String,
+    /// The lecture's formula with the exact numbers put in.
+    pub terms: Terms,
+    /// The numbers of the formula in each arithmetic.
+    pub quantities: Vec<Quantity>,
+    /// Why the object won or lost, exactly.
+    pub reason: Reason,
+    /// The same in words, and what else is worth a remark.
+    pub why: Vec<Remark>,
+    /// How far from the object the ray passes, world units, where it misses.
+    pub gap: Option<f64>,
+    #[serde(skip)]
+    lines: Vec<Line>,
+}
+
+/// The numbers that the lecture's formulas take, rounded to a few digits.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "shape", rename_all = "snake_case")]
+pub enum Terms {
+    /// Sphere.
+    Sphere {
+        /// Centre.
+        center: [Short; 3],
+        /// Radius.
+        radius: Short,
+        /// `o − c`
+        offset: [Short; 3],
+        /// The squares of the components of `d`, whose sum is `a`.
+        squares: [Short; 3],
+        /// `dᵢ·(oᵢ − cᵢ)`, whose doubled sum is `b`.
+        products: [Short; 3],
+        /// `(o − c)·(o − c)`
+        offset_squared: Short,
+        /// `r²`
+        radius_squared: Short,
+    },
+    /// Plane.
+    Plane {
+        /// A point of the plane.
+        point: [Short; 3],
+        /// Normal of any length.
+        normal: [Short; 3],
+        /// `a − o`
+        offset: [Short; 3],
+        /// `(aᵢ − oᵢ)·nᵢ`, whose sum is the numerator.
+        numerator: [Short; 3],
+        /// `dᵢ·nᵢ`, whose sum is the denominator.
+        denominator: [Short; 3],
+    },
+}
+
+/// Why an object is seen, or isn't.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(tag = "is", rename_all = "snake_case")]
+pub enum Reason {
+    /// The nearest positive `t`.
+    Visible,
+    /// There is a nearer one.
+    Farther {
+        /// Id of the visible object.
+        than: u32,
+    },
+    /// Another object has the same `t` and a lower id.
+    TieLost {
+        /// Its id.
+        to: u32,
+    },
+    /// `D < 0`.
+    Missed,
+    /// No root is positive.
+    Behind,
+    /// `d·n = 0`.
+    Parallel,
+    /// `t` is larger than f32 can tell.
+    TooFar,
+    /// The equation has no solution to speak of: the ray's direction is zero. (No command takes
+    /// such a ray.)
+    Degenerate,
+}
+
+/// How many objects are not explained, by what they are to the ray.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct LeftOut {
+    /// Hit by it, but not first.
+    pub hit: usize,
+    /// Behind its origin, or at it.
+    pub behind: usize,
+    /// Missed by the whole line.
+    pub missed: usize,
+}
+
+/// The object that a ray sees, exactly.
+#[derive(Clone, Debug, Serialize)]
+pub struct Winner {
+    /// Object id.
+    pub id: u32,
+    /// As [`ObjectExplanation::label`].
+    pub label: String,
+    /// `t`, to 20 digits.
+    pub t: String,
+    /// `t`, correctly rounded.
+    pub t_f32: f32,
+    /// Unit normal that faces the ray, to 20 digits.
+    pub normal: [String; 3],
+    /// `front` or `back`.
+    pub side: &'static str,
+    #[serde(skip)]
+    root: Root,
+}
+
+/// The result of a kernel on one device.
+#[derive(Clone, Debug, Serialize)]
+pub struct Seen {
+    /// The kernel's name.
+    pub kernel: &'static str,
+    /// `cpu` or `gpu`.
+    pub device: &'static str,
+    /// Object id; 0 is the background.
+    pub id: u32,
+    /// As [`ObjectExplanation::label`], or `background`.
+    pub label: String,
+    /// Ray parameter; +∞ on the background.
+    pub t: f32,
+    /// Unit normal; zero on the background.
+    pub normal: [f32; 3],
+    /// True where the id is the exact one.
+    pub right: bool,
+    /// Error of `t` in f32 steps, where the right object is hit.
+    pub t_error_ulp: Option<f64>,
+}
+
+/// Bytes of an object's explanation and of its text. Measured: 14 KiB.
+const SHOWN_BYTES: u64 = 24 << 10;
+
+/// Explains one ray in English; the first `limit` objects of those that matter, or [`MOST_OBJECTS`].
+///
+/// # Errors
+/// Those of [`explain_as`].
+pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<Explanation> {
+    explain_as(scene, rays, &Style { limit, ..Style::default() })
+}
+
+/// Explains one ray in a style.
+///
+/// # Errors
+/// [`kugelblitz::Error::Usage`] where `rays` is not one ray, or for digits that can't be;
+/// [`kugelblitz::Error::TooLarge`] where there is not the memory to explain so many objects.
+pub fn explain_as(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<Explanation> {
+    let &Style { limit, lang, digits } = style;
+    if !(1..=MAX_DIGITS).contains(&digits) {
+        let message = format!("{digits} digits: a result has from 1 to {MAX_DIGITS}");
+        return Err(Error::Usage(message));
+    }
+    let numbers = RayNumbers::new(scene, rays, style)?;
+    let n_objects = scene.n_objects();
+    let limit = limit.unwrap_or(MOST_OBJECTS).clamp(1, MOST_OBJECTS);
+    let n_shown = limit.min(n_objects);
+    // The ranks are put together from parts; every object may be hit.
+    let ranking = n_objects * (2 * size_of::<Rank>() + size_of::<Root>());
+    memory::require(
+        format!("explaining {n_shown} of {n_objects} objects"),
+        ranking as u64 + n_shown as u64 * SHOWN_BYTES,
+        "free some, explain fewer objects, or split the scene",
+    )?;
+    let (ranked, left_out) = ranked(scene, &numbers, limit);
+    let first = ranked.first().filter(|rank| rank.root.is_some()).map(|rank| rank.id);
+    let hit = nearest(&numbers.exact, first.and_then(|id| Some((id, scene.object(id)?))));
+    let objects: Vec<ObjectExplanation> =
+        ranked.par_iter().filter_map(|rank| numbers.object(scene, rank, hit.as_ref())).collect();
+
+    let pixel = match rays {
+        Rays::Pixels(p) => {
+            Some(PixelOf { x: p.x, y: p.y, width: p.image_width, height: p.image_height })
+        }
+        Rays::List(_) => None,
+    };
+    let winner = hit.as_ref().and_then(|hit| winner(scene, &numbers, hit));
+    let (ray, ray_lines) = numbers.ray();
+    let mut explanation = Explanation {
+        lang,
+        digits,
+        pixel,
+        ray,
+        ray_lines,
+        objects,
+        n_objects,
+        left_out,
+        winner,
+        point: None,
+        shading: None,
+        level: "f32",
+        seen: Vec::new(),
+    };
+    let lighting = shading::lighting(scene, rays);
+    let mut seen = shading::Seen {
+        scene,
+        rays,
+        numbers: &numbers,
+        hit: hit.as_ref(),
+        plain: [None, None, None],
+        reference: DVec3::ZERO,
+    };
+    for kernel in Kernel::ALL {
+        let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
+        seen.add(kernel, &prepared, lighting.as_ref());
+        let wants = Wants { surface: true, level: true };
+        let mut tracer = Tracer::on_cpu(prepared, wants);
+        let level = explanation.add_seen(scene, rays, kernel, "cpu", &mut tracer)?;
+        if kernel == Kernel::Certified {
+            explanation.level = level;
+        }
+    }
+    if let Some((of_point, point)) = seen.point() {
+        explanation.point = Some(of_point);
+        explanation.shading = seen.shading(lighting.as_ref(), Some(&point));
+    } else {
+        explanation.shading = seen.shading(lighting.as_ref(), None);
+    }
+    Ok(explanation)
+}
+
+impl Explanation {
+    /// Adds what a device sees, kernel by kernel; `make` gives a tracer with `t` and normals, or
+    /// none for a kernel that the device can't run.
+    ///
+    /// # Errors
+    /// Those of `make` and of the tracer.
+    pub fn add_device(
+        &mut self,
+        scene: &Arc<Scene>,
+        rays: &Rays,
+        mut make: impl FnMut(&Arc<Prepared>, Wants) -> Result<Option<Tracer>>,
+    ) -> Result<()> {
+        for kernel in Kernel::ALL {
+            let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
+            if let Some(mut tracer) = make(&prepared, Wants { surface: true, level: false })? {
+                self.add_seen(scene, rays, kernel, "gpu", &mut tracer)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn add_seen(
+        &mut self,
+        scene: &Scene,
+        rays: &Rays,
+        kernel: Kernel,
+        device: &'static str,
+        tracer: &mut Tracer,
+    ) -> Result<&'static str> {
+        let mut hits = Hits::default();
+        tracer.trace(rays, &Control::default(), &mut hits)?;
+        let id = hits.id.first().copied().unwrap_or(0);
+        let t = hits.t.first().copied().unwrap_or(f32::INFINITY);
+        let normal = hits.normal.first().copied().unwrap_or([0.0; 3]);
+        let right = id == self.winner.as_ref().map_or(0, |winner| winner.id);
+        let exact = self.winner.as_ref().filter(|_| right).and_then(|winner| {
+            self.objects.iter().find(|object| object.id == winner.id)?.visible_t()
+        });
+        self.seen.push(Seen {
+            kernel: kernel.name(),
+            device,
+            id,
+            label: label_in(self.lang.words(), scene, id),
+            t,
+            normal,
+            right,
+            t_error_ulp: exact.map(|exact| exact.error_of_f32(t)),
+        });
+        Ok(match hits.level.first() {
+            Some(&level) if level == Level::Exact as u8 => "exact",
+            Some(&level) if level == Level::F64 as u8 => "f64",
+            _ => "f32",
+        })
+    }
+}
+
+impl ObjectExplanation {
+    /// The exact root that counts: the smallest positive one.
+    fn visible_t(&self) -> Option<&Exact> {
+        self.roots().filter_map(|root| root.exact.as_ref()).find(|exact| exact.signum > 0)
+    }
+
+    /// The rows of the roots, the near one first.
+    fn roots(&self) -> impl Iterator<Item = &Quantity> {
+        self.quantities.iter().filter(|quantity| quantity.symbol.starts_with('t'))
+    }
+
+    /// The row of a symbol.
+    fn exact(&self, symbol: &str) -> Option<&Exact> {
+        self.quantities.iter().find(|row| row.symbol == symbol)?.exact.as_ref()
+    }
+}
+
+/// The name of the object that has this id: `sphere 3 (red giant)`.
+pub fn label(scene: &Scene, id: u32) -> String {
+    label_in(Lang::English.words(), scene, id)
+}
+
+/// `sphere 3 (red giant)`, in the language of the words.
+fn label_in(words: &Words, scene: &Scene, id: u32) -> String {
+    let kind = match scene.object(id) {
+        None => return words.background.into(),
+        Some(Object::Sphere(_)) => words.sphere,
+        Some(Object::Plane(_)) => words.plane,
+    };
+    let Some(name) = scene.name(id) else { return format!("{kind} {id}") };
+    format!("{kind} {id} ({})", shortened(name, NAME_CHARS))
+}
+
+/// At most so many characters of a text, without those that steer a terminal.
+fn shortened(text: &str, n_chars: usize) -> String {
+    let is_plain = |c: &char| !c.is_control() && !steers(*c);
+    let mut shown: String = text.chars().filter(is_plain).take(n_chars).collect();
+    if text.chars().count() > n_chars {
+        shown.pop();
+        shown.push('…');
+    }
+    shown
+}
+
+fn winner(scene: &Scene, numbers: &RayNumbers, hit: &ExactHit) -> Option<Winner> {
+    let (shape, ray) = (Shape::from(scene.object(hit.id)?), &numbers.exact);
+    Some(Winner {
+        id: hit.id,
+        label: numbers.label(scene, hit.id),
+        t: hit.t_decimal(numbers::DIGITS),
+        t_f32: hit.t_f32(),
+        normal: hit.normal(ray, &shape)?.map(|component| component.to_decimal(numbers::DIGITS)),
+        side: match hit.side {
+            Side::Front => "front",
+            Side::Back => "back",
+        },
+        root: hit.root.clone(),
+    })
+}
+
+/// An object's place in the list.
+struct Rank {
+    id: u32,
+    root: Option<Box<Root>>,
+    /// `t` rounded, or the distance by which the ray passes.
+    key: f64,
+}
+
+/// The objects in the order of [`Explanation::objects`], the first `limit` of them, and what the others are.
+fn ranked(scene: &Scene, numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, LeftOut) {
+    let rank = |id: u32| {
+        let object = scene.object(id)?;
+        let root = match is_clearly_missed(&numbers.near, &object) {
+            true => None,
+            false => visible_root(&numbers.exact, &Shape::from(object)).map(|(root, _)| root),
+        };
+        let key = match &root {
+            Some(root) => root.to_f64(),
+            None => gap(numbers.origin, numbers.direction, object).0,
+        };
+        Some(Rank { id, root: root.map(Box::new), key })
+    };
+    let ids = 1..=scene.n_objects() as u32;
+    let mut ranks: Vec<Rank> = ids.into_par_iter().filter_map(rank).collect();
+    let shape = |id| scene.object(id).map(Shape::from);
+    let order = |a: &Rank, b: &Rank| {
+        // Rounding keeps the order, so only equal f64 need the exact comparison, and none of equal objects.
+        let exact = || match (&a.root, &b.root) {
+            (Some(x), Some(y)) if shape(a.id) != shape(b.id) => x.cmp(y),
+            _ => std::cmp::Ordering::Equal,
+        };
+        (a.root.is_none().cmp(&b.root.is_none()))
+            .then(a.key.total_cmp(&b.key))
+            .then_with(exact)
+            .then(a.id.cmp(&b.id))
+    };
+    let n_shown = limit.min(ranks.len());
+    let mut others = Vec::new();
+    if n_shown < ranks.len() {
+        ranks.select_nth_unstable_by(n_shown, order);
+        others = ranks.split_off(n_shown);
+    }
+    ranks.sort_by(order);
+    (ranks, left_out(scene, numbers, &others))
+}
+
+fn left_out(scene: &Scene, numbers: &RayNumbers, ranks: &[Rank]) -> LeftOut {
+    let meets_line = |object: &Object| {
+        let sign = match *object {
+            Object::Sphere(s) => signum_of_discriminant(&numbers.exact, s.center, s.radius)? + 1,
+            Object::Plane(p) => {
+                plane_numbers(&numbers.exact, p.point, p.normal)?.denominator.signum()
+            }
+        };
+        Some(sign != 0)
+    };
+    let count = |rank: &Rank| {
+        let object = scene.object(rank.id)?;
+        let is_missed = || is_clearly_missed(&numbers.near, &object);
+        let is_hit = rank.root.is_some();
+        let is_behind = !is_hit && !is_missed() && meets_line(&object) == Some(true);
+        Some([is_hit, is_behind, !is_hit && !is_behind].map(usize::from))
+    };
+    let sum = |a: [usize; 3], b: [usize; 3]| std::array::from_fn(|i| a[i] + b[i]);
+    let [hit, behind, missed] = ranks.par_iter().filter_map(count).reduce(|| [0; 3], sum);
+    LeftOut { hit, behind, missed }
+}
+
+/// How far the half line passes from a surface that it misses, and whether its origin is as near as any
+/// point of it; only for order and for the eye.
+fn gap(origin: DVec3, direction: DVec3, object: Object) -> (f64, bool) {
+    let (gap, is_at_origin) = match object {
+        Object::Sphere(sphere) => {
+            let l = sphere.center - origin;
+            let s = direction.dot(l) / direction.length_squared();
+            let nearest = if s > 0.0 { l - direction * s } else { l };
+            (nearest.length() - sphere.radius, s <= 0.0)
+        }
+        Object::Plane(plane) => {
+            let distance = (plane.point - origin).dot(plane.normal) / plane.normal.length();
+            (distance.abs(), true)
+        }
+    };
+    (gap.max(0.0), is_at_origin)
+}

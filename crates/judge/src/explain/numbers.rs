@@ -1,0 +1,215 @@
+//! Numbers beside the exact ones.
+
+use kugelblitz::exact::{Enclosure, Real, Root, exact, real};
+use serde::Serialize;
+
+use crate::compare::Precision;
+
+/// Digits of an exact number.
+pub const DIGITS: usize = 20;
+
+/// Digits that tell a rounded number from one that is written out whole; none in a formula has more.
+pub const MANY_DIGITS: usize = 60;
+
+/// A number rounded for a formula.
+#[derive(Clone, Debug, Serialize)]
+pub struct Short {
+    /// Six digits at most, or as many as are asked for.
+    pub text: String,
+    /// True where digits are missing.
+    pub rounded: bool,
+}
+
+impl Short {
+    /// A number to so many digits.
+    pub(super) fn new(root: &Root, digits: usize) -> Short {
+        Short::of(root, root.to_decimal(digits))
+    }
+
+    /// A number of a scene, as someone has written it.
+    pub(super) fn given(x: f64) -> Short {
+        Short::of(&Root::from(exact(x)), decimal_f64(x))
+    }
+
+    fn of(root: &Root, text: String) -> Short {
+        Short { rounded: Root::read(&text) != Root::read(&root.to_decimal(MANY_DIGITS)), text }
+    }
+}
+
+/// A number as it is.
+#[derive(Clone, Debug, Serialize)]
+pub struct Exact {
+    /// To 20 digits.
+    pub decimal: String,
+    /// -1, 0 or 1.
+    pub signum: i32,
+    #[serde(skip)]
+    pub(super) root: Root,
+}
+
+impl From<&Root> for Exact {
+    fn from(root: &Root) -> Exact {
+        Exact { decimal: root.to_decimal(DIGITS), signum: root.signum(), root: root.clone() }
+    }
+}
+
+impl Exact {
+    /// Error of `value` in steps of f32 at the exact number; +∞ where `value` is not finite, and
+    /// where it should be 0 and isn't.
+    pub fn error_of_f32(&self, value: f32) -> f64 {
+        self.error_ulp(f64::from(value), Precision::Single)
+    }
+
+    fn error_ulp(&self, value: f64, precision: Precision) -> f64 {
+        let Some(exact_value) = real(value) else { return f64::INFINITY };
+        let error = self.root.minus(&exact_value).to_f64().abs();
+        if error == 0.0 {
+            return 0.0;
+        }
+        if self.signum == 0 {
+            return f64::INFINITY;
+        }
+        error / precision.ulp(self.root.to_f64())
+    }
+}
+
+/// Bits of the first bounds of a number.
+const FEWEST_BITS: usize = 512;
+
+/// Bits of the last ones.
+const MOST_BITS: usize = 4096;
+
+/// Stands for a number, at least 0, of which bounds are known that `n_bits` bits make narrow: the middle
+/// of bounds that are equal in all digits that are looked at.
+pub fn enclosed(bounds: impl Fn(usize) -> Enclosure) -> Root {
+    enclosed_if_possible(|n_bits| Some(bounds(n_bits)))
+}
+
+/// [`enclosed`] where few bits may not suffice for any bounds.
+pub fn enclosed_if_possible(bounds: impl Fn(usize) -> Option<Enclosure>) -> Root {
+    let mut n_bits = FEWEST_BITS;
+    loop {
+        let found = bounds(n_bits);
+        let is_last = n_bits >= MOST_BITS;
+        if let Some(Enclosure { low, high }) = found {
+            let digits = |x: &Real| Root::from(x.clone()).to_decimal(MANY_DIGITS);
+            if is_last || digits(&low) == digits(&high) {
+                return Root::from(simplest(&low, &high));
+            }
+        } else if is_last {
+            return Root::from(Real::zero());
+        }
+        n_bits *= 2;
+    }
+}
+
+/// The middle of bounds, or a number of few bits that lies within them: it is the exact one, if that has
+/// so few.
+fn simplest(low: &Real, high: &Real) -> Real {
+    const FEW_BITS: usize = FEWEST_BITS / 2;
+    let middle = (low + high) * real(0.5).unwrap_or_else(Real::one);
+    let near = Enclosure::of(&middle).to_bits(FEW_BITS);
+    [near.low, near.high].into_iter().find(|x| low <= x && x <= high).unwrap_or(middle)
+}
+
+/// `x·2^exponent`: a number for a scaled direction as one for the ray's own.
+pub fn scaled(x: f32, exponent: i32) -> f64 {
+    let half = exponent / 2;
+    f64::from(x) * 2f64.powi(half) * 2f64.powi(exponent - half)
+}
+
+/// A number as one arithmetic has it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Approximation {
+    /// `None` where there is none: the root of a line that is taken for a miss.
+    pub value: Option<f64>,
+    /// Its error in steps at the exact number: f32's, in the column of f64 f64's. Infinite where
+    /// the value isn't finite, or where it should be 0 and isn't. `None` where one of the two
+    /// numbers doesn't exist.
+    pub error_ulp: Option<f64>,
+    /// True where its sign is not the exact one's.
+    pub wrong_sign: bool,
+}
+
+/// One number of a formula, in each arithmetic.
+#[derive(Clone, Debug, Serialize)]
+pub struct Quantity {
+    /// As in the formula.
+    pub symbol: &'static str,
+    /// In f32, as the kernel `lecture` has it; `None` where it has no such number.
+    pub lecture: Option<Approximation>,
+    /// In f32, as the kernel `stable` has it; `None` where it has no such number.
+    pub stable: Option<Approximation>,
+    /// The lecture's formula in f64; `None` where it has no such number.
+    pub f64: Option<Approximation>,
+    /// `None` where there is no such number.
+    pub exact: Option<Exact>,
+}
+
+/// The numbers of a row, in the order of its columns: `None` for no such number in this column, `Some(None)` for no root.
+#[derive(Clone, Copy)]
+pub struct Columns(pub [Option<Option<f64>>; 3]);
+
+impl Columns {
+    /// No number in any column.
+    pub const NONE: Columns = Columns([None; 3]);
+
+    /// A number in every column.
+    pub fn all(lecture: f32, stable: f64, double: f64) -> Columns {
+        Columns([f64::from(lecture), stable, double].map(|x| Some(Some(x))))
+    }
+
+    /// Without the one of `stable`.
+    pub fn without_stable(self) -> Columns {
+        let Columns([lecture, _, double]) = self;
+        Columns([lecture, None, double])
+    }
+
+    /// The row, with errors against the exact number.
+    pub fn against(self, symbol: &'static str, exact: Option<&Root>) -> Quantity {
+        let exact = exact.map(Exact::from);
+        let entry = |column: usize| {
+            let precision = if column == 2 { Precision::Double } else { Precision::Single };
+            let value = self.0[column]?;
+            let both = value.zip(exact.as_ref());
+            Some(Approximation {
+                value,
+                error_ulp: both.map(|(x, exact)| exact.error_ulp(x, precision)),
+                wrong_sign: both.is_some_and(|(x, exact)| {
+                    i32::from(x > 0.0) - i32::from(x < 0.0) != exact.signum
+                }),
+            })
+        };
+        let [lecture, stable, f64] = [0, 1, 2].map(entry);
+        Quantity { symbol, lecture, stable, f64, exact }
+    }
+}
+
+/// The shortest decimal that gives this f32 back. A number beyond f32's range, which stands for
+/// one of a scaled direction, has 24 bits as well: nine digits tell it.
+pub fn decimal_f32(x: f64) -> String {
+    let single = x as f32;
+    let text = if f64::from(single) == x { format!("{single:e}") } else { format!("{x:.8e}") };
+    decimal(&text, 9)
+}
+
+/// The shortest decimal that gives this f64 back.
+pub fn decimal_f64(x: f64) -> String {
+    decimal(&format!("{x:e}"), 17)
+}
+
+/// Six digits, without zeros that say nothing.
+pub fn six_digits(x: f64) -> String {
+    format!("{x:.5e}").parse().map_or_else(|_| String::new(), decimal_f64)
+}
+
+/// Four digits, without zeros that say nothing.
+pub fn four_digits(x: f64) -> String {
+    format!("{x:.3e}").parse().map_or_else(|_| String::new(), decimal_f64)
+}
+
+/// Rust's `d.ddde±n`, written as the exact numbers are.
+fn decimal(scientific: &str, digits: usize) -> String {
+    let number = Root::read(scientific);
+    number.map_or_else(|| scientific.replace("inf", "∞"), |number| number.to_decimal(digits))
+}

@@ -1,0 +1,115 @@
+//! Why an object is seen, or isn't.
+
+use kugelblitz::exact::{ExactHit, Root, Shape, visible_root};
+use kugelblitz::scene::Scene;
+use rayon::prelude::*;
+
+use super::numbers::four_digits;
+use super::ray::RayNumbers;
+use super::words::Remark;
+use super::{Approximation, ObjectExplanation, Quantity, Reason, Terms};
+use crate::verify::is_clearly_missed;
+
+/// A column of the table.
+type Column = fn(&Quantity) -> Option<Approximation>;
+
+impl ObjectExplanation {
+    pub(super) fn reason(&self, root: Option<&Root>, hit: Option<&ExactHit>) -> Reason {
+        match (root, hit) {
+            (Some(_), Some(hit)) if hit.id == self.id => Reason::Visible,
+            (Some(root), Some(hit)) if *root == hit.root => Reason::TieLost { to: hit.id },
+            (Some(_), Some(hit)) => Reason::Farther { than: hit.id },
+            (Some(_), None) => Reason::TooFar,
+            (None, _) => self.why_missed(),
+        }
+    }
+
+    fn why_missed(&self) -> Reason {
+        let sign = |symbol| self.exact(symbol).map(|exact| exact.signum);
+        match self.terms {
+            Terms::Sphere { .. } if sign("t₁").is_some() => Reason::Behind,
+            Terms::Sphere { .. } if sign("D") == Some(-1) => Reason::Missed,
+            Terms::Plane { .. } if sign("t").is_some() => Reason::Behind,
+            Terms::Plane { .. } if sign("d·n") == Some(0) => Reason::Parallel,
+            _ => Reason::Degenerate,
+        }
+    }
+
+    /// The reason in words, first, then what else is worth a remark; of a ray that misses, whether its
+    /// origin is the point of it that is nearest.
+    pub(super) fn why(
+        &self,
+        scene: &Scene,
+        is_hit: bool,
+        hit: Option<&ExactHit>,
+        (numbers, is_at_origin): (&RayNumbers, bool),
+    ) -> Vec<Remark> {
+        let words = numbers.words;
+        let is_sphere = matches!(self.terms, Terms::Sphere { .. });
+        let touches = self.exact("D").is_some_and(|exact| exact.signum == 0);
+        let from = usize::from(!numbers.is_pixel);
+        let signs: Vec<i32> =
+            self.roots().filter_map(|root| Some(root.exact.as_ref()?.signum)).collect();
+        let of_object = |phrase, id| Remark::new(phrase, [numbers.label(scene, id)]);
+        let mut why = vec![match self.reason {
+            Reason::Visible => Remark::plain(words.visible),
+            Reason::Farther { than } => of_object(words.farther, than),
+            Reason::TieLost { to } => of_object(words.tie, to),
+            Reason::Missed => Remark::plain(words.missed),
+            Reason::Behind if !is_sphere && signs == [0] => Remark::plain(words.in_plane),
+            Reason::Behind if !is_sphere => Remark::new(words.plane_behind, [words.behind[from]]),
+            Reason::Behind if signs.contains(&0) => Remark::plain(words.at_back),
+            Reason::Behind if touches => Remark::new(words.touched_behind, [words.behind[from]]),
+            Reason::Behind => Remark::new(words.pierced_behind, [words.behind[from]]),
+            Reason::Parallel => match self.exact("(a−o)·n").map(|exact| exact.signum) {
+                Some(0) => Remark::plain(words.parallel_in_plane),
+                _ => Remark::plain(words.parallel),
+            },
+            Reason::TooFar => Remark::plain(words.too_far),
+            Reason::Degenerate => Remark::plain(words.degenerate),
+        }];
+        if let Some(gap) = self.gap.filter(|gap| *gap > 0.0) {
+            let phrase = match self.reason {
+                Reason::Parallel => words.stays_away,
+                _ if is_at_origin => words.passes_at_origin,
+                _ => words.passes,
+            };
+            why.push(Remark::new(phrase, [four_digits(gap)]));
+        }
+        if self.reason == Reason::Visible {
+            let tied = |&id: &u32| {
+                let root = scene
+                    .object(id)
+                    .filter(|object| !is_clearly_missed(&numbers.near, object))
+                    .and_then(|object| visible_root(&numbers.exact, &Shape::from(object)));
+                root.zip(hit).is_some_and(|((root, _), hit)| root == hit.root)
+            };
+            let others = self.id + 1..=scene.n_objects() as u32;
+            if let Some(other) = others.into_par_iter().find_first(tied) {
+                why.push(of_object(words.tie, other));
+            }
+        }
+        match signs.first() {
+            Some(-1) if is_hit && is_sphere => why.push(Remark::plain(words.inside)),
+            Some(0) if is_hit && is_sphere => why.push(Remark::plain(words.at_front)),
+            _ => {}
+        }
+        if touches && self.reason != Reason::Behind {
+            why.push(Remark::plain(words.touches));
+        }
+        let columns: [(&str, Column); 3] = [
+            ("f32 lecture", |row| row.lecture),
+            ("f32 stable", |row| row.stable),
+            ("f64", |row| row.f64),
+        ];
+        for (name, column) in columns {
+            let sees =
+                self.roots().filter_map(column).any(|entry| entry.value.is_some_and(|t| t > 0.0));
+            if sees != is_hit {
+                let phrase = if sees { words.wrong_hit } else { words.wrong_miss };
+                why.push(Remark::new(phrase, [name]));
+            }
+        }
+        why
+    }
+}

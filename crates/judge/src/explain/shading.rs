@@ -1,0 +1,530 @@
+//! [`Shading`]: light and colour in f32, in f64 and exactly.
+
+use glam::DVec3;
+use kugelblitz::exact::{
+    ExactBeam, ExactHit, ExactPixels, Real, Root, Shape, Side, exact, integer, real,
+};
+use kugelblitz::kernel::Kernel;
+use kugelblitz::num::{Real as _, V3};
+use kugelblitz::prepare::Prepared;
+use kugelblitz::rays::{Lens, Pixels, Rays, View};
+use kugelblitz::scene::{Edges, Scene, Source};
+use kugelblitz::shade::{ExactMean, Lamp, Lighting, Origin, PlainPoint, PlainWay};
+use rayon::prelude::*;
+
+use super::light::{
+    Channel, ColorExplanation, LightExplanation, MeanExplanation, PointExplanation, Shading,
+    SkyExplanation, Verdict,
+};
+use super::line::{Derivation, Shown};
+use super::numbers::{Columns, Exact, Short, decimal_f64, enclosed, enclosed_if_possible};
+use super::ray::{RayNumbers, off_sphere};
+use super::step::{Value, number, vector};
+use super::words::Remark;
+use crate::verify::{LitPoint, add_sample, samples_of_pixel};
+
+const CHANNELS: [&str; 3] = ["red", "green", "blue"];
+
+/// The names of the columns of the table, with the kernel of each.
+const COLUMNS: [&str; 3] = ["f32 lecture", "f32 stable", "f64"];
+
+/// What the kernels `lecture`, `stable` and `double` make of the light; none where one sees another
+/// object.
+pub(super) type Plain = [Option<PlainPoint>; 3];
+
+/// All that lights the scene for a ray, whose origin is the eye where it is no pixel's; `None` where
+/// a pixel shows the colour of its object.
+pub(super) fn lighting(scene: &Scene, rays: &Rays) -> Option<Lighting> {
+    let view = match rays {
+        Rays::Pixels(pixels) => pixels.view,
+        Rays::List(rays) => {
+            let ray = rays.first()?;
+            View {
+                position: ray.origin,
+                forward: ray.direction,
+                right: DVec3::X,
+                true_up: DVec3::Y,
+                h: 1.0,
+                lens: Lens::Perspective,
+            }
+        }
+    };
+    Lighting::new(scene, &view)
+}
+
+/// The point that a ray sees, exactly.
+pub(super) struct Point {
+    pub lit: LitPoint,
+    at: [Root; 3],
+    /// The unit normal that faces the ray.
+    normal: [Root; 3],
+}
+
+/// All that is known of a ray.
+pub(super) struct Seen<'a> {
+    pub scene: &'a Scene,
+    pub rays: &'a Rays,
+    pub numbers: &'a RayNumbers,
+    pub hit: Option<&'a ExactHit>,
+    pub plain: Plain,
+    /// What the points of `double` are relative to.
+    pub reference: DVec3,
+}
+
+impl Seen<'_> {
+    /// Adds the numbers of a kernel without a proof that sees the right object.
+    pub fn add(&mut self, kernel: Kernel, prepared: &Prepared, lighting: Option<&Lighting>) {
+        let column = match kernel {
+            Kernel::Lecture => 0,
+            Kernel::Stable => 1,
+            Kernel::Double => 2,
+            Kernel::Certified => return,
+        };
+        if kernel == Kernel::Double {
+            self.reference = prepared.reference;
+        }
+        let right = self.hit.map(|hit| hit.id);
+        let none = Lighting { lamps: Vec::new(), ambient: [0.0; 3], n_shares: 1 };
+        let plain = PlainPoint::new(prepared, self.rays, lighting.unwrap_or(&none));
+        self.plain[column] = plain.filter(|plain| Some(plain.id) == right);
+    }
+
+    /// The light on the point that is seen; `None` for a scene without light and pixels of one sample.
+    pub fn shading(&self, lighting: Option<&Lighting>, point: Option<&Point>) -> Option<Shading> {
+        let n_samples = match self.rays {
+            Rays::Pixels(_) => self.scene.samples.unwrap_or_default().across(),
+            Rays::List(_) => 1,
+        };
+        if lighting.is_none() && n_samples == 1 {
+            return None;
+        }
+        let mean = match self.rays {
+            Rays::Pixels(pixels) if n_samples > 1 => Some(MeanExplanation {
+                samples: n_samples,
+                color: self.mean(lighting, pixels, n_samples)?,
+            }),
+            _ => None,
+        };
+        let (Some(lighting), Some(hit), Some(point)) = (lighting, self.hit, point) else {
+            let id = self.hit.map_or(0, |hit| hit.id);
+            let mut exact = ExactMean::new(1, lighting);
+            add_sample(&mut exact, self.scene, id, None);
+            let mut color = self.color(&exact, |_, _| None);
+            if lighting.is_some() {
+                color.why.push(Remark::plain(self.numbers.words.no_light_on_background));
+            }
+            return Some(Shading { lights: Vec::new(), sky: None, color, mean });
+        };
+        let ways: Vec<ExactWay> = lighting
+            .lamps
+            .par_iter()
+            .map(|lamp| ExactWay::new(self.scene, lamp, lighting, &point.lit))
+            .collect::<Option<_>>()?;
+        let of_sky = lighting.lamps.iter().position(|lamp| lamp.light.is_none());
+        let sky = of_sky.and_then(|first| self.sky(&ways[first..], lighting, first));
+        let of_lamp = |index| lighting.lamps.iter().position(|lamp| lamp.light == Some(index));
+        let light = |index: usize| match of_lamp(index) {
+            Some(at) => self.light((index, at), &ways[at], &lighting.lamps[at], point),
+            None => self.dark(index),
+        };
+        Some(Shading {
+            lights: (0..self.scene.lights.len()).map(light).collect(),
+            sky,
+            color: self.lit_color(hit.id, &ways, lighting, &point.lit),
+            mean,
+        })
+    }
+
+    /// A number in each arithmetic; `None` where the kernel sees another object.
+    fn columns(&self, of: impl Fn(usize, &PlainPoint) -> Option<f64>) -> Columns {
+        Columns(std::array::from_fn(|kernel| self.plain[kernel].as_ref().map(|at| of(kernel, at))))
+    }
+
+    /// The point that the ray sees, what the formulas say of it, and itself.
+    pub fn point(&self) -> Option<(PointExplanation, Point)> {
+        let hit = self.hit?;
+        let (RayNumbers { exact: ray, near, .. }, scene) = (self.numbers, self.scene);
+        let lit = LitPoint::new(scene, ray, hit, (near.reference, &near.ray))?;
+        let mut told = Derivation::new(self.numbers.digits);
+        let ([o, d], t) = (self.numbers.told(), number("t", hit.root.clone()));
+        let p = o + V3([t; 3]).times(d);
+        told.line("p", p, Shown::Numbers);
+        let roots = |v: DVec3| v.to_array().map(|x| Root::from(exact(x)));
+        let (letter, off, outward) = match lit.shape {
+            Shape::Sphere { center, radius } => {
+                let (c, r) = (vector("c", roots(center)), number("r", Root::from(exact(radius))));
+                told.line("", p - c, Shown::Numbers);
+                ("n", off_sphere(p - c, r), (p - c) / r)
+            }
+            Shape::Plane { point, normal } => {
+                let (a, n) = (vector("a", roots(point)), vector("n", roots(normal)));
+                told.line("", p - a, Shown::Numbers);
+                let length = n.dot(n).sqrt();
+                Value::from(length).tell(None);
+                ("", (p - a).dot(n), n / length)
+            }
+        };
+        told.line("f(p)", off, Shown::Numbers);
+        let normal = if hit.side == Side::Back { -outward } else { outward };
+        told.line(letter, normal, Shown::Numbers);
+
+        let [at, normal] = [p, normal].map(|v| v.0.map(|x| x.value()));
+        let mut quantities = Vec::new();
+        for (axis, symbol) in ["p.x", "p.y", "p.z"].into_iter().enumerate() {
+            let world = |kernel, plain: &PlainPoint| {
+                let origin = if kernel == 2 { self.reference[axis] } else { 0.0 };
+                Some(origin + plain.at[axis])
+            };
+            quantities.push(self.columns(world).without_stable().against(symbol, Some(&at[axis])));
+        }
+        let residual =
+            |kernel, plain: &PlainPoint| self.numbers.residual(self.scene, kernel, plain);
+        quantities.push(self.columns(residual).against("f(p)", Some(&off.value())));
+        for (axis, symbol) in ["n.x", "n.y", "n.z"].into_iter().enumerate() {
+            let columns = self.columns(|_, plain| Some(plain.normal[axis]));
+            quantities.push(columns.against(symbol, Some(&normal[axis])));
+        }
+        let explanation = PointExplanation { quantities, lines: told.lines };
+        Some((explanation, Point { lit, at, normal }))
+    }
+
+    fn dark(&self, index: usize) -> LightExplanation {
+        LightExplanation {
+            name: self.name_of(index),
+            place: self.place_of(self.scene.lights[index].source),
+            verdict: Verdict::Dark,
+            why: vec![Remark::plain(self.numbers.words.dark)],
+            quantities: Vec::new(),
+            lines: Vec::new(),
+        }
+    }
+
+    fn light(
+        &self,
+        (index, at): (usize, usize),
+        way: &ExactWay,
+        lamp: &Lamp,
+        point: &Point,
+    ) -> LightExplanation {
+        let source = self.scene.lights[index].source;
+        let mut told = Derivation::new(self.numbers.digits);
+        let (n, p) = (vector("n", point.normal.clone()), vector("p", point.at.clone()));
+        let told_light = |v: DVec3| vector("l", v.to_array().map(|x| Root::from(exact(x))));
+        let [o, d] = self.numbers.told();
+        let (w, shown) = match (source, lamp.origin) {
+            (Source::Point(position), _) => (told_light(position) - p, Shown::Numbers),
+            (Source::Sun(direction), _) => (-told_light(direction), Shown::Result),
+            (Source::Eye, Origin::Sun(_)) => (-d, Shown::Result),
+            (Source::Eye, _) => (o - p, Shown::Numbers),
+        };
+        told.line("w", w, shown);
+        let is_at_point = w.0.iter().all(|component| component.signum() == 0);
+        let cosine = n.dot(w) / w.dot(w).sqrt();
+        if !is_at_point {
+            told.line("n·ω", cosine, Shown::Numbers);
+        }
+        let root = way.hidden_by.as_ref().map(|(_, shape)| way.first_root(shape));
+        if let Some(root) = &root {
+            told.given("s", number("s", root.clone()), true);
+        }
+        let verdict = way.verdict();
+        if verdict == Verdict::Counts {
+            told.line("", vector("I", way.strength.clone()) * cosine, Shown::Numbers);
+        }
+
+        let mut quantities = Vec::new();
+        for (axis, symbol) in ["w.x", "w.y", "w.z"].into_iter().enumerate() {
+            let columns = self.columns(|_, plain| Some(plain.ways.get(at)?.way[axis]));
+            quantities.push(columns.against(symbol, Some(&w.0[axis].value())));
+        }
+        let columns = self.columns(|_, plain| Some(plain.ways.get(at)?.cosine));
+        quantities.push(columns.against("n·ω", Some(&way.cosine)));
+        let columns = self.columns(|_, plain| Some(plain.ways.get(at)?.in_the_way?.1));
+        if root.is_some() || columns.0.into_iter().any(|entry| entry.flatten().is_some()) {
+            quantities.push(columns.against("s", root.as_ref()));
+        }
+        let is_gray = lamp.weight[0] == lamp.weight[1] && lamp.weight[1] == lamp.weight[2];
+        let shown = if is_gray { &["I·n·ω"][..] } else { &CHANNELS };
+        for (channel, symbol) in shown.iter().enumerate() {
+            let columns = self.columns(|kernel, plain| {
+                Some(gives_plainly(kernel, plain.ways.get(at)?, lamp.weight[channel]))
+            });
+            quantities.push(columns.against(symbol, Some(&way.gives(channel))));
+        }
+        LightExplanation {
+            name: self.name_of(index),
+            place: self.place_of(source),
+            why: self.why(&verdict, lamp, at, (is_at_point, root.as_ref())),
+            verdict,
+            quantities,
+            lines: told.lines,
+        }
+    }
+
+    /// Why a light counts or not, and which kernel has it otherwise.
+    fn why(
+        &self,
+        verdict: &Verdict,
+        lamp: &Lamp,
+        at: usize,
+        (is_at_point, root): (bool, Option<&Root>),
+    ) -> Vec<Remark> {
+        let words = self.numbers.words;
+        let label = |id| self.numbers.label(self.scene, id);
+        let mut why = vec![match verdict {
+            Verdict::Counts if lamp.origin == Origin::Eye => Remark::plain(words.counts_at_eye),
+            Verdict::Counts if lamp.shadows => Remark::plain(words.counts),
+            Verdict::Counts => Remark::plain(words.counts_without_shadow),
+            Verdict::Behind => Remark::plain(words.behind_surface),
+            Verdict::Grazing if is_at_point => Remark::plain(words.light_at_point),
+            Verdict::Grazing => Remark::plain(words.grazing),
+            Verdict::Hidden { by } => {
+                let root =
+                    root.map_or(String::new(), |root| Short::new(root, self.numbers.digits).text);
+                Remark::new(words.hidden, [label(*by), root])
+            }
+            Verdict::Dark => Remark::plain(words.dark),
+        }];
+        for (kernel, column) in COLUMNS.into_iter().enumerate() {
+            let Some(plain) = &self.plain[kernel] else { continue };
+            let Some(way) = plain.ways.get(at) else { continue };
+            let column = column.to_owned();
+            why.push(match (way.in_the_way, verdict) {
+                (None, Verdict::Counts) if way.cosine > 0.0 => continue,
+                (Some(_), Verdict::Hidden { .. }) => continue,
+                (None, Verdict::Behind | Verdict::Grazing) if way.cosine <= 0.0 => continue,
+                (Some((id, _)), _) => Remark::new(words.wrong_in_the_way, [column, label(id)]),
+                (None, _) if way.cosine > 0.0 => Remark::new(words.wrong_counting, [column]),
+                (None, _) => Remark::new(words.wrong_behind, [column]),
+            });
+        }
+        why
+    }
+
+    fn sky(&self, ways: &[ExactWay], lighting: &Lighting, first: usize) -> Option<SkyExplanation> {
+        let sky = self.scene.sky?;
+        let n = |verdict: fn(&Verdict) -> bool| {
+            ways.iter().filter(|way| verdict(&way.verdict())).count()
+        };
+        let counting = n(|verdict| *verdict == Verdict::Counts);
+        let hidden = n(|verdict| matches!(verdict, Verdict::Hidden { .. }));
+        let plain = |plain: &PlainPoint| plain.ways.get(first..).map(<[_]>::to_vec);
+        let n_plain = self.columns(|_, at| {
+            let counting = plain(at)?.iter().filter(|way| counts_plainly(way)).count();
+            Some(counting as f64)
+        });
+        let given = self.columns(|kernel, at| {
+            let ways = plain(at)?;
+            let each = ways.iter().zip(&lighting.lamps[first..]);
+            let each = each.map(|(way, lamp)| gives_plainly(kernel, way, lamp.weight[0]));
+            Some(match kernel {
+                2 => each.sum(),
+                _ => f64::from(each.map(|given| given as f32).sum::<f32>()),
+            })
+        });
+        Some(SkyExplanation {
+            directions: sky.directions as usize,
+            counting,
+            behind: ways.len() - counting - hidden,
+            hidden,
+            quantities: vec![
+                n_plain.against("suns", Some(&Root::from(integer(counting as i64)))),
+                given.against("ΣI·n·ω", Some(&sum_of(ways, 0))),
+            ],
+        })
+    }
+
+    fn lit_color(
+        &self,
+        id: u32,
+        ways: &[ExactWay],
+        lighting: &Lighting,
+        point: &LitPoint,
+    ) -> ColorExplanation {
+        let color = self.scene.color(id).0;
+        let mut mean = ExactMean::new(1, Some(lighting));
+        add_sample(&mut mean, self.scene, id, Some(point));
+        let mut found =
+            self.color(&mean, |channel, plain| Some(color[channel] * plain.light[channel]));
+        let (mut told, words) = (Derivation::new(self.numbers.digits), self.numbers.words);
+        for (channel, name) in words.channels.into_iter().enumerate() {
+            let [c, a] = [("c", color), ("a", lighting.ambient)]
+                .map(|(letter, of)| number(letter, Root::from(exact(of[channel]))));
+            let names = [name, &format!(r"\text{{{name}}}")];
+            let formula = r"c\,(a + \textstyle\sum I\,\vec{n} \cdot \vec{\omega})";
+            let sum = number("Σ", sum_of(ways, channel));
+            told.said(names, [words.channel_formula, formula], c * (a + sum));
+        }
+        found.lines = told.lines;
+        found
+    }
+
+    /// `light 1`
+    fn name_of(&self, index: usize) -> String {
+        format!("{} {}", self.numbers.words.light, index + 1)
+    }
+
+    /// `at (4, 6, 3)`
+    fn place_of(&self, source: Source) -> Remark {
+        let words = self.numbers.words;
+        match source {
+            Source::Point(position) => {
+                Remark::new(words.at_point, position.to_array().map(decimal_f64))
+            }
+            Source::Sun(direction) => Remark::new(words.sun, direction.to_array().map(decimal_f64)),
+            Source::Eye => Remark::plain(words.at_eye),
+        }
+    }
+
+    /// A colour, with what the kernels make of it.
+    fn color(
+        &self,
+        mean: &ExactMean,
+        of: impl Fn(usize, &PlainPoint) -> Option<f64>,
+    ) -> ColorExplanation {
+        let values: [Root; 3] =
+            std::array::from_fn(|channel| enclosed(|n_bits| mean.enclosed(channel, n_bits)));
+        let channels: [Channel; 3] =
+            std::array::from_fn(|channel| Channel::new(mean, channel, &values[channel]));
+        let mut why = Vec::new();
+        let quantity = |channel: usize| {
+            let columns = self.columns(|_, plain| of(channel, plain));
+            let all = columns.0;
+            for (column, value) in COLUMNS.into_iter().zip(all) {
+                let Some(Some(value)) = value else { continue };
+                let (byte, right) = (Edges::srgb8().number(value), channels[channel].byte);
+                if byte != u16::from(right) {
+                    let words = self.numbers.words;
+                    let parts = [column, words.channels[channel], &byte.to_string()];
+                    why.push(Remark::new(words.wrong_byte, parts));
+                }
+            }
+            let is_known = all.into_iter().flatten().any(|value| value.is_some());
+            let columns = if is_known { columns } else { Columns::NONE };
+            columns.against(CHANNELS[channel], Some(&values[channel]))
+        };
+        let quantities = (0..3).map(quantity).collect();
+        ColorExplanation { channels, quantities, why, lines: Vec::new() }
+    }
+
+    fn mean(
+        &self,
+        lighting: Option<&Lighting>,
+        pixels: &Pixels,
+        n_samples: u32,
+    ) -> Option<ColorExplanation> {
+        let of_samples = pixels.samples(n_samples);
+        let rays = ExactPixels::new(&of_samples);
+        let pixel = (pixels.x, pixels.y);
+        let samples =
+            samples_of_pixel(self.scene, lighting, (&of_samples, &rays), n_samples, pixel);
+        let mut mean = ExactMean::new(samples.len() as u64, lighting);
+        for (id, point) in &samples {
+            add_sample(&mut mean, self.scene, *id, point.as_ref());
+        }
+        Some(self.color(&mean, |_, _| None))
+    }
+}
+
+impl Channel {
+    fn new(mean: &ExactMean, channel: usize, value: &Root) -> Channel {
+        let edges = Edges::srgb8();
+        let byte = mean.srgb8(channel);
+        let (low, high) = edges.range(byte.into());
+        let distance = |end: f64| {
+            let away = value.minus(&real(end)?);
+            Some(if away.signum() < 0 { away.negated() } else { away })
+        };
+        let from_edge = [low, high].into_iter().filter_map(distance).min();
+        Channel {
+            name: CHANNELS[channel],
+            byte,
+            range: [low, high],
+            from_edge: Exact::from(&from_edge.unwrap_or_else(|| Root::from(Real::zero()))),
+        }
+    }
+}
+
+/// The way from the point to a lamp, exactly.
+struct ExactWay<'a> {
+    beam: ExactBeam<'a>,
+    /// `n·ω`
+    cosine: Root,
+    /// `I`
+    strength: [Root; 3],
+    /// The first object in the way.
+    hidden_by: Option<(u32, Shape)>,
+}
+
+impl<'a> ExactWay<'a> {
+    fn new(
+        scene: &Scene,
+        lamp: &Lamp,
+        lighting: &Lighting,
+        point: &'a LitPoint,
+    ) -> Option<ExactWay<'a>> {
+        let beam = point.beam(lamp)?;
+        let cosine = match beam.slope(&point.shape) {
+            None => Root::from(Real::zero()),
+            Some((sign, cosine)) => {
+                let magnitude = enclosed(|n_bits| cosine.enclose(n_bits));
+                if sign < 0 { magnitude.negated() } else { magnitude }
+            }
+        };
+        let strength =
+            lamp.exact_weight.each_ref().map(|x| Root::ratio(x.clone(), lighting.n_shares));
+        let mut way = ExactWay { beam, cosine, strength, hidden_by: None };
+        if way.cosine.signum() > 0 {
+            let mut all = point.in_the_way(scene, lamp, &way.beam);
+            way.hidden_by = match lamp.light {
+                None => all.next(),
+                Some(_) => all
+                    .map(|(id, shape)| (way.first_root(&shape), id, shape))
+                    .min_by(|a, b| a.0.cmp(&b.0).then(a.1.cmp(&b.1)))
+                    .map(|(_, id, shape)| (id, shape)),
+            };
+        }
+        Some(way)
+    }
+
+    /// `s` of an object that is in the way.
+    fn first_root(&self, shape: &Shape) -> Root {
+        enclosed_if_possible(|n_bits| self.beam.first_root(shape, n_bits))
+    }
+
+    fn verdict(&self) -> Verdict {
+        match (self.cosine.signum(), &self.hidden_by) {
+            (-1, _) => Verdict::Behind,
+            (0, _) => Verdict::Grazing,
+            (_, Some((by, _))) => Verdict::Hidden { by: *by },
+            _ => Verdict::Counts,
+        }
+    }
+
+    /// A channel of what the lamp gives.
+    fn gives(&self, channel: usize) -> Root {
+        match self.verdict() {
+            Verdict::Counts => self.strength[channel].times(&self.cosine),
+            _ => Root::from(Real::zero()),
+        }
+    }
+}
+
+/// What lamps give together.
+fn sum_of(ways: &[ExactWay], channel: usize) -> Root {
+    let given = ways.iter().map(|way| way.gives(channel));
+    given.fold(Root::from(Real::zero()), |sum, given| sum.plus(&given))
+}
+
+fn counts_plainly(way: &PlainWay) -> bool {
+    way.cosine > 0.0 && way.in_the_way.is_none()
+}
+
+/// What a lamp of a weight gives in a kernel's arithmetic.
+fn gives_plainly(kernel: usize, way: &PlainWay, weight: f64) -> f64 {
+    match (counts_plainly(way), kernel) {
+        (false, _) => 0.0,
+        (true, 2) => weight * way.cosine,
+        (true, _) => f64::from(weight as f32 * way.cosine as f32),
+    }
+}

@@ -1,0 +1,415 @@
+//! The number that remembers: a formula that runs with it gives its exact value, and can be written down, in letters and with
+//! numbers put in. So the lecture's derivations are the functions that the kernels run.
+
+use std::cell::{Cell, RefCell};
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use kugelblitz::exact::{Root, exact};
+use kugelblitz::num::{Real, V3};
+
+use super::line::Notation;
+use super::numbers::{MANY_DIGITS, Short};
+
+/// A number of the derivation that this thread is at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Step(u32);
+
+/// What a number is made by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Op {
+    Given,
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Neg,
+    Sqrt,
+    /// Of vectors.
+    Dot,
+}
+
+#[derive(Clone, Debug)]
+struct Node {
+    op: Op,
+    operands: [Step; 2],
+    value: Root,
+    /// The letter that stands for it.
+    name: Option<&'static str>,
+    /// True for what has a line before: its number stands in the lines that follow.
+    is_told: bool,
+}
+
+thread_local! {
+    static NODES: RefCell<Vec<Node>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Forgets all numbers: a derivation begins.
+pub fn begin() {
+    NODES.with_borrow_mut(Vec::clear);
+}
+
+/// A number with a letter.
+pub fn number(name: &'static str, value: Root) -> Step {
+    let step = given(value);
+    Value::from(step).tell(Some(name));
+    step
+}
+
+/// Three numbers with a letter.
+pub fn vector(name: &'static str, values: [Root; 3]) -> V3<Step> {
+    V3(values.map(|value| number(name, value)))
+}
+
+fn given(value: Root) -> Step {
+    put(Op::Given, [Step(u32::MAX); 2], || value)
+}
+
+/// What is calculated twice is one number.
+fn put(op: Op, operands: [Step; 2], value: impl FnOnce() -> Root) -> Step {
+    let is_it = |node: &Node| op != Op::Given && node.op == op && node.operands == operands;
+    if let Some(at) = NODES.with_borrow(|nodes| nodes.iter().position(is_it)) {
+        return Step(at as u32);
+    }
+    let node = Node { op, operands, value: value(), name: None, is_told: false };
+    NODES.with_borrow_mut(|nodes| {
+        nodes.push(node);
+        Step(nodes.len() as u32 - 1)
+    })
+}
+
+impl Op {
+    fn of(self, x: &Root, y: impl FnOnce() -> Root) -> Root {
+        match self {
+            Op::Add => x.plus(&y()),
+            Op::Sub => x.plus(&y().negated()),
+            Op::Mul => x.times(&y()),
+            Op::Div => x.over(&y()),
+            Op::Neg => x.clone().negated(),
+            Op::Sqrt => x.sqrt(),
+            Op::Given | Op::Dot => x.clone(),
+        }
+    }
+}
+
+impl Step {
+    fn node<T>(self, of: impl FnOnce(&Node) -> T) -> T {
+        NODES.with_borrow(|nodes| of(&nodes[self.0 as usize]))
+    }
+
+    /// The exact number; where no square root tells it, one that nothing here tells from it.
+    pub fn value(self) -> Root {
+        self.node(|node| node.value.clone())
+    }
+
+    /// -1, 0 or 1.
+    pub fn signum(self) -> i32 {
+        self.node(|node| node.value.signum())
+    }
+
+    fn then(self, op: Op, other: Step) -> Step {
+        put(op, [self, other], || op.of(&self.value(), || other.value()))
+    }
+
+    fn both(self, op: Op) -> Option<[Step; 2]> {
+        self.node(|node| (node.op == op).then_some(node.operands))
+    }
+
+    /// The vectors of a number that is `(a·x + b·y) + c·z`.
+    fn dot(self) -> Option<[V3<Step>; 2]> {
+        let [sum, last] = self.both(Op::Add)?;
+        let [first, second] = sum.both(Op::Add)?;
+        let [[a, x], [b, y], [c, z]] =
+            [first.both(Op::Mul)?, second.both(Op::Mul)?, last.both(Op::Mul)?];
+        Some([V3([a, b, c]), V3([x, y, z])])
+    }
+
+    /// What is added up in it.
+    fn addends(self) -> Vec<Step> {
+        let (op, operands) = self.node(|node| (node.op, node.operands));
+        match (self.dot(), op) {
+            (Some([u, v]), _) => u.times(v).0.into(),
+            (_, Op::Add | Op::Sub) => operands.into(),
+            (_, Op::Mul) => operands[1].addends(),
+            _ => Vec::new(),
+        }
+    }
+}
+
+macro_rules! operators {
+    ($($trait:ident $function:ident)*) => {$(
+        impl $trait for Step {
+            type Output = Step;
+            fn $function(self, other: Step) -> Step {
+                self.then(Op::$trait, other)
+            }
+        }
+    )*};
+}
+operators! { Add add Sub sub Mul mul Div div }
+
+impl Neg for Step {
+    type Output = Step;
+    fn neg(self) -> Step {
+        self.then(Op::Neg, self)
+    }
+}
+
+impl Real for Step {
+    type One = f64;
+    type Mask = bool;
+    type Id = u32;
+
+    fn splat(x: f64) -> Step {
+        given(Root::from(exact(x)))
+    }
+    fn splat_id(id: u32) -> u32 {
+        id
+    }
+    fn sqrt(self) -> Step {
+        self.then(Op::Sqrt, self)
+    }
+    fn abs(self) -> Step {
+        if self.signum() < 0 { -self } else { self }
+    }
+    fn lt(self, other: Step) -> bool {
+        self.value() < other.value()
+    }
+    fn le(self, other: Step) -> bool {
+        self.value() <= other.value()
+    }
+    fn select(mask: bool, yes: Step, no: Step) -> Step {
+        if mask { yes } else { no }
+    }
+    fn select_id(mask: bool, yes: u32, no: u32) -> u32 {
+        if mask { yes } else { no }
+    }
+}
+
+/// A number, or three.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    One(Step),
+    Three([Step; 3]),
+}
+
+impl From<Step> for Value {
+    fn from(step: Step) -> Value {
+        Value::One(step)
+    }
+}
+
+impl From<V3<Step>> for Value {
+    fn from(V3(steps): V3<Step>) -> Value {
+        Value::Three(steps)
+    }
+}
+
+impl Value {
+    pub fn steps(&self) -> &[Step] {
+        match self {
+            Value::One(step) => std::slice::from_ref(step),
+            Value::Three(steps) => steps,
+        }
+    }
+
+    /// From now on its letter and its number stand for it.
+    pub fn tell(self, name: Option<&'static str>) {
+        NODES.with_borrow_mut(|nodes| {
+            for step in self.steps() {
+                let node = &mut nodes[step.0 as usize];
+                node.is_told = true;
+                node.name = name.or(node.name);
+            }
+        });
+    }
+
+    fn all<T: PartialEq>(self, of: impl Fn(&Node) -> T) -> Option<T> {
+        let first = self.steps()[0].node(&of);
+        self.steps().iter().all(|step| step.node(&of) == first).then_some(first)
+    }
+
+    /// What it is made of, and by what; in letters a scalar product is one.
+    fn parts(self, in_letters: bool) -> (Op, [Value; 2]) {
+        if let Value::One(step) = self
+            && in_letters
+            && let Some(vectors) = step.dot()
+        {
+            return (Op::Dot, vectors.map(Value::from));
+        }
+        let part = |at: usize| match self {
+            Value::One(step) => Value::One(step.node(|node| node.operands[at])),
+            Value::Three(steps) => match steps.map(|step| step.node(|node| node.operands[at])) {
+                [x, y, z] if x == y && y == z => Value::One(x),
+                three => Value::Three(three),
+            },
+        };
+        (self.all(|node| node.op).unwrap_or(Op::Given), [part(0), part(1)])
+    }
+
+    /// What is added up in it, each to stand as a number.
+    pub fn addends(self) -> Vec<Step> {
+        self.steps().iter().flat_map(|step| step.addends()).collect()
+    }
+}
+
+/// How closely what is written holds together.
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
+enum Rank {
+    Sum,
+    Product,
+    Factor,
+    Whole,
+}
+use Rank::{Factor, Product, Sum, Whole};
+
+/// The numbers that stand in an expression.
+pub struct Numbers<'a> {
+    pub digits: usize,
+    /// Those which do so beside what is told.
+    pub addends: &'a [Step],
+}
+
+impl Numbers<'_> {
+    fn stands(&self, step: Step) -> bool {
+        self.addends.contains(&step) || step.node(|node| node.is_told || node.op == Op::Given)
+    }
+
+    /// What a calculator makes of an expression.
+    pub fn calculated(&self, step: Step) -> Root {
+        if self.stands(step) {
+            let is_constant = step.node(|node| node.op == Op::Given && node.name.is_none());
+            let digits = if is_constant { MANY_DIGITS } else { self.digits };
+            return Root::read(&step.value().to_decimal(digits)).unwrap_or_else(|| step.value());
+        }
+        let (op, [x, y]) = step.node(|node| (node.op, node.operands));
+        op.of(&self.calculated(x), || self.calculated(y))
+    }
+}
+
+/// Writes expressions in a notation: in letters, or with numbers put in.
+pub struct Writer<'a> {
+    pub notation: Notation,
+    pub numbers: Option<Numbers<'a>>,
+    /// True once a number was rounded.
+    pub is_rounded: Cell<bool>,
+}
+
+impl<'a> Writer<'a> {
+    pub fn new(notation: Notation, numbers: Option<Numbers<'a>>) -> Writer<'a> {
+        Writer { notation, numbers, is_rounded: Cell::new(false) }
+    }
+
+    pub fn written(&self, value: Value) -> String {
+        self.expression(value).0
+    }
+
+    fn is_latex(&self) -> bool {
+        self.notation == Notation::Latex
+    }
+
+    /// In parentheses where it holds together less than is asked for.
+    fn within(&self, value: Value, rank: Rank) -> String {
+        let (text, found) = self.expression(value);
+        if found < rank { format!("({text})") } else { text }
+    }
+
+    fn number(&self, root: &Root, digits: usize) -> (String, Rank) {
+        let short = Short::new(root, digits);
+        self.is_rounded.set(self.is_rounded.get() | short.rounded);
+        let is_product = self.is_latex() && short.text.contains('e');
+        let is_whole = !short.text.starts_with('-') && !is_product;
+        (self.notation.number(&short.text), if is_whole { Whole } else { Sum })
+    }
+
+    /// The number that stands for an expression, if one does.
+    fn standing(&self, value: Value) -> Option<(Root, usize)> {
+        let (Some(numbers), Value::One(step)) = (&self.numbers, value) else { return None };
+        numbers.stands(step).then(|| (step.value(), numbers.digits))
+    }
+
+    fn expression(&self, value: Value) -> (String, Rank) {
+        let latex = self.is_latex();
+        match (&self.numbers, value) {
+            (Some(numbers), Value::Three(steps)) if numbers.stands(steps[0]) => {
+                let number = |step: Step| self.number(&step.value(), numbers.digits).0;
+                let comma = if latex { r",\ " } else { ", " };
+                return (format!("({})", steps.map(number).join(comma)), Whole);
+            }
+            (None, _) => {
+                if let Some(name) = value.all(|node| node.name).flatten() {
+                    return (self.notation.letter(name, matches!(value, Value::Three(_))), Whole);
+                }
+            }
+            _ => {}
+        }
+        if let Some((root, digits)) = self.standing(value) {
+            return self.number(&root, digits);
+        }
+        let (op, [x, y]) = value.parts(self.numbers.is_none());
+        match op {
+            Op::Given => self.number(&value.steps()[0].value(), 1),
+            Op::Neg => match self.standing(x) {
+                Some((root, digits)) => self.number(&root.negated(), digits),
+                None => (self.minus().to_owned() + &self.within(x, Product), Sum),
+            },
+            Op::Sqrt => (self.root(x), Whole),
+            Op::Add | Op::Sub => (self.sum(x, y, op == Op::Sub), Sum),
+            Op::Dot => (self.within(x, Factor) + self.times() + &self.within(y, Factor), Factor),
+            Op::Mul if x == y => {
+                let square = if latex { "^2" } else { "²" };
+                (self.within(x, Whole) + square, Factor)
+            }
+            Op::Mul => {
+                let (left, right) = (self.within(x, Product), self.within(y, Factor));
+                let times = match self.numbers {
+                    None if latex && right.len() > 1 => r"\,",
+                    None if latex => "",
+                    _ => self.times(),
+                };
+                (left + times + &right, Product)
+            }
+            Op::Div if latex => {
+                (format!(r"\frac{{{}}}{{{}}}", self.written(x), self.written(y)), Product)
+            }
+            Op::Div => {
+                let rank = if self.standing(x).is_some() { Sum } else { Whole };
+                (self.within(x, rank) + " / " + &self.within(y, Whole), Product)
+            }
+        }
+    }
+
+    fn times(&self) -> &'static str {
+        if self.is_latex() { r" \cdot " } else { "·" }
+    }
+
+    fn minus(&self) -> &'static str {
+        if self.is_latex() { "-" } else { "−" }
+    }
+
+    /// A square root; in letters that of a square is a length.
+    fn root(&self, x: Value) -> String {
+        match (x.parts(self.numbers.is_none()), self.is_latex()) {
+            ((Op::Dot, [vector, _]), _) => format!("|{}|", self.written(vector)),
+            (_, true) => format!(r"\sqrt{{{}}}", self.written(x)),
+            (_, false) => format!("√{}", self.within(x, Whole)),
+        }
+    }
+
+    /// A sum or a difference. The one with a root is that of the quadratic formula, and stands for both.
+    fn sum(&self, x: Value, y: Value, is_difference: bool) -> String {
+        let left = self.within(x, Sum);
+        if let Some((root, digits)) = self.standing(y) {
+            let sign = if (root.signum() < 0) != is_difference { self.minus() } else { "+" };
+            let magnitude = if root.signum() < 0 { root.negated() } else { root };
+            return format!("{left} {sign} {}", self.number(&magnitude, digits).0);
+        }
+        let sign = match (is_difference, y.parts(false).0, self.is_latex()) {
+            (false, ..) => "+",
+            (true, Op::Sqrt, true) => r"\pm",
+            (true, Op::Sqrt, false) => "±",
+            (true, ..) => self.minus(),
+        };
+        let rank = if is_difference { Product } else { Sum };
+        format!("{left} {sign} {}", self.within(y, rank))
+    }
+}

@@ -1,0 +1,155 @@
+//! Scenes in the languages of other renderers, so that their pictures can be compared with ours:
+//! the same objects, the same camera, flat colours or the scene's lights, one ray through the centre of
+//! each pixel.
+//!
+//! A sky is written as the suns that it is made of. Samples are left to the renderer's options.
+//! POV-Ray's picture of a lit scene has the bytes of ours, up to its rounding. Tachyon knows no gamma:
+//! its picture holds linear light, its ambient light has no colour, and all its lights cast shadows.
+//!
+//! Every number of the scene is written so that it reads back as the same f64, and so are the
+//! colours. What a renderer makes of them is its own: POV-Ray calculates in f64, and Tachyon's
+//! reader rounds all numbers to f32.
+
+mod pov;
+mod tachyon;
+
+use std::fmt;
+use std::io::{self, Write};
+
+use glam::DVec3;
+use kugelblitz::rays::View;
+use kugelblitz::scene::{Color, Object, Scene};
+use kugelblitz::shade::{Lamp, Lighting, Origin};
+
+/// A language that scenes can be written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Language {
+    /// The scene description language of POV-Ray 3.7.
+    Pov,
+    /// The scene files of Tachyon 0.99.
+    Tachyon,
+}
+
+impl Language {
+    /// All languages.
+    pub const ALL: [Language; 2] = [Language::Pov, Language::Tachyon];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Language::Pov => "pov",
+            Language::Tachyon => "tachyon",
+        }
+    }
+
+    /// The renderer that reads it.
+    pub fn renderer(self) -> &'static str {
+        match self {
+            Language::Pov => "POV-Ray",
+            Language::Tachyon => "Tachyon",
+        }
+    }
+
+    fn syntax(self) -> &'static dyn Syntax {
+        match self {
+            Language::Pov => &pov::Pov,
+            Language::Tachyon => &tachyon::Tachyon,
+        }
+    }
+
+    /// The command line that renders a file in this language as [`write()`] meant it.
+    pub fn command(self, file: &str, [width, height]: [u32; 2]) -> String {
+        match self {
+            Language::Pov => format!("povray +I{file} +W{width} +H{height} -A -D"),
+            Language::Tachyon => format!("tachyon {file} -format PNG -o {file}.png"),
+        }
+    }
+}
+
+/// Writes what `view` sees of `scene` in a picture of `size` pixels, width and height, lit as the
+/// scene is. Every object has the colour that `color_of` gives its id, and so has the background, id 0;
+/// without light and with [`Color::from_srgb8`] a pixel of a PNG that the renderer makes has exactly
+/// these bytes.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write(
+    language: Language,
+    scene: &Scene,
+    view: &View,
+    size: [u32; 2],
+    color_of: impl Fn(u32) -> Color,
+    out: &mut impl Write,
+) -> io::Result<()> {
+    let syntax = language.syntax();
+    let lighting = Lighting::new(scene, view);
+    let ambient = lighting.as_ref().map(|lighting| lighting.ambient);
+    out.write_all(syntax.head(view, size, color_of(0), ambient).as_bytes())?;
+    let reach = reach(scene, view.position);
+    for lamp in lighting.iter().flat_map(|lighting| &lighting.lamps) {
+        let line = match lamp.origin {
+            Origin::Eye => syntax.lamp(lamp, view.position),
+            Origin::Point(position) => syntax.lamp(lamp, position),
+            Origin::Sun(direction) => syntax.sun(lamp, direction, view.position, reach),
+        };
+        writeln!(out, "{line}")?;
+    }
+    for (id, object) in scene.objects() {
+        let name = scene.name(id);
+        writeln!(out, "{}", syntax.object(id, name, object, color_of(id), ambient))?;
+    }
+    out.write_all(syntax.end().as_bytes())
+}
+
+/// The largest distance from `eye` to what is in the scene, the far sides of spheres and the points of
+/// planes; at least 1.
+fn reach(scene: &Scene, eye: DVec3) -> f64 {
+    let extents = scene.objects().map(|(_, object)| object.extent());
+    extents.map(|(at, radius)| at.distance(eye) + radius).fold(1.0, f64::max)
+}
+
+/// The texts of a language. `ambient` is light from nowhere; `None` where colours are as they are.
+trait Syntax {
+    /// All before the lamps and objects.
+    fn head(
+        &self,
+        view: &View,
+        size: [u32; 2],
+        background: Color,
+        ambient: Option<[f64; 3]>,
+    ) -> String;
+    /// One line: a lamp at a point.
+    fn lamp(&self, lamp: &Lamp, position: DVec3) -> String;
+    /// One line: a lamp whose light travels along `direction`. Nothing is farther than `reach` from `eye`.
+    fn sun(&self, lamp: &Lamp, direction: DVec3, eye: DVec3, reach: f64) -> String;
+    /// One line.
+    fn object(
+        &self,
+        id: u32,
+        name: Option<&str>,
+        object: Object,
+        color: Color,
+        ambient: Option<[f64; 3]>,
+    ) -> String;
+    /// All after the objects.
+    fn end(&self) -> &'static str {
+        ""
+    }
+}
+
+/// Numbers between a separator. Debug prints the shortest text that reads back as the same f64,
+/// and an exponent where digits would be many.
+struct Numbers<const N: usize> {
+    numbers: [f64; N],
+    separator: &'static str,
+}
+
+impl<const N: usize> fmt::Display for Numbers<N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, number) in self.numbers.iter().enumerate() {
+            let separator = if i == 0 { "" } else { self.separator };
+            write!(f, "{separator}{number:?}")?;
+        }
+        Ok(())
+    }
+}

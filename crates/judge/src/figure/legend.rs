@@ -1,0 +1,196 @@
+//! The legend of clouds that are coloured by a column.
+
+use kugelblitz::plain::plain;
+use kugelblitz::scene::{Cloud, ColorMap, Coloring, hex};
+use maud::{Markup, html};
+
+use crate::markup::document;
+
+/// An SVG picture of the bars of colour of all clouds that are coloured by a column, with the columns'
+/// names and numbers; `None` where no cloud is. Clouds that are coloured alike share a bar.
+pub fn legend_svg(clouds: &[Cloud]) -> Option<String> {
+    svg_of_colorings(clouds.iter().filter_map(|cloud| cloud.coloring.as_ref()))
+}
+
+/// As [`legend_svg`], of colourings wherever they come from.
+pub fn svg_of_colorings<'a>(all: impl IntoIterator<Item = &'a Coloring>) -> Option<String> {
+    let mut colorings: Vec<(&Coloring, bool)> = Vec::new();
+    for coloring in all {
+        let is_same = |other: &&mut (&Coloring, bool)| {
+            let of = |c: &Coloring| (c.column.clone(), c.map, c.range, c.missing_color);
+            of(other.0) == of(coloring)
+        };
+        let misses = coloring.n_missing > 0;
+        match colorings.iter_mut().find(is_same) {
+            Some((_, other_misses)) => *other_misses |= misses,
+            None => colorings.push((coloring, misses)),
+        }
+    }
+    if colorings.is_empty() {
+        return None;
+    }
+    let mut left = MARGIN;
+    let mut bars = Vec::new();
+    for (bar, (coloring, misses)) in colorings.into_iter().enumerate() {
+        let (drawn, width) = draw(bar, left, coloring, misses);
+        bars.push(drawn);
+        left += width + 2.0 * MARGIN;
+    }
+    let width = left - MARGIN;
+    let svg = html! {
+        svg xmlns="http://www.w3.org/2000/svg" width=(width) height=(HEIGHT)
+            viewBox={ "0 0 " (width) " " (HEIGHT) }
+            font-family="system-ui, 'DejaVu Sans', sans-serif" font-size=(FONT) {
+            rect width=(width) height=(HEIGHT) fill="#ffffff" {}
+            @for bar in &bars { (bar) }
+        }
+    };
+    Some(document(svg) + "\n")
+}
+
+/// Around all and between bars, px.
+const MARGIN: f64 = 16.0;
+/// Size of the letters, px.
+const FONT: f64 = 14.0;
+/// A wide letter's width, px: what a line of text takes at most.
+const LETTER: f64 = 0.66 * FONT;
+const BAR_WIDTH: f64 = 22.0;
+/// A pixel a colour.
+const BAR_HEIGHT: f64 = ColorMap::LEN as f64;
+const BAR_TOP: f64 = MARGIN + 24.0;
+const MISSING_TOP: f64 = BAR_TOP + BAR_HEIGHT + 14.0;
+const HEIGHT: f64 = MISSING_TOP + BAR_WIDTH + MARGIN;
+
+/// Draws one bar and gives its width.
+fn draw(bar: usize, left: f64, coloring: &Coloring, misses: bool) -> (Markup, f64) {
+    const NO_VALUE: &str = "no value";
+    let title = plain(&coloring.column).replace(['\n', '\t'], " ");
+    let ticks = ticks(coloring.range);
+    let words = ticks.iter().map(|(_, label)| label.as_str()).chain(misses.then_some(NO_VALUE));
+    let n_letters = words.map(|word| word.chars().count()).max().unwrap_or(0);
+    let text_left = left + BAR_WIDTH + 10.0;
+    let swatch = |top: f64, height: f64, fill: &str| {
+        html! {
+            rect x=(left) y=(top) width=(BAR_WIDTH) height=(height) fill=(fill) stroke="#000000"
+                stroke-width="0.5" {}
+        }
+    };
+    let label = |y: f64, words: &str| html! { text x=(text_left) y=(tenths(y + 5.0)) { (words) } };
+    let id = format!("map{bar}");
+    let places: Vec<f64> =
+        ticks.iter().map(|(share, _)| BAR_TOP + BAR_HEIGHT * (1.0 - share)).collect();
+    let drawn = html! {
+        text x=(left) y=(MARGIN + 10.0) { (title) }
+        linearGradient id=(id) x1="0" y1="1" x2="0" y2="0" {
+            @for (i, color) in coloring.map.srgb8().into_iter().enumerate() {
+                stop offset=((i as f64 + 0.5) / ColorMap::LEN as f64) stop-color=(hex(color)) {}
+            }
+        }
+        (swatch(BAR_TOP, BAR_HEIGHT, &format!("url(#{id})")))
+        @if misses {
+            (swatch(MISSING_TOP, BAR_WIDTH, &hex(coloring.missing_color.to_srgb8())))
+            (label(MISSING_TOP + BAR_WIDTH / 2.0, NO_VALUE))
+        }
+        @for (y, (_, words)) in places.iter().zip(&ticks) { (label(*y, words)) }
+        @for y in &places {
+            path d={ "M" (left + BAR_WIDTH) " " (tenths(*y)) "H" (left + BAR_WIDTH + 5.0) }
+                stroke="#000000" stroke-width="1" {}
+        }
+    };
+    let below = text_left - left + n_letters as f64 * LETTER;
+    let width = (title.chars().count() as f64 * LETTER).max(below).ceil();
+    (drawn, width)
+}
+
+/// To a tenth of a pixel.
+fn tenths(x: f64) -> String {
+    format!("{x:.1}")
+}
+
+/// Round numbers within a range, each with its share of the way through it; the two ends where there
+/// are none.
+fn ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
+    /// Most steps between ticks.
+    const MOST: f64 = 8.0;
+    if low == high {
+        return vec![(0.5, format!("{low:?}"))];
+    }
+    let half = 0.5 * high - 0.5 * low;
+    let raw_step = half / (0.5 * MOST);
+    // The exponent of the least 1, 2 or 5 times a power of ten that is not below the raw step.
+    let mut exponent = raw_step.log10().floor() as i32;
+    let power = |exponent: i32| format!("1e{exponent}").parse::<f64>().unwrap_or(f64::INFINITY);
+    let factors = [1.0, 2.0, 5.0];
+    let factor = match factors.iter().find(|factor| **factor * power(exponent) >= raw_step) {
+        Some(factor) => *factor,
+        None => {
+            exponent += 1;
+            1.0
+        }
+    };
+    let step = factor * power(exponent);
+    let (first, last) = ((low / step).ceil(), (high / step).floor());
+    let share = |number: f64| (0.5 * number - 0.5 * low) / half;
+    let n_ticks = last - first + 1.0;
+    // Steps that a number can't be told from the next at.
+    if !(2.0..=MOST + 2.0).contains(&n_ticks) || first.abs().max(last.abs()) > 1e12 {
+        return vec![(0.0, format!("{low:?}")), (1.0, format!("{high:?}"))];
+    }
+    let number = |i: i32| (first + f64::from(i)) * step;
+    let largest = low.abs().max(high.abs());
+    let is_plain = (1e-3..1e6).contains(&largest) && exponent > -6;
+    (0..n_ticks as i32)
+        .map(|i| {
+            let number = number(i);
+            let label = match is_plain {
+                true => format!("{number:.*}", usize::try_from(-exponent).unwrap_or(0)),
+                false if number == 0.0 => "0".into(),
+                // As many digits as the step asks for.
+                false => {
+                    let n = number.abs().log10().floor() as i32 - exponent;
+                    format!("{number:.*e}", usize::try_from(n).unwrap_or(0))
+                }
+            };
+            // A minus stands before no zero.
+            let is_zero = label.starts_with('-') && label.parse() == Ok(0.0);
+            (share(number), if is_zero { label[1..].into() } else { label })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(low: f64, high: f64) -> Vec<String> {
+        ticks([low, high]).into_iter().map(|(_, label)| label).collect()
+    }
+
+    #[test]
+    fn ticks_are_round_numbers_within_the_range() {
+        assert_eq!(labels(0.0, 2.5), ["0.0", "0.5", "1.0", "1.5", "2.0", "2.5"]);
+        assert_eq!(labels(0.013, 0.98), ["0.2", "0.4", "0.6", "0.8"]);
+        assert_eq!(labels(-3.0, 3.0), ["-3", "-2", "-1", "0", "1", "2", "3"]);
+        assert_eq!(labels(0.0, 1e-7), ["0", "2e-8", "4e-8", "6e-8", "8e-8", "1.0e-7"]);
+        assert_eq!(
+            labels(1000.0, 1001.0),
+            ["1000.0", "1000.2", "1000.4", "1000.6", "1000.8", "1001.0"]
+        );
+        assert_eq!(labels(-1e300, 1.5e300).len(), 6);
+        assert_eq!(labels(7.0, 7.0), ["7.0"]);
+        for (low, high) in [
+            (1.0, 1.0 + f64::EPSILON),
+            (-f64::MAX, f64::MAX),
+            (0.0, 5e-324),
+            (-1e-310, 1e-310),
+            (1e15, 1e15 + 1.0),
+        ] {
+            let ticks = ticks([low, high]);
+            assert!(ticks.len() > 1, "{low} {high}: {ticks:?}");
+            assert!(
+                ticks.iter().all(|(share, _)| (-1e-9..=1.0 + 1e-9).contains(share)),
+                "{ticks:?}"
+            );
+        }
+    }
+}

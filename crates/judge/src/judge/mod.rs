@@ -1,0 +1,354 @@
+//! Results of other renderers against exact arithmetic.
+//!
+//! A [`Case`] is what another renderer says of the rays of a scene: an [`Image`], read by [`Conventions`] as [`Claims`].
+//! [`truth`] finds what is exact: the object by the kernel `certified`, which proves it, and `t` and the
+//! normal by exact arithmetic on that object. [`Judged`] is one held against the other by what is [`Allowed`].
+
+mod claims;
+mod conventions;
+mod hints;
+mod words;
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+pub use claims::{ClaimedHits, Claims};
+pub use conventions::{Conventions, NormalSide, NormalSpace, Quantity};
+pub use words::{Finding, object_in_words};
+
+pub use crate::compare::{Allowed, FALSE_HIT, FALSE_MISS, WRONG_OBJECT};
+use kugelblitz::Session;
+use kugelblitz::control::Control;
+use kugelblitz::memory;
+use kugelblitz::picture::Image;
+use kugelblitz::rays::{Pixels, Rays};
+use kugelblitz::scene::{Color, Scene};
+use kugelblitz::trace::{Hits, Kernel, Wants};
+use kugelblitz::{Error, Result};
+
+use crate::compare::{ErrorStats, ObjectCounts, RayError, TError, Tolerance, error_picture, short};
+use crate::verify::Truth;
+
+/// Bytes of memory that judging a ray takes: what is exact, what is claimed in the file and by
+/// another convention, and the errors.
+const RAY_BYTES: u64 = 512;
+
+/// The exact results of all rays.
+///
+/// # Errors
+/// Those of [`Session::trace`]; [`Error::Usage`] for a session with another kernel than `certified`.
+pub fn truth(session: &mut Session, rays: &Rays, control: &Control) -> Result<Truth> {
+    if session.kernel() != Kernel::Certified {
+        let message = format!("{} proves nothing; judge by certified", session.kernel().name());
+        return Err(Error::Usage(message));
+    }
+    let mut hits = Hits::default();
+    session.trace(rays, Wants::default(), control, &mut hits)?;
+    Truth::of_known(session.scene(), rays, &hits.id, control)
+}
+
+/// What is judged: another renderer's results, and what they are of.
+pub struct Case {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// The rays.
+    pub rays: Rays,
+    /// The results as they were given.
+    pub image: Image,
+    /// What their numbers mean.
+    pub conventions: Conventions,
+    /// The results in this program's conventions.
+    pub claims: Claims,
+    /// What may be wrong.
+    pub allowed: Allowed,
+}
+
+impl Case {
+    /// The case of these results.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for another number of results than rays, where the results lack what is judged, and for colours
+    /// where light changes them; [`Error::TooLarge`] where judging doesn't fit the memory.
+    pub fn new(
+        scene: Arc<Scene>,
+        rays: Rays,
+        image: Image,
+        conventions: Conventions,
+        allowed: Allowed,
+    ) -> Result<Case> {
+        let n = rays.len();
+        if image.len() != n {
+            return Err(Error::Usage(format!(
+                "there are {} results for {n} rays; give one for each",
+                image.len()
+            )));
+        }
+        let (what, bytes) = (format!("judging {n} rays"), (n as u64).saturating_mul(RAY_BYTES));
+        memory::require(what, bytes, "judge a part of the picture (crop)")?;
+        let claims = Claims::new(image.clone(), &conventions, &rays)?;
+        if scene.is_lit() && matches!(claims.seen, ClaimedHits::Colors { .. }) {
+            let message = "the scene is lit, so that colours don't tell its objects; judge ids, depths or normals, or \
+                           compare the picture with an exact one: `kugelblitz render` and `kugelblitz compare`";
+            return Err(Error::Usage(message.into()));
+        }
+        Ok(Case { scene, rays, image, conventions, claims, allowed })
+    }
+
+    /// Holds the results against what `session`, whose kernel is `certified`, proves.
+    ///
+    /// # Errors
+    /// Those of [`truth`].
+    pub fn judge(self, session: &mut Session, control: &Control) -> Result<Judged> {
+        let truth = truth(session, &self.rays, control)?;
+        Judged::new(self, truth)
+    }
+
+    /// The errors of claims about these rays.
+    fn errors(&self, claims: &Claims, truth: &Truth) -> CaseErrors {
+        let palette: Vec<[u8; 3]> = self.scene.colors().map(Color::to_srgb8).collect();
+        let error = |i: usize| {
+            let mut right = truth.row(i);
+            if claims.is_distance {
+                right.t = right.t.map(|t| t * self.length(i));
+            }
+            let said = claims.row(i, &right, truth.is_back[i], &palette);
+            match RayError::of(Some(said), &right, |normal| normal == truth.normal_f32[i]) {
+                RayError::Right { id: 0, .. } => RayError::Right { id: 0, t: None, normal: None },
+                error => error,
+            }
+        };
+        let errors: Vec<RayError> = (0..truth.id.len()).map(error).collect();
+        let is_at_silhouette = match &self.rays {
+            Rays::Pixels(pixels) => silhouettes(pixels, &truth.id),
+            Rays::List(_) => vec![false; errors.len()],
+        };
+        let class = |at| ErrorStats::new(&self.rays, &errors, |i| is_at_silhouette[i] == at);
+        let (away, silhouettes) = (class(false), class(true));
+        CaseErrors { of_rays: errors, is_at_silhouette, away, silhouettes }
+    }
+
+    /// Length of a ray's direction.
+    fn length(&self, i: usize) -> f64 {
+        match &self.rays {
+            Rays::Pixels(pixels) => {
+                let (x, y) = pixels.xy(i);
+                pixels.direction(x, y).length()
+            }
+            Rays::List(rays) => rays[i].direction.length(),
+        }
+    }
+}
+
+/// The errors of a case's rays.
+#[derive(Clone, Debug)]
+pub struct CaseErrors {
+    /// The error of each ray.
+    pub of_rays: Vec<RayError>,
+    /// Whether one of a pixel's eight neighbours sees another object, by the exact ids; never in a list of rays.
+    pub is_at_silhouette: Vec<bool>,
+    /// Of rays that are not at silhouettes.
+    pub away: ErrorStats,
+    /// Of those that are.
+    pub silhouettes: ErrorStats,
+}
+
+/// A case that was held against exact arithmetic.
+pub struct Judged {
+    /// The case.
+    pub case: Case,
+    /// What is exact.
+    pub truth: Truth,
+    /// The errors.
+    pub errors: CaseErrors,
+    /// What is more wrong than it may be, one sentence each.
+    pub broken: Vec<String>,
+    /// Options under which far more of it would be right, where there are such.
+    pub hint: Option<String>,
+}
+
+/// What became of a case.
+#[derive(Serialize)]
+pub struct JudgeSummary<'a> {
+    size: Option<[u32; 2]>,
+    /// Left column, top row, width and height of a part.
+    crop: Option<[u32; 4]>,
+    objects: ObjectCounts,
+    rays: usize,
+    judged: Vec<&'static str>,
+    allowed: String,
+    away: &'a ErrorStats,
+    silhouettes: Option<&'a ErrorStats>,
+    worst: Vec<Finding>,
+    hint: Option<&'a str>,
+    broken: &'a [String],
+}
+
+impl Judged {
+    /// A case with the truth about its rays.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for the truth about another number of rays.
+    pub fn new(case: Case, truth: Truth) -> Result<Judged> {
+        if truth.id.len() != case.rays.len() {
+            let (n, n_rays) = (truth.id.len(), case.rays.len());
+            return Err(Error::Usage(format!("{n} exact results were given for {n_rays} rays")));
+        }
+        let errors = case.errors(&case.claims, &truth);
+        let mut judged = Judged { case, truth, errors, broken: Vec::new(), hint: None };
+        judged.broken = judged.broken();
+        if !judged.broken.is_empty() {
+            judged.hint = hints::hint(&judged);
+        }
+        Ok(judged)
+    }
+
+    /// The pixels, where the rays are those of pixels.
+    pub fn pixels(&self) -> Option<&Pixels> {
+        match &self.case.rays {
+            Rays::Pixels(pixels) => Some(pixels),
+            Rays::List(_) => None,
+        }
+    }
+
+    /// The errors at silhouettes; `None` for a list of rays.
+    pub fn silhouettes(&self) -> Option<&ErrorStats> {
+        self.pixels().map(|_| &self.errors.silhouettes)
+    }
+
+    /// The names of what was judged.
+    pub fn quantities(&self) -> Vec<&'static str> {
+        self.case.claims.quantities.iter().map(|quantity| quantity.name()).collect()
+    }
+
+    /// The rays with anything that is more wrong than it may be of one ray.
+    pub fn wrong_rays(&self) -> impl Iterator<Item = usize> {
+        let errors = self.errors.of_rays.iter().enumerate();
+        errors.filter(|(_, error)| !self.case.allowed.is_right(error)).map(|(ray, _)| ray)
+    }
+
+    /// All in numbers, with these findings.
+    pub fn summary(&self, worst: Vec<Finding>) -> JudgeSummary<'_> {
+        let (pixels, Case { scene, rays, allowed, .. }) = (self.pixels(), &self.case);
+        let is_part = |p: &&Pixels| (p.width, p.height) != (p.image_width, p.image_height);
+        JudgeSummary {
+            size: pixels.map(|p| [p.image_width, p.image_height]),
+            crop: pixels.filter(is_part).map(|p| [p.x, p.y, p.width, p.height]),
+            objects: ObjectCounts::of(scene),
+            rays: rays.len(),
+            judged: self.quantities(),
+            allowed: allowed.to_string(),
+            away: &self.errors.away,
+            silhouettes: self.silhouettes(),
+            worst,
+            hint: self.hint.as_deref(),
+            broken: &self.broken,
+        }
+    }
+
+    /// The picture of the errors: its size and colours; `None` for a list of rays.
+    pub fn picture(&self) -> Option<([u32; 2], Vec<[u8; 3]>)> {
+        let CaseErrors { of_rays, is_at_silhouette, .. } = &self.errors;
+        let pixels = self.pixels()?;
+        let colors = error_picture(of_rays, |i| is_at_silhouette[i]);
+        Some(([pixels.width, pixels.height], colors))
+    }
+
+    fn broken(&self) -> Vec<String> {
+        let (allowed, CaseErrors { away, silhouettes, .. }) = (&self.case.allowed, &self.errors);
+        let mut broken = Vec::new();
+        let place = if silhouettes.rays > 0 { " away from silhouettes" } else { "" };
+        for (part, key, place) in
+            [(away, "ids", place), (silhouettes, "silhouettes", " at silhouettes")]
+        {
+            let (ErrorStats { wrong_ids, rays, .. }, most) = (part, allowed.limit(key));
+            if !most.allows_part(*wrong_ids, *rays) {
+                broken.push(format!("{wrong_ids} of {rays} ids{place} are wrong, allowed: {most}"));
+            }
+        }
+        let worst = |of: fn(&ErrorStats) -> Option<f64>| {
+            [away, silhouettes].into_iter().filter_map(of).fold(0.0, f64::max)
+        };
+        let ulp = worst(|part| part.t_ulp.map(|spread| spread.worst));
+        let relative = worst(|part| part.t_relative.map(|spread| spread.worst));
+        if !allowed.allows_t(&TError { ulp, relative, is_nearest: false }) {
+            broken.push(match allowed.limit("t") {
+                Tolerance::Ulp(most) => format!("t is off by {} ulp, allowed: {most}", short(ulp)),
+                most => format!("t is off by a relative {}, allowed: {most}", short(relative)),
+            });
+        }
+        let degrees = worst(|part| part.normal_degrees.map(|spread| spread.worst));
+        let most = allowed.limit("normal");
+        if !most.allows(degrees) {
+            broken.push(format!("a normal is off by {}°, allowed: {most}°", short(degrees)));
+        }
+        broken
+    }
+}
+
+/// Whether one of a pixel's eight neighbours sees another object.
+fn silhouettes(pixels: &Pixels, id: &[u32]) -> Vec<bool> {
+    let (width, height) = (pixels.width as usize, pixels.height as usize);
+    let at = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        let rows = y.saturating_sub(1)..=(y + 1).min(height - 1);
+        let columns = x.saturating_sub(1)..=(x + 1).min(width - 1);
+        rows.flat_map(|y| columns.clone().map(move |x| y * width + x)).any(|j| id[j] != id[i])
+    };
+    (0..id.len()).map(at).collect()
+}
+
+/// The size of the whole picture that `image` is to be a part of, by a size and a crop that are given or not; `None` for
+/// the scene's own.
+///
+/// # Errors
+/// [`Error::Usage`] for a list, and where the image has another size.
+pub fn whole_size(
+    image: &Image,
+    size: Option<[u32; 2]>,
+    crop: Option<[u32; 4]>,
+) -> Result<Option<[u32; 2]>> {
+    let (own, Image { width, height, whole, first, .. }) = ([image.width, image.height], image);
+    let of_file = whole.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+    let wrong = match (crop, size) {
+        _ if image.is_list => {
+            format!("a list of {width} results; give the rays that they are of (--rays)")
+        }
+        (Some([.., w, h]), _) if [w, h].map(|n| n as usize) != own => {
+            format!("{width}×{height} pixels, but crop has {w}×{h}")
+        }
+        (Some(_), _) => {
+            let is_whole = *whole == own && *first == [0, 0];
+            return Ok(size.or((!is_whole).then_some(of_file)));
+        }
+        (None, Some([w, h])) if [w, h] != of_file => {
+            let [width, height] = of_file;
+            format!(
+                "{width}×{height} pixels, but size has {w}×{h}; say with crop which part of it they are"
+            )
+        }
+        _ => return Ok(Some(of_file)),
+    };
+    Err(Error::Usage(wrong))
+}
+
+/// The pixels that a picture shows, of a camera's picture of that size: a part where the file says so.
+///
+/// # Errors
+/// [`Error::Usage`] where the picture doesn't lie within the whole one.
+pub fn pixels_of(image: &Image, whole: Pixels) -> Result<Pixels> {
+    let [x, y] = image.first;
+    let (Image { width, height, .. }, narrow) = (image, |n: i64| u32::try_from(n).ok());
+    let part = || {
+        let [x, y, width, height] = [x, y, *width as i64, *height as i64].map(narrow);
+        let pixels = Pixels { x: x?, y: y?, width: width?, height: height?, ..whole };
+        pixels.is_in_picture().then_some(pixels)
+    };
+    part().ok_or_else(|| {
+        let Pixels { image_width, image_height, .. } = whole;
+        Error::Usage(format!(
+            "{width}×{height} pixels at {x},{y} don't lie in a picture of {image_width}×{image_height}; say which \
+             part they are with size and crop"
+        ))
+    })
+}

@@ -1,0 +1,222 @@
+//! What was found, ray by ray and in words.
+
+use kugelblitz::scene::{Color, Scene, hex};
+use kugelblitz::words::{NONE, percent};
+use serde::Serialize;
+
+use super::{Case, CaseErrors, ClaimedHits, Judged};
+use crate::compare::{ErrorSpread, ErrorStats, RayError, short};
+
+/// An error of one ray.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// What is wrong: `wrong id`, `wrong id at a silhouette`, `t`, `normal`.
+    pub kind: &'static str,
+    /// Index of the ray.
+    pub ray: usize,
+    /// Column and row, where the ray belongs to a pixel.
+    pub pixel: Option<[u32; 2]>,
+    /// What is claimed.
+    pub says: String,
+    /// What is right.
+    pub exact: String,
+    /// How one sees why.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub explain: Option<String>,
+}
+
+/// The kinds of findings, and what stands above them.
+const KINDS: [(&str, &str); 4] = [
+    ("wrong id", "wrong id"),
+    ("wrong id at a silhouette", "wrong id at a silhouette"),
+    ("t", "largest errors of t"),
+    ("normal", "largest errors of normals"),
+];
+
+impl Judged {
+    /// How wrong a ray is in one of the [`KINDS`]; `None` where that is as it may be.
+    fn size(&self, kind: usize, ray: usize) -> Option<f64> {
+        let (allowed, CaseErrors { of_rays, is_at_silhouette, .. }) =
+            (&self.case.allowed, &self.errors);
+        match (&of_rays[ray], kind) {
+            (RayError::Right { t, .. }, 2) => t.filter(|t| !allowed.allows_t(t)).map(|t| t.ulp),
+            (RayError::Right { normal, .. }, 3) => {
+                normal.map(|n| n.degrees).filter(|n| !allowed.limit("normal").allows(*n))
+            }
+            (RayError::Right { .. }, _) | (_, 2 | 3) => None,
+            _ => (is_at_silhouette[ray] == (kind == 1)).then_some(0.0),
+        }
+    }
+
+    /// The worst rays of each kind, at most `n` of each, without those that are as they may be: wrong ids evenly drawn,
+    /// of `t` and normals the worst first. `explain` says how one sees why.
+    pub fn worst(&self, n: usize, explain: impl Fn(usize) -> Option<String>) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        for kind in 0..KINDS.len() {
+            let wrong = |ray| Some((self.size(kind, ray)?, ray));
+            let mut wrong: Vec<(f64, usize)> = (0..self.truth.id.len()).filter_map(wrong).collect();
+            let n = n.min(wrong.len());
+            if kind < 2 {
+                wrong = (0..n).map(|k| wrong[k * wrong.len() / n]).collect();
+            } else if n > 0 {
+                let by_size =
+                    |a: &(f64, usize), b: &(f64, usize)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
+                wrong.select_nth_unstable_by(n - 1, by_size);
+                wrong.truncate(n);
+                wrong.sort_unstable_by(by_size);
+            }
+            let found =
+                wrong.iter().take(n).map(|(_, ray)| self.finding(kind, *ray, explain(*ray)));
+            findings.extend(found);
+        }
+        findings
+    }
+
+    /// What is wrong with one ray: its id, or `t` and the normal; nothing where all is as it may be.
+    pub fn of_ray(&self, ray: usize) -> Vec<Finding> {
+        let kinds = (0..KINDS.len()).filter(|&kind| self.size(kind, ray).is_some());
+        kinds.map(|kind| self.finding(kind, ray, None)).collect()
+    }
+
+    fn finding(&self, kind: usize, ray: usize, explain: Option<String>) -> Finding {
+        let Judged { case: Case { scene, rays, claims, .. }, truth, .. } = self;
+        let off = || short(self.size(kind, ray).unwrap_or(f64::NAN));
+        let (says, exact) = match (kind, &claims.t, &claims.normal) {
+            (2, Some(t), _) => {
+                let what = if claims.is_distance { "distance" } else { "t" };
+                let says = format!("{what} = {:?} ({} ulp off)", t[ray], off());
+                (says, format!("t = {:?}", truth.t[ray]))
+            }
+            (3, _, Some(normal)) => {
+                let vector = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");
+                let says = format!("{}, {}° off", vector(normal[ray].into()), off());
+                (says, vector(truth.normal[ray]))
+            }
+            _ => (says(scene, &claims.seen, ray), object_in_words(scene, truth.id[ray])),
+        };
+        Finding { kind: KINDS[kind].0, ray, pixel: rays.pixel(ray), says, exact, explain }
+    }
+
+    /// The errors and these findings in lines for people.
+    pub fn in_words(&self, worst: &[Finding]) -> String {
+        let mut text = self.table();
+        let mut last = "";
+        for Finding { kind, ray, pixel, says, exact, explain } in worst {
+            if *kind != last {
+                let title = KINDS.iter().find(|(name, _)| name == kind).map_or("", |kind| kind.1);
+                text += &format!("\n{title}:\n");
+                last = kind;
+            }
+            let at = pixel.map_or(format!("ray {ray}"), |[x, y]| format!("{x},{y}"));
+            let how = explain.as_deref().unwrap_or_default();
+            text += &format!("  {at}: says {says}; exact: {exact}\n    {how}\n");
+        }
+        if let Some(options) = &self.hint {
+            text += &format!("\nfar more of it would be right with {options}\n");
+        }
+        let kept = if self.broken.is_empty() { ": kept" } else { "" };
+        text + &format!("\nallowed: {}{kept}\n", self.case.allowed)
+    }
+
+    /// The errors away from silhouettes and at them.
+    fn table(&self) -> String {
+        let parts: Vec<&ErrorStats> =
+            [Some(&self.errors.away), self.silhouettes()].into_iter().flatten().collect();
+        let mut text = String::new();
+        let mut row = |name: &str, cell: &dyn Fn(&ErrorStats) -> String| {
+            text += &format!("{name:<24}");
+            parts.iter().for_each(|part| text += &format!("{:>26}", cell(part)));
+            text += "\n";
+        };
+        if parts.len() == 2 {
+            let is_away = |part: &ErrorStats| std::ptr::eq(part, &self.errors.away);
+            row("", &|part| {
+                if is_away(part) { "away from silhouettes" } else { "at silhouettes" }.into()
+            });
+        }
+        row(if parts.len() == 2 { "pixels" } else { "rays" }, &|part| part.rays.to_string());
+        row("wrong ids", &|part| {
+            format!("{} ({})", part.wrong_ids, percent(part.wrong_ids, part.rays))
+        });
+        row("  false hits", &|part| part.false_hits.to_string());
+        row("  false misses", &|part| part.false_misses.to_string());
+        row("  another object", &|part| part.wrong_object.to_string());
+        type Of = fn(&ErrorStats) -> Option<ErrorSpread>;
+        let spreads: [(&str, Of); 3] = [
+            ("t, ulp", |part| part.t_ulp),
+            ("t, relative", |part| part.t_relative),
+            ("normal, degrees", |part| part.normal_degrees),
+        ];
+        for (name, of) in
+            spreads.iter().filter(|(_, of)| parts.iter().any(|part| of(part).is_some()))
+        {
+            let cell = |part: &ErrorStats, cell: &dyn Fn(ErrorSpread) -> String| {
+                of(part).map_or(NONE.into(), cell)
+            };
+            row(&format!("{name}: median"), &|part| cell(part, &|spread| short(spread.median)));
+            row("  99 %", &|part| cell(part, &|spread| short(spread.p99)));
+            row("  worst", &|part| {
+                cell(part, &|ErrorSpread { worst, worst_ray, worst_pixel, .. }| match worst_pixel {
+                    Some([x, y]) => format!("{} at {x},{y}", short(worst)),
+                    None => format!("{} at ray {worst_ray}", short(worst)),
+                })
+            });
+        }
+        text
+    }
+}
+
+fn says(scene: &Scene, seen: &ClaimedHits, ray: usize) -> String {
+    match seen {
+        ClaimedHits::Ids(ids) => object_in_words(scene, ids[ray]),
+        ClaimedHits::Hit(hit) => if hit[ray] { "an object" } else { "the background" }.into(),
+        ClaimedHits::Colors { srgb8, .. } => {
+            let mut colors = (0..).zip(scene.colors().map(Color::to_srgb8));
+            let of = colors.find(|(_, color)| seen.has_color(ray, *color));
+            let whose = of.map_or("of no object".into(), |(id, _)| object_in_words(scene, id));
+            format!("{whose}, {}", hex(srgb8[ray]))
+        }
+    }
+}
+
+/// `object 3 “red giant”`, or `the background`.
+pub fn object_in_words(scene: &Scene, id: u32) -> String {
+    match (id, scene.object(id), scene.name(id)) {
+        (0, ..) => "the background".into(),
+        (_, None, _) => "no object of the scene".into(),
+        (_, _, Some(name)) => format!("object {id} “{name}”"),
+        (..) => format!("object {id}"),
+    }
+}
+
+/// Colours that one is compared with, the next ones by their red.
+const N_NEXT_COLORS: usize = 256;
+
+impl Case {
+    /// What makes the judgement of colours weak, where something does: objects whose colours are so near each other that
+    /// claims in colours don't tell them apart. Each is compared with the next ones by their red alone.
+    pub fn warning(&self) -> Option<String> {
+        let ClaimedHits::Colors { tolerance, .. } = self.claims.seen else { return None };
+        let scene = &*self.scene;
+        let mut colors: Vec<([u8; 3], u32)> =
+            scene.colors().map(Color::to_srgb8).zip(0..).collect();
+        colors.sort_unstable();
+        let (mut n_alike, mut pair) = (0, None);
+        for (i, &(color, id)) in colors.iter().enumerate() {
+            let within = |a: u8, b: u8| a.abs_diff(b) <= tolerance.saturating_mul(2);
+            let next = colors[i + 1..].iter().take_while(|(other, _)| within(other[0], color[0]));
+            let mut next = next.take(N_NEXT_COLORS);
+            if let Some(&(_, other)) =
+                next.find(|(other, _)| (1..3).all(|c| within(other[c], color[c])))
+            {
+                n_alike += 1;
+                pair.get_or_insert([id.min(other), id.max(other)]);
+            }
+        }
+        let [a, b] = pair?.map(|id| object_in_words(scene, id));
+        Some(format!(
+            "{n_alike} of the scene's colours are too near to another one, those of {a} and {b} for one: they are not \
+             told apart"
+        ))
+    }
+}

@@ -1,0 +1,25 @@
+//! Results of Kugelblitz and of other renderers, held against exact arithmetic and explained.
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | [`compare`] | two results of the same rays, and two pictures |
+//! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
+//! | [`judge`] | other renderers' results against exact arithmetic |
+//! | [`explain`] | a pixel's or a ray's numbers in every kernel's arithmetic, and exactly |
+//! | [`show`] | depth, normals, errors and other numbers of a picture, as colours |
+//! | [`figure`] | the lecture's figures 3 and 4 as drawings with axes, and legends of colours |
+//! | [`markup`] | SVG and HTML, written so that every parser takes them |
+//! | [`export`] | scenes in the languages of POV-Ray and Tachyon |
+//!
+//! Errors are those of [`kugelblitz`], with its exit codes.
+
+#![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
+
+pub mod compare;
+pub mod explain;
+pub mod export;
+pub mod figure;
+pub mod judge;
+pub mod markup;
+pub mod show;
+pub mod verify;

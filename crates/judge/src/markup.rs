@@ -1,0 +1,31 @@
+//! The one way of markup into a document, SVG or HTML: what no parser takes can't be written.
+//!
+//! [`maud`] writes the elements and escapes what markup has for itself in names and texts of others. What
+//! has no place in a document at all, escaped or not, [`document`] takes out.
+
+use kugelblitz::plain::plain_document;
+use maud::Markup;
+
+/// The text of a whole document.
+pub fn document(markup: Markup) -> String {
+    plain_document(&markup.into_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use maud::html;
+
+    use super::*;
+
+    #[test]
+    fn every_character_leaves_a_document_that_parses() {
+        for first in (0..=0x10_ffffu32).step_by(0x400) {
+            let foreign: String =
+                (first..first + 0x400).filter_map(char::from_u32).collect::<String>() + "]]>&<\"'";
+            let text = document(html! { a title=(foreign) { (foreign) } });
+            let parsed = roxmltree::Document::parse(&text);
+            let parsed = parsed.unwrap_or_else(|error| panic!("from {first:#x}: {error}"));
+            assert!(parsed.root_element().text().unwrap().ends_with("]]>&<\"'"), "{first:#x}");
+        }
+    }
+}

@@ -1,0 +1,317 @@
+//! Pictures of what a mode shows, into files and into memory.
+
+use std::time::Instant;
+
+use kugelblitz::Session;
+use kugelblitz::control::Control;
+use kugelblitz::memory;
+use kugelblitz::output::OutputFile;
+use kugelblitz::picture::PictureWriter;
+use kugelblitz::rays::Pixels;
+use kugelblitz::render::{Plan, Rendered, band_rows, bands, hits_bytes, sampled_band_rows};
+use kugelblitz::scene::Samples;
+use kugelblitz::shade::Colors;
+use kugelblitz::trace::{Hits, Kernel, Rays};
+use kugelblitz::{Error, Result};
+
+use super::{Entry, Rgb, Show, Tally, tints};
+
+/// The result of drawing what a mode shows, beside the file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shown {
+    /// Rays, hits and times.
+    pub rendered: Rendered,
+    /// What the colours mean.
+    pub legend: Vec<Entry>,
+    /// The pixels of each meaning.
+    pub tally: Tally,
+}
+
+/// Steps of drawing `pixels` that [`Control`] counts.
+pub fn n_steps(show: Show, pixels: &Pixels) -> u64 {
+    let n_pixels = pixels.len() as u64;
+    match show {
+        Show::Depth => n_pixels + whole(pixels).len() as u64,
+        Show::Error => 2 * n_pixels,
+        _ => n_pixels,
+    }
+}
+
+/// All pixels of the picture that `pixels` are a part of.
+fn whole(pixels: &Pixels) -> Pixels {
+    Pixels::whole(pixels.view, pixels.image_width, pixels.image_height)
+}
+
+/// Draws what `show` shows of `pixels` into `file`, band by band. `plan` is for PNG or PPM. The file is then
+/// whole, but not in its place: that takes [`output::commit`](kugelblitz::output::commit).
+///
+/// # Errors
+/// Those of [`Show::check`], [`Session::trace`] and [`PictureWriter::rows`]; [`Error::Usage`] for
+/// [`Show::Color`], which [`Session::draw`] draws.
+pub fn draw(
+    session: &mut Session,
+    show: Show,
+    pixels: &Pixels,
+    plan: &Plan,
+    file: OutputFile,
+    control: &Control,
+) -> Result<(Shown, OutputFile)> {
+    let Plan { format, options, .. } = *plan;
+    show.check(format, options)?;
+    if show == Show::Color {
+        return Err(Error::Usage("the objects' colours are drawn by Session::draw".into()));
+    }
+    let path = file.path().to_owned();
+    let range = range_of_t(session, show, pixels, control)?;
+    let mut shown = Shown { legend: Entry::all(show, range), ..Shown::default() };
+    let mut writer = PictureWriter::create(format, options, pixels, file, path)?;
+    let n_rows = plan.n_band_rows.min(band_rows(pixels, show.wants()));
+    let mut hits = Hits::default();
+    for band in bands(pixels, n_rows) {
+        let colors = paint(session, show, &band, range, control, &mut hits, &mut shown)?;
+        let start = Instant::now();
+        writer.rows(&Colors::Srgb8(colors), &hits, band.height)?;
+        shown.rendered.write += start.elapsed();
+    }
+    control.check()?;
+    let start = Instant::now();
+    let file = writer.finish()?;
+    shown.rendered.write += start.elapsed();
+    Ok((shown, file))
+}
+
+/// What `show` shows of `pixels`, in memory.
+///
+/// # Errors
+/// [`Error::TooLarge`] where it does not fit; [`Error::Usage`] for [`Show::Color`]; those of
+/// [`Session::trace`].
+pub fn keep(
+    session: &mut Session,
+    show: Show,
+    pixels: &Pixels,
+    control: &Control,
+) -> Result<(Shown, Vec<Rgb>)> {
+    if show == Show::Color {
+        return Err(Error::Usage("the objects' colours are kept by Session::keep".into()));
+    }
+    let n_rows = band_rows(pixels, show.wants());
+    let of_band = hits_bytes(u64::from(n_rows) * u64::from(pixels.width), show.wants());
+    let bytes = of_band.saturating_add((pixels.len() * size_of::<Rgb>()) as u64);
+    memory::require("a picture in memory", bytes, "show a smaller one")?;
+    let range = range_of_t(session, show, pixels, control)?;
+    let mut shown = Shown { legend: Entry::all(show, range), ..Shown::default() };
+    let (mut colors, mut hits) = (Vec::new(), Hits::default());
+    for band in bands(pixels, n_rows) {
+        colors.extend(paint(session, show, &band, range, control, &mut hits, &mut shown)?);
+    }
+    control.check()?;
+    Ok((shown, colors))
+}
+
+/// The colours of a band of a picture whose `t` have this range; what was traced and seen is added to `shown`.
+///
+/// # Errors
+/// Those of [`Session::trace`]; [`Error::Interrupted`] when `control` was cancelled.
+pub fn paint(
+    session: &mut Session,
+    show: Show,
+    band: &Pixels,
+    range: Option<[f32; 2]>,
+    control: &Control,
+    hits: &mut Hits,
+    shown: &mut Shown,
+) -> Result<Vec<Rgb>> {
+    control.check()?;
+    let timing = session.trace(&Rays::Pixels(*band), show.wants(), control, hits)?;
+    let Shown { rendered, tally, .. } = shown;
+    rendered.timing.add(timing);
+    rendered.counts.add(hits.counts);
+    rendered.hits += hits.n_hits();
+    let start = Instant::now();
+    let tints = match session.prepared() {
+        Some(prepared) => tints(show, prepared, band, hits, range, control)?,
+        None => Vec::new(),
+    };
+    tally.add(band, &tints);
+    let colors = tints.into_iter().map(|tint| tint.color).collect();
+    rendered.shade += start.elapsed();
+    Ok(colors)
+}
+
+/// The smallest and the largest `t` of the whole picture that `pixels` are a part of, so that each part has
+/// the whole one's colours; `None` where nothing is hit, or `show` does not ask.
+///
+/// # Errors
+/// Those of [`Session::trace`].
+pub fn range_of_t(
+    session: &mut Session,
+    show: Show,
+    pixels: &Pixels,
+    control: &Control,
+) -> Result<Option<[f32; 2]>> {
+    if show != Show::Depth {
+        return Ok(None);
+    }
+    let (whole, mut hits, mut range) = (whole(pixels), Hits::default(), None);
+    for band in bands(&whole, band_rows(&whole, show.wants())) {
+        control.check()?;
+        session.trace(&Rays::Pixels(band), show.wants(), control, &mut hits)?;
+        range = wider(range, &hits);
+    }
+    Ok(range)
+}
+
+/// A range of `t` that holds those of `hits` as well.
+fn wider(range: Option<[f32; 2]>, hits: &Hits) -> Option<[f32; 2]> {
+    let ts = hits.t.iter().copied().filter(|t| t.is_finite() && *t > 0.0);
+    ts.fold(range, |range, t| match range {
+        None => Some([t; 2]),
+        Some([low, high]) => Some([low.min(t), high.max(t)]),
+    })
+}
+
+/// The colours of `pixels` in memory: the first `split` columns by one kernel, the others by another. With
+/// `n_samples` × `n_samples` samples a pixel where `show` is [`Show::Color`].
+///
+/// # Errors
+/// [`Error::TooLarge`] where they do not fit the memory; those of [`Session::colors`] and
+/// [`Session::trace`].
+pub fn side_by_side(
+    session: &mut Session,
+    show: Show,
+    pixels: &Pixels,
+    (kernels, split): ([Kernel; 2], u32),
+    n_samples: Samples,
+    control: &Control,
+) -> Result<Vec<Rgb>> {
+    let width = pixels.width as usize;
+    let n_rows = sampled_band_rows(pixels, n_samples, show.wants());
+    let of_band = hits_bytes(u64::from(n_rows) * width as u64, show.wants());
+    let bytes = of_band.saturating_add((pixels.len() * size_of::<Rgb>()) as u64);
+    memory::require("a picture in memory", bytes, "save a smaller one")?;
+    let mut colors = vec![[0; 3]; pixels.len()];
+    let split = split.min(pixels.width);
+    let halves = [
+        Pixels { width: split, ..*pixels },
+        Pixels { x: pixels.x + split, width: pixels.width - split, ..*pixels },
+    ];
+    let mut range = None;
+    for kernel in kernels {
+        session.set_kernel(kernel);
+        let of_kernel = range_of_t(session, show, pixels, control)?;
+        range = [range, of_kernel].into_iter().flatten().reduce(union);
+    }
+    let (mut hits, mut shown) = (Hits::default(), Shown::default());
+    for (half, kernel) in halves.iter().zip(kernels).filter(|(half, _)| half.width > 0) {
+        session.set_kernel(kernel);
+        for band in bands(half, n_rows) {
+            let rows = match show {
+                Show::Color => session.colors(&band, n_samples, control)?,
+                _ => paint(session, show, &band, range, control, &mut hits, &mut shown)?,
+            };
+            let (x, y) = ((half.x - pixels.x) as usize, (band.y - pixels.y) as usize);
+            for (i, row) in rows.chunks_exact(half.width as usize).enumerate() {
+                colors[(y + i) * width + x..][..row.len()].copy_from_slice(row);
+            }
+        }
+    }
+    Ok(colors)
+}
+
+/// The range that two ranges of `t` lie in.
+pub fn union([low, high]: [f32; 2], [other_low, other_high]: [f32; 2]) -> [f32; 2] {
+    [low.min(other_low), high.max(other_high)]
+}
+
+#[cfg(test)]
+mod tests {
+    use kugelblitz::device::Device;
+    use kugelblitz::memory::Available;
+    use kugelblitz::picture::{Format, PictureOptions};
+    use kugelblitz::render::plan;
+    use kugelblitz::scene::parse_scene;
+
+    use super::*;
+
+    fn session() -> (Session, Pixels) {
+        let text = include_str!("../../../../scenes/hard/far_1e8.toml");
+        let scene = parse_scene(text, "far.toml".as_ref()).unwrap();
+        let session = Session::new(scene, Device::Cpu, Kernel::Certified);
+        let pixels = session.pixels(96, 60).unwrap();
+        (session, pixels)
+    }
+
+    /// PPM bytes without their head, with bands of so many rows.
+    fn drawn(session: &mut Session, show: Show, pixels: &Pixels, n_rows: u32) -> (Vec<Rgb>, Shown) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.ppm");
+        let (options, available) = (PictureOptions::default(), Available::now());
+        let plan = plan(Format::Ppm, options, Samples::ONE, pixels, 9, available).unwrap();
+        let plan = Plan { n_band_rows: n_rows, ..plan };
+        let file = OutputFile::create(&path, false).unwrap();
+        let control = Control::default();
+        let (shown, file) = draw(session, show, pixels, &plan, file, &control).unwrap();
+        kugelblitz::output::commit([file], &control).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        let colors = &bytes[bytes.len() - 3 * pixels.len()..];
+        (colors.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(), shown)
+    }
+
+    fn modes() -> impl Iterator<Item = Show> {
+        Show::ALL.into_iter().filter(|show| *show != Show::Color)
+    }
+
+    #[test]
+    fn bands_and_parts_have_the_whole_pictures_colours() {
+        let (mut session, whole) = session();
+        let part = Pixels { x: 20, y: 11, width: 40, height: 31, ..whole };
+        // The stage may differ between a picture and its parts.
+        for show in modes().filter(|show| *show != Show::Stage) {
+            let (colors, shown) = drawn(&mut session, show, &whole, 60);
+            let (in_bands, again) = drawn(&mut session, show, &whole, 7);
+            assert!(colors == in_bands, "{show}");
+            assert_eq!((&shown.legend, &shown.tally), (&again.legend, &again.tally), "{show}");
+            let (of_part, _) = drawn(&mut session, show, &part, 9);
+            let at = |i: usize| colors[(11 + i / 40) * 96 + 20 + i % 40];
+            assert!((0..of_part.len()).all(|i| of_part[i] == at(i)), "{show}");
+            assert!(colors.iter().any(|color| *color != colors[0]), "{show} shows something");
+        }
+    }
+
+    #[test]
+    fn two_kernels_are_drawn_side_by_side() {
+        let (mut session, pixels) = session();
+        let kernels = [Kernel::Lecture, Kernel::Certified];
+        for show in Show::ALL {
+            let control = Control::default();
+            let mut both = |kernels, split| {
+                side_by_side(&mut session, show, &pixels, (kernels, split), Samples::ONE, &control)
+                    .unwrap()
+            };
+            let halves = both(kernels, 30);
+            // Depth has one scale for both kernels.
+            let [left, right] = match show {
+                Show::Depth => [both(kernels, 96), both(kernels, 0)],
+                _ => kernels.map(|kernel| both([kernel; 2], 48)),
+            };
+            for (i, color) in halves.iter().enumerate() {
+                let expected = if i % 96 < 30 { left[i] } else { right[i] };
+                assert_eq!(*color, expected, "{show}, {i}");
+            }
+            assert!(left != right || show == Show::Stage, "{show} tells the kernels apart");
+        }
+    }
+
+    #[test]
+    fn what_a_mode_has_no_use_for_is_refused() {
+        let options = PictureOptions::default();
+        let sixteen = PictureOptions { bits: kugelblitz::picture::Bits::Sixteen, ..options };
+        let transparent = PictureOptions { transparent: true, ..options };
+        let why = |format, options| Show::Depth.check(format, options).unwrap_err().to_string();
+        assert!(why(Format::Exr, options).contains(".png or .ppm"));
+        assert!(why(Format::Npy, options).starts_with("--show depth"));
+        assert!(why(Format::Ppm, sixteen).contains("--bits"));
+        assert!(why(Format::Png, transparent).contains("--transparent"));
+        assert!(Show::Color.check(Format::Exr, transparent).is_ok());
+    }
+}

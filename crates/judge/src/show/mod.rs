@@ -1,0 +1,133 @@
+//! What a picture can show of each pixel, and the colours for it: the modes of the window, and those
+//! of `render --show`.
+
+mod discriminant;
+mod draw;
+mod legend;
+mod tint;
+
+use std::fmt;
+
+pub use draw::{Shown, draw, keep, n_steps, paint, range_of_t, side_by_side, union};
+pub use legend::{Entry, Tally};
+pub use tint::{Rgb, Tint, error, id_color, palette, tints};
+
+use kugelblitz::picture::{Bits, Format, PictureOptions};
+use kugelblitz::rays::Lens;
+use kugelblitz::trace::Wants;
+use kugelblitz::{Error, Result};
+
+/// The ways of looking at a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Show {
+    /// The objects' colours.
+    #[default]
+    Color,
+    /// `t`, which is the depth along the view axis.
+    Depth,
+    /// The unit normal.
+    Normal,
+    /// A colour for each id.
+    Id,
+    /// Front or back.
+    Side,
+    /// The sign of the discriminant: the lecture's figure 5.
+    Discriminant,
+    /// The kernel's result against exact arithmetic.
+    Error,
+    /// The stage that decided.
+    Stage,
+}
+
+impl Show {
+    /// In the order of the window's keys F1 to F8.
+    pub const ALL: [Show; 8] = [
+        Show::Color,
+        Show::Depth,
+        Show::Normal,
+        Show::Id,
+        Show::Side,
+        Show::Discriminant,
+        Show::Error,
+        Show::Stage,
+    ];
+
+    /// The name and one sentence.
+    fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Show::Color => ("colour", "What the command render draws, with light and samples"),
+            Show::Depth => ("depth", "t, the depth along the view axis, on a logarithmic scale"),
+            Show::Normal => ("normal", "The unit normal: x, y, z as red, green, blue"),
+            Show::Id => ("id", "A colour for each object id"),
+            Show::Side => ("side", "The side of the object that is seen"),
+            Show::Discriminant => (
+                "discriminant",
+                "D of the visible sphere, else of the one that the line comes nearest to. It counts \
+                 points of the line: the ray, t > 0, may have fewer",
+            ),
+            Show::Error => ("error", "The kernel against exact arithmetic, pixel by pixel"),
+            Show::Stage => ("stage", "The stage that decided which object is seen"),
+        }
+    }
+
+    /// As menus and the command line have it.
+    pub fn name(self) -> &'static str {
+        self.words().0
+    }
+
+    /// One sentence.
+    pub fn explanation(self) -> &'static str {
+        self.words().1
+    }
+
+    /// The next one, or the one before.
+    pub fn step(self, forward: bool) -> Show {
+        let n = Show::ALL.len();
+        let at = Show::ALL.iter().position(|&show| show == self).unwrap_or(0);
+        Show::ALL[(at + if forward { 1 } else { n - 1 }) % n]
+    }
+
+    /// The part of [`Hits`](kugelblitz::trace::Hits) that it looks at.
+    pub fn wants(self) -> Wants {
+        let surface = matches!(self, Show::Depth | Show::Normal | Show::Error);
+        Wants { surface, level: self == Show::Stage }
+    }
+
+    /// True where all pixels that see one object have one colour, seen through this lens.
+    pub fn is_of_objects(self, lens: Lens) -> bool {
+        match self {
+            Show::Color | Show::Id => true,
+            // All rays start at the eye, so what they see of an object is one side of it.
+            Show::Side => lens == Lens::Perspective,
+            Show::Depth | Show::Normal | Show::Discriminant | Show::Error | Show::Stage => false,
+        }
+    }
+
+    /// Refuses formats and options that its colours have no use for.
+    ///
+    /// # Errors
+    /// [`Error::Usage`]
+    pub fn check(self, format: Format, options: PictureOptions) -> Result<()> {
+        let refuse = |why: &str| Err(Error::Usage(format!("--show {self} {why}")));
+        match format {
+            _ if self == Show::Color => Ok(()),
+            Format::Exr | Format::Npy => refuse(
+                "is a picture for the eye: write .png or .ppm; .exr and .npy hold the numbers \
+                 themselves without --show",
+            ),
+            Format::Png | Format::Ppm if options.bits == Bits::Sixteen => {
+                refuse("has 8 bits a channel; leave --bits out")
+            }
+            Format::Png | Format::Ppm if options.transparent => {
+                refuse("has a colour for the background; leave --transparent out")
+            }
+            Format::Png | Format::Ppm => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for Show {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}

@@ -1,0 +1,427 @@
+//! Numbers as colours: the one place that gives each mode its colours.
+
+use kugelblitz::Result;
+use kugelblitz::control::Control;
+use kugelblitz::exact;
+use kugelblitz::prepare::Prepared;
+use kugelblitz::rays::{Lens, Pixels, View};
+use kugelblitz::scene::{Color, Object, Scene};
+use kugelblitz::trace::{Hits, Level};
+use rayon::prelude::*;
+
+use super::Show;
+use super::discriminant::Discriminants;
+use crate::verify::{TError, Truth};
+
+/// Red, green and blue bytes, sRGB.
+pub type Rgb = [u8; 3];
+
+/// A pixel's colour, and what it means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tint {
+    /// The colour.
+    pub color: Rgb,
+    /// Place in the legend, or [`Tint::NO_ENTRY`].
+    pub entry: u8,
+}
+
+impl Tint {
+    /// Of colours between those of the legend.
+    pub const NO_ENTRY: u8 = u8::MAX;
+
+    fn free(color: Rgb) -> Tint {
+        Tint { color, entry: Tint::NO_ENTRY }
+    }
+
+    fn of(swatches: &[Swatch], entry: usize) -> Tint {
+        Tint { color: swatches[entry].0, entry: entry as u8 }
+    }
+}
+
+/// A colour with its meaning.
+pub(super) type Swatch = (Rgb, &'static str);
+
+const NOTHING: Rgb = [0x1c, 0x1f, 0x24];
+
+const DEPTHS: [Swatch; 2] = [([244; 3], "near"), ([48; 3], "far")];
+
+const NORMALS: [Swatch; 3] =
+    [([255, 128, 128], "+x"), ([128, 255, 128], "+y"), ([128, 128, 255], "+z")];
+
+/// Front, back and neither.
+const SIDES: [Swatch; 3] = [
+    ([0x4c, 0x9f, 0xd8], "front: outside of a sphere, where a plane's normal points to"),
+    ([0xe0, 0x8a, 0x3c], "back"),
+    (NOTHING, "background"),
+];
+
+/// By the sign of D, and without a sphere.
+const SIGNS: [Swatch; 4] = [
+    ([0x3b, 0x82, 0xc4], "D < 0: the line misses, no real solution"),
+    ([0xff, 0xf0, 0x7a], "D = 0: the line touches, one real solution"),
+    ([0xd6, 0x45, 0x2c], "D > 0: the line pierces, two real solutions"),
+    (NOTHING, "no sphere, or more than 4096"),
+];
+
+const STAGES: [Swatch; 3] = [
+    ([0x26, 0x3a, 0x4d], "f32"),
+    ([0xf2, 0xb7, 0x01], "f64"),
+    ([0xff, 0x4d, 0x6d], "exact arithmetic"),
+];
+
+/// The largest errors of the first entries of [`ERRORS`], ulp.
+const MOST_ULP: [f64; 5] = [0.5, 1.0, 16.0, 4096.0, f64::INFINITY];
+
+const ERRORS: [Swatch; 9] = [
+    ([0x1d, 0x4d, 0x3a], "t is the nearest f32"),
+    ([0x3a, 0x9d, 0x74], "t within 1 ulp"),
+    ([0xa7, 0xc9, 0x57], "t within 16 ulp"),
+    ([0xf2, 0xb7, 0x01], "t within 4096 ulp"),
+    ([0xf0, 0x7d, 0x1a], "t is off by more"),
+    (NOTHING, "background, rightly"),
+    ([0xe0, 0x2f, 0x6b], "wrong object"),
+    ([0xb0, 0x4c, 0xd8], "object missed"),
+    ([0xff, 0x9e, 0xc4], "hit where nothing is"),
+];
+
+/// Places in [`ERRORS`].
+const RIGHTLY_NOTHING: usize = 5;
+const OTHER: usize = 6;
+const MISSED: usize = 7;
+const INVENTED: usize = 8;
+
+/// The legend of `show`, in the order of [`Tint::entry`].
+pub(super) fn swatches(show: Show) -> &'static [Swatch] {
+    match show {
+        Show::Color | Show::Id => &[],
+        Show::Depth => &DEPTHS,
+        Show::Normal => &NORMALS,
+        Show::Side => &SIDES,
+        Show::Discriminant => &SIGNS,
+        Show::Error => &ERRORS,
+        Show::Stage => &STAGES,
+    }
+}
+
+/// Colours by id, the background's first: the objects' own where `show` has none by id.
+pub fn palette(show: Show, scene: &Scene, pixels: &Pixels) -> Vec<Rgb> {
+    let ids = 1..=scene.n_objects() as u32;
+    match show {
+        Show::Id => std::iter::once(NOTHING).chain(ids.map(id_color)).collect(),
+        Show::Side => {
+            let side = |id| SIDES[usize::from(!is_front(scene, pixels, id))].0;
+            std::iter::once(NOTHING).chain(ids.map(side)).collect()
+        }
+        _ => scene.colors().map(Color::to_srgb8).collect(),
+    }
+}
+
+/// Hues a golden angle apart, so that neighbouring ids differ.
+pub fn id_color(id: u32) -> Rgb {
+    let hue = (f64::from(id) * 0.618_033_988_749_895).fract() * 6.0;
+    let (value, chroma) = if id.is_multiple_of(2) { (0.95, 0.62) } else { (0.75, 0.55) };
+    let channel = |shift: f64| {
+        let distance = ((hue + shift) % 6.0 - 3.0).abs() - 1.0;
+        ((value - chroma * (1.0 - distance.clamp(0.0, 1.0))) * 255.0).round() as u8
+    };
+    [channel(0.0), channel(4.0), channel(2.0)]
+}
+
+/// The colours of `pixels`, row by row. `hits` has what [`Show::wants`], of a scene that is `prepared` for
+/// the kernel that is looked at; `range` is that of `t` in the whole picture, for [`Show::Depth`].
+/// `control` counts the pixels that exact arithmetic looks at.
+///
+/// # Errors
+/// [`Error::Interrupted`](kugelblitz::Error::Interrupted) when `control` was cancelled.
+pub fn tints(
+    show: Show,
+    prepared: &Prepared,
+    pixels: &Pixels,
+    hits: &Hits,
+    range: Option<[f32; 2]>,
+    control: &Control,
+) -> Result<Vec<Tint>> {
+    let scene = &*prepared.scene;
+    let indexed = || hits.id.par_iter().copied().enumerate();
+    Ok(match show {
+        Show::Color | Show::Id => {
+            let palette = palette(show, scene, pixels);
+            let color = |&id: &u32| palette.get(id as usize).copied().unwrap_or(NOTHING);
+            hits.id.iter().map(|id| Tint::free(color(id))).collect()
+        }
+        Show::Side => {
+            let sides: Vec<usize> = match pixels.view.lens {
+                Lens::Perspective => (0..=scene.n_objects() as u32)
+                    .map(|id| usize::from(!is_front(scene, pixels, id)))
+                    .collect(),
+                Lens::Orthographic => Vec::new(),
+            };
+            let side = |(index, id): (usize, u32)| match (id, sides.get(id as usize)) {
+                (0, _) => 2,
+                (_, Some(&side)) => side,
+                (_, None) => usize::from(!is_front_at(scene, pixels, index, id)),
+            };
+            indexed().map(|pixel| Tint::of(&SIDES, side(pixel))).collect()
+        }
+        Show::Depth => hits.t.iter().map(|&t| Tint::free(depth(t, range))).collect(),
+        Show::Normal => {
+            let normals = hits.normal.iter().zip(&hits.id);
+            normals.map(|(&normal, &id)| Tint::free(normal_color(normal, id))).collect()
+        }
+        Show::Stage => {
+            let stage = |&level: &u8| usize::from(level).min(Level::Exact as usize);
+            hits.level.iter().map(|level| Tint::of(&STAGES, stage(level))).collect()
+        }
+        Show::Discriminant => {
+            let discriminants = Discriminants::new(prepared, pixels);
+            let tint = |(index, id)| {
+                control.check()?;
+                Ok(match discriminants.at(index, id) {
+                    Some((sign, nearness)) => shaded(sign, nearness),
+                    None => Tint::of(&SIGNS, 3),
+                })
+            };
+            indexed().map(tint).collect::<Result<_>>()?
+        }
+        Show::Error => {
+            let all = (0..hits.id.len()).collect();
+            let truth = Truth::of_pixels(scene, pixels, all, control)?;
+            (0..hits.id.len()).map(|k| error(hits, &truth, k)).collect()
+        }
+    })
+}
+
+/// True where the eye is outside of the sphere, or on the side of the plane that its normal points
+/// to. Through an orthographic camera, where most of what is seen of the object is its front.
+fn is_front(scene: &Scene, pixels: &Pixels, id: u32) -> bool {
+    let View { position: eye, forward, lens, .. } = pixels.view;
+    match (lens, scene.object(id)) {
+        (Lens::Perspective, Some(Object::Sphere(sphere))) => {
+            exact::is_outside(eye, sphere.center, sphere.radius).unwrap_or(true)
+        }
+        (Lens::Perspective, Some(Object::Plane(plane))) => {
+            (eye - plane.point).dot(plane.normal) >= 0.0
+        }
+        (Lens::Orthographic, Some(Object::Sphere(sphere))) => {
+            (sphere.center - eye).dot(forward) > sphere.radius / 2.0
+        }
+        (Lens::Orthographic, Some(Object::Plane(plane))) => forward.dot(plane.normal) <= 0.0,
+        (_, None) => true,
+    }
+}
+
+/// The same for one pixel: the camera's plane may cut a sphere, and then some rays start in it.
+fn is_front_at(scene: &Scene, pixels: &Pixels, index: usize, id: u32) -> bool {
+    match scene.object(id) {
+        Some(Object::Sphere(sphere)) => {
+            let (x, y) = pixels.xy(index);
+            let origin = pixels.ray(x, y).origin;
+            exact::is_outside(origin, sphere.center, sphere.radius).unwrap_or(true)
+        }
+        _ => is_front(scene, pixels, id),
+    }
+}
+
+/// Near is bright; the scale is logarithmic.
+fn depth(t: f32, range: Option<[f32; 2]>) -> Rgb {
+    let (Some([low, high]), true) = (range, t.is_finite()) else { return NOTHING };
+    let span = (f64::from(high) / f64::from(low)).ln().max(f64::MIN_POSITIVE);
+    let far = ((f64::from(t) / f64::from(low)).ln() / span).clamp(0.0, 1.0);
+    let [near_grey, far_grey] = DEPTHS.map(|(color, _)| f64::from(color[0]));
+    [(near_grey + (far_grey - near_grey) * far).round() as u8; 3]
+}
+
+/// −1 … 1 as 0 … 255.
+fn normal_color(normal: [f32; 3], id: u32) -> Rgb {
+    match id {
+        0 => NOTHING,
+        _ => normal.map(|x| ((f64::from(x) + 1.0) * 127.5).round() as u8),
+    }
+}
+
+/// The kernel's result of one ray against the exact one: entry `k` of `truth`.
+pub fn error(hits: &Hits, truth: &Truth, k: usize) -> Tint {
+    let index = truth.index[k];
+    let entry = match (hits.id[index], truth.id[k]) {
+        (0, 0) => RIGHTLY_NOTHING,
+        (0, _) => MISSED,
+        (_, 0) => INVENTED,
+        (found, expected) if found != expected => OTHER,
+        _ => {
+            let ulp = TError::of(hits.t[index].into(), truth.t[k]).ulp;
+            MOST_ULP.iter().position(|most| ulp <= *most).unwrap_or(MOST_ULP.len() - 1)
+        }
+    };
+    Tint::of(&ERRORS, entry)
+}
+
+/// Brighter the nearer the line comes to the middle of the sphere.
+fn shaded(sign: i32, nearness: f64) -> Tint {
+    let (entry, light) = match sign {
+        0 => (1, 1.0),
+        1 => (2, 0.45 + 0.55 * nearness.clamp(0.0, 1.0)),
+        _ => (0, 0.25 + 0.75 / (1.0 + nearness.min(0.0).abs())),
+    };
+    let Tint { color, entry } = Tint::of(&SIGNS, entry);
+    Tint { color: color.map(|channel| (f64::from(channel) * light).round() as u8), entry }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+    use std::path::Path;
+    use std::sync::Arc;
+
+    use kugelblitz::scene::parse_scene;
+    use kugelblitz::trace::{Kernel, Rays, Wants};
+    use kugelblitz::tracer::Tracer;
+
+    use super::*;
+
+    const FIGURE5: &str = include_str!("../../../../scenes/figure5.toml");
+
+    fn figure5() -> (Arc<Scene>, Pixels) {
+        let scene = Arc::new(parse_scene(FIGURE5, Path::new("figure5.toml")).unwrap());
+        let view = View::new(scene.camera.as_ref().unwrap());
+        (scene, Pixels::whole(view, 1281, 721))
+    }
+
+    /// A part of the picture that shows all three spheres.
+    fn middle() -> Pixels {
+        Pixels { x: 560, y: 300, width: 161, height: 121, ..figure5().1 }
+    }
+
+    fn traced(scene: Arc<Scene>, kernel: Kernel, pixels: Pixels) -> (Prepared, Hits) {
+        let rays = Rays::Pixels(pixels);
+        let prepared = Prepared::new(scene, kernel, &rays).unwrap();
+        let wants = Wants { surface: true, level: true };
+        let mut hits = Hits::default();
+        let mut tracer = Tracer::on_cpu(Arc::new(prepared.clone()), wants);
+        tracer.trace(&rays, &Control::default(), &mut hits).unwrap();
+        (prepared, hits)
+    }
+
+    fn shown(show: Show, kernel: Kernel, pixels: Pixels) -> Vec<Tint> {
+        let (prepared, hits) = traced(figure5().0, kernel, pixels);
+        tints(show, &prepared, &pixels, &hits, None, &Control::default()).unwrap()
+    }
+
+    #[test]
+    fn figure_5_has_all_three_signs_and_d_0_in_its_centre_alone() {
+        let pixels = Pixels { x: 600, y: 320, width: 81, height: 81, ..figure5().1 };
+        for kernel in Kernel::ALL {
+            let tints = shown(Show::Discriminant, kernel, pixels);
+            assert_eq!(tints[40 * 81 + 40].color, SIGNS[1].0, "{kernel:?}");
+            if kernel == Kernel::Certified {
+                assert_eq!(tints.iter().filter(|tint| tint.entry == 1).count(), 1);
+            }
+            assert!([0, 2].iter().all(|sign| tints.iter().any(|tint| tint.entry == *sign)));
+        }
+    }
+
+    #[test]
+    fn errors_are_told_apart() {
+        let (scene, pixels) = (figure5().0, middle());
+        let (_, mut hits) = traced(Arc::clone(&scene), Kernel::Certified, pixels);
+        let all = (0..pixels.len()).collect();
+        let truth = Truth::of_pixels(&scene, &pixels, all, &Control::default()).unwrap();
+        let on = |id| truth.id.iter().position(|&other| other == id).unwrap();
+        let (hit, miss) = (on(2), on(0));
+        let entry = |hits: &Hits, k| usize::from(error(hits, &truth, k).entry);
+        assert_eq!((entry(&hits, hit), entry(&hits, miss)), (0, RIGHTLY_NOTHING));
+        for (ulps, expected) in [(1, 1), (9, 2), (999, 3), (99_999, 4)] {
+            let right = hits.t[hit];
+            hits.t[hit] = f32::from_bits(right.to_bits() + ulps);
+            assert_eq!(entry(&hits, hit), expected, "{ulps}");
+            hits.t[hit] = right;
+        }
+        hits.t[hit] = f32::NAN;
+        assert_eq!(entry(&hits, hit), 4);
+        hits.id[hit] = 3;
+        assert_eq!(entry(&hits, hit), OTHER);
+        hits.id[hit] = 0;
+        assert_eq!(entry(&hits, hit), MISSED);
+        hits.id[miss] = 1;
+        assert_eq!(entry(&hits, miss), INVENTED);
+    }
+
+    #[test]
+    fn entries_name_the_colours_of_the_legend() {
+        for show in Show::ALL {
+            let swatches = swatches(show);
+            for tint in shown(show, Kernel::Certified, middle()) {
+                match swatches.get(usize::from(tint.entry)) {
+                    // That of the discriminant is shaded.
+                    Some((color, _)) => {
+                        assert!(show == Show::Discriminant || *color == tint.color, "{show}");
+                    }
+                    None => assert_eq!(tint.entry, Tint::NO_ENTRY, "{show}"),
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn palettes_have_a_colour_for_each_id() {
+        let (scene, pixels) = figure5();
+        for show in Show::ALL {
+            assert_eq!(palette(show, &scene, &pixels).len(), scene.n_objects() + 1);
+        }
+        let ids: BTreeSet<Rgb> = (1..200).map(id_color).collect();
+        assert!(ids.len() > 190, "{} colours", ids.len());
+    }
+
+    #[test]
+    fn what_is_of_objects_has_the_colours_of_the_palette() {
+        let pixels = middle();
+        for show in Show::ALL.into_iter().filter(|show| show.is_of_objects(Lens::Perspective)) {
+            let (scene, (_, hits)) = (figure5().0, traced(figure5().0, Kernel::Stable, pixels));
+            let palette = palette(show, &scene, &pixels);
+            let tints = shown(show, Kernel::Stable, pixels);
+            assert!(tints.iter().zip(&hits.id).all(|(t, &id)| t.color == palette[id as usize]));
+        }
+    }
+
+    #[test]
+    fn sides_are_those_of_the_eye() {
+        let (scene, pixels) = figure5();
+        assert!((1..=3).all(|id| is_front(&scene, &pixels, id)));
+        let mut inside = pixels;
+        inside.view.position = scene.spheres[1].center;
+        assert!(is_front(&scene, &inside, 1) && !is_front(&scene, &inside, 2));
+    }
+
+    #[test]
+    fn a_sphere_that_the_plane_of_the_camera_cuts_shows_both_sides() {
+        let text = "camera = { position = [0, 0, 0.5], look_at = [0, 0, 0], height = 3 }
+            sphere = [{ center = [0, 0, 0], radius = 1, color = \"#ffffff\" }]";
+        let scene = Arc::new(parse_scene(text, Path::new("cut.toml")).unwrap());
+        let pixels = Pixels::whole(View::new(scene.camera.as_ref().unwrap()), 31, 31);
+        let (prepared, hits) = traced(scene, Kernel::Certified, pixels);
+        let control = Control::default();
+        let tints = tints(Show::Side, &prepared, &pixels, &hits, None, &control).unwrap();
+        // The sphere's radius in that plane is √0.75, of its picture 1; a pixel is 0.097 wide.
+        assert_eq!([15, 15 + 8, 15 + 10, 15 + 12].map(|x| tints[15 * 31 + x].entry), [1, 1, 0, 2]);
+    }
+
+    #[test]
+    fn depth_and_normal_follow_the_numbers() {
+        assert_eq!([0.5, 24.0, 1e9].map(|t| depth(t, Some([0.5, 24.0]))[0]), [244, 48, 48]);
+        assert_eq!(depth(12f32.sqrt(), Some([0.5, 24.0])), [146; 3]);
+        assert_eq!(depth(2.0, Some([2.0, 2.0])), [244; 3]);
+        assert_eq!([depth(f32::INFINITY, Some([0.5, 1.0])), depth(1.0, None)], [NOTHING; 2]);
+        assert_eq!(normal_color([0.0, -1.0, 1.0], 3), [128, 0, 255]);
+        assert_eq!(normal_color([0.0; 3], 0), NOTHING);
+    }
+
+    #[test]
+    fn discriminants_stop_when_they_are_cancelled() {
+        let pixels = middle();
+        let (prepared, hits) = traced(figure5().0, Kernel::Certified, pixels);
+        let control = Control::default();
+        control.cancel();
+        for show in [Show::Discriminant, Show::Error] {
+            assert!(tints(show, &prepared, &pixels, &hits, None, &control).is_err());
+        }
+    }
+}

@@ -1,0 +1,375 @@
+//! Colours of lit or sampled pictures against exact arithmetic and against each other.
+
+use std::fmt;
+
+use kugelblitz::Result;
+use kugelblitz::control::Control;
+use kugelblitz::exact::ExactPixels;
+use kugelblitz::rays::Pixels;
+use kugelblitz::scene::{Samples, Scene};
+use kugelblitz::shade::{Colors, Encoding, ExactMean, Lighting, Painter, Style};
+use kugelblitz::trace::Hits;
+use kugelblitz::tracer::Tracer;
+use rayon::prelude::*;
+
+use super::lit::{LitPoint, add_sample};
+use super::{Near, hit_of};
+
+/// Bytes of a pixel whose colour is compared: its index and its colours, and the same once more on the
+/// way.
+pub const COLOR_BYTES: u64 = 64;
+
+/// Colours of the same pixels in every encoding.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RenderedColors {
+    /// sRGB, 8 bits a channel.
+    pub srgb8: Vec<[u8; 3]>,
+    /// sRGB, 16 bits a channel.
+    pub srgb16: Vec<[u16; 3]>,
+    /// Linear f32.
+    pub linear: Vec<[f32; 3]>,
+}
+
+impl RenderedColors {
+    /// The colours of a band of pixels, as a picture gets them. `hits` are of the pixels' centre rays; the tracers are those of
+    /// [`Painter::new`].
+    ///
+    /// # Errors
+    /// Those of [`Painter::paint`].
+    pub fn painted(
+        band: &Pixels,
+        n_samples: Samples,
+        hits: &Hits,
+        tracer: &mut Tracer,
+        mut of_samples: Option<&mut Tracer>,
+        control: &Control,
+    ) -> Result<RenderedColors> {
+        let mut shown = RenderedColors::default();
+        for encoding in [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear] {
+            let style = Style { n_samples, ..Style::new(encoding) };
+            let mut painter = Painter::new(style, band, tracer, of_samples.as_deref_mut());
+            let mut colors = Colors::new(encoding);
+            painter.paint(band, hits, control, &mut colors)?;
+            match colors {
+                Colors::Srgb8(pixels) => shown.srgb8 = pixels,
+                Colors::Srgb16(pixels) => shown.srgb16 = pixels,
+                Colors::Linear(pixels) => shown.linear = pixels,
+            }
+        }
+        Ok(shown)
+    }
+
+    /// The numbers of a pixel, bit by bit.
+    fn bits(&self, index: usize) -> [Option<[u32; 3]>; 3] {
+        [
+            self.srgb8.get(index).map(|color| color.map(u32::from)),
+            self.srgb16.get(index).map(|color| color.map(u32::from)),
+            self.linear.get(index).map(|color| color.map(f32::to_bits)),
+        ]
+    }
+
+    fn len(&self) -> usize {
+        self.srgb8.len().max(self.srgb16.len()).max(self.linear.len())
+    }
+}
+
+/// The exact colours of some of the pixels.
+#[derive(Clone, Debug, Default)]
+pub struct ColorTruth {
+    /// The pixels, as indices into the colours of all pixels.
+    pub index: Vec<usize>,
+    /// Their colours.
+    pub colors: RenderedColors,
+}
+
+impl ColorTruth {
+    /// The truth about the pixels with these indices, by exact arithmetic on every object that f64 does
+    /// not clearly rule out. No tree, no filter: this is what one is judged by. `control` counts each
+    /// pixel as a ray.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](kugelblitz::Error::Interrupted) when `control` was cancelled.
+    pub fn of_pixels(
+        scene: &Scene,
+        pixels: &Pixels,
+        n_samples: u32,
+        index: Vec<usize>,
+        control: &Control,
+    ) -> Result<ColorTruth> {
+        let lighting = Lighting::new(scene, &pixels.view);
+        let of_samples = pixels.samples(n_samples);
+        let rays = ExactPixels::new(&of_samples);
+        let seen = index.par_iter().map(|&index| {
+            control.check()?;
+            control.advance(1);
+            let at = (&of_samples, &rays);
+            let samples =
+                samples_of_pixel(scene, lighting.as_ref(), at, n_samples, pixels.xy(index));
+            let mut mean = ExactMean::new(samples.len() as u64, lighting.as_ref());
+            for (id, point) in &samples {
+                add_sample(&mut mean, scene, *id, point.as_ref());
+            }
+            let channels = [0, 1, 2];
+            Ok((
+                channels.map(|channel| mean.srgb8(channel)),
+                channels.map(|channel| mean.srgb16(channel)),
+                channels.map(|channel| mean.linear(channel)),
+            ))
+        });
+        let seen: Vec<_> = seen.collect::<Result<_>>()?;
+        let colors = RenderedColors {
+            srgb8: seen.iter().map(|seen| seen.0).collect(),
+            srgb16: seen.iter().map(|seen| seen.1).collect(),
+            linear: seen.iter().map(|seen| seen.2).collect(),
+        };
+        Ok(ColorTruth { index, colors })
+    }
+}
+
+/// Ids that the samples of a pixel see, and the points that light may fall on. `of_samples` are the
+/// samples of the picture, as pixels and exactly.
+pub(crate) fn samples_of_pixel(
+    scene: &Scene,
+    lighting: Option<&Lighting>,
+    (of_samples, rays): (&Pixels, &ExactPixels),
+    n_samples: u32,
+    (x, y): (u32, u32),
+) -> Vec<(u32, Option<LitPoint>)> {
+    let sample = |at: u32| {
+        let (x, y) = (x * n_samples + at % n_samples, y * n_samples + at / n_samples);
+        let near = Near::of_pixel(of_samples, (x, y));
+        let exact = rays.ray(x, y);
+        let Some(hit) = hit_of(scene, &exact, &near) else { return (0, None) };
+        let point = || LitPoint::new(scene, &exact, &hit, (near.reference, &near.ray));
+        (hit.id, lighting.and_then(|_| point()))
+    };
+    (0..n_samples * n_samples).into_par_iter().map(sample).collect()
+}
+
+/// How many pixels have other colours.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct ColorDifferences {
+    /// Pixels compared.
+    pub pixels: u64,
+    /// Those that differ in 8 bits.
+    pub srgb8: u64,
+    /// Those that differ in 16 bits.
+    pub srgb16: u64,
+    /// Those whose linear floats differ, bit by bit.
+    pub linear: u64,
+    /// Index of the first pixel that differs anywhere.
+    pub first: Option<usize>,
+}
+
+impl ColorDifferences {
+    /// True where everything is equal.
+    pub fn is_equal(&self) -> bool {
+        self.first.is_none()
+    }
+
+    /// Counts pixels of a band, which begins at `first_pixel`: of `a` those with these indices, of `b` all, in their
+    /// order. What one of the two lacks differs.
+    pub fn see(
+        &mut self,
+        (a, index): (&RenderedColors, impl IntoIterator<Item = usize>),
+        b: &RenderedColors,
+        first_pixel: usize,
+    ) {
+        for (at, index) in index.into_iter().enumerate() {
+            self.pixels += 1;
+            let counts = [&mut self.srgb8, &mut self.srgb16, &mut self.linear];
+            for ((count, a), b) in counts.into_iter().zip(a.bits(index)).zip(b.bits(at)) {
+                if a.is_none() || a != b {
+                    *count += 1;
+                    self.first.get_or_insert(first_pixel + index);
+                }
+            }
+        }
+    }
+
+    /// Counts the pixels of a band, which begins at `first_pixel`, whose colours in two results differ.
+    pub fn see_all(&mut self, a: &RenderedColors, b: &RenderedColors, first_pixel: usize) {
+        self.see((a, 0..a.len().max(b.len())), b, first_pixel);
+    }
+}
+
+impl fmt::Display for ColorDifferences {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let ColorDifferences { pixels, srgb8, srgb16, linear, .. } = self;
+        write!(f, "of {pixels} pixels, {srgb8} in 8 bits, {srgb16} in 16, {linear} in floats")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::DVec3;
+    use kugelblitz::kernel::Kernel;
+    use kugelblitz::prepare::Prepared;
+    use kugelblitz::rays::View;
+    use kugelblitz::scene::{Camera, Color, Light, Plane, Sky, Source, Sphere};
+    use kugelblitz::trace::{Rays, Wants};
+
+    use super::super::{Differences, broken_promises};
+    use super::*;
+    use crate::compare::RayDifferences;
+
+    /// A floor, spheres on it, and all kinds of light.
+    fn scene(shadows: bool) -> (Arc<Scene>, Pixels) {
+        let camera = Camera::new(DVec3::new(0.0, 1.5, 5.0), DVec3::new(0.0, 0.5, 0.0));
+        let pixels = Pixels::whole(View::new(&camera), 36, 24);
+        let sphere = |x, radius| (Sphere { center: DVec3::new(x, radius, 0.0), radius }, x);
+        let spheres = [sphere(-0.6, 0.7), sphere(0.9, 0.4)];
+        let colored = |(sphere, x): (Sphere, f64)| (sphere, Color([0.5 + x / 2.0, 0.7, 0.2]));
+        let light = |source, part| Light { source, color: Color(part), intensity: 0.6, shadows };
+        let floor =
+            Plane { name: None, point: DVec3::ZERO, normal: DVec3::Y, color: Color([0.8; 3]) };
+        let scene = Scene {
+            background: Color([0.1, 0.2, 0.3]),
+            camera: Some(camera),
+            spheres: spheres.into_iter().map(colored).collect(),
+            planes: vec![floor],
+            lights: vec![
+                light(Source::Point(DVec3::new(3.0, 4.0, 2.0)), [1.0, 0.9, 0.8]),
+                light(Source::Sun(DVec3::new(1.0, -1.0, -0.25)), [0.2, 0.2, 0.4]),
+                light(Source::Eye, [0.1; 3]),
+            ],
+            sky: Some(Sky { intensity: 0.25, directions: 5 }),
+            ambient: Some(Color([0.05; 3])),
+            ..Scene::default()
+        };
+        (Arc::new(scene), pixels)
+    }
+
+    fn painted(scene: &Arc<Scene>, pixels: &Pixels, n_samples: u32) -> RenderedColors {
+        let make = |pixels: &Pixels| {
+            let rays = Rays::Pixels(*pixels);
+            let prepared = Prepared::new(Arc::clone(scene), Kernel::Certified, &rays).unwrap();
+            Arc::new(prepared)
+        };
+        let control = Control::default();
+        let mut hits = Hits::default();
+        let mut of_pixels = Tracer::on_cpu(make(pixels), Wants::default());
+        of_pixels.trace(&Rays::Pixels(*pixels), &control, &mut hits).unwrap();
+        let of_samples = make(&pixels.samples(n_samples));
+        let mut tracer = Tracer::on_cpu(of_samples, Wants::default());
+        let tracer: Option<&mut Tracer> = (n_samples > 1).then_some(&mut tracer);
+        let n = Samples::nearest(n_samples);
+        RenderedColors::painted(pixels, n, &hits, &mut of_pixels, tracer, &control).unwrap()
+    }
+
+    fn truth(scene: &Scene, pixels: &Pixels, n_samples: u32) -> ColorTruth {
+        let all = (0..pixels.len()).collect();
+        ColorTruth::of_pixels(scene, pixels, n_samples, all, &Control::default()).unwrap()
+    }
+
+    /// From others and from the truth.
+    fn found(shown: &RenderedColors, truth: &ColorTruth) -> [ColorDifferences; 2] {
+        let mut found = <[ColorDifferences; 2]>::default();
+        found[0].see_all(shown, &truth.colors, 0);
+        found[1].see((shown, truth.index.iter().copied()), &truth.colors, 0);
+        found
+    }
+
+    /// Promises broken by colours that differ so between devices and from the exact ones.
+    fn broken_of(kernel: Kernel, bit_equal: bool, colors: ColorDifferences) -> Vec<String> {
+        let rays = RayDifferences { rays: 1, ..Default::default() };
+        let differences = Differences { rays, colors: Some(colors) };
+        broken_promises(kernel, bit_equal, Some(&differences), &[("GPU", &differences)])
+    }
+
+    fn broken(shown: &RenderedColors, truth: &ColorTruth) -> [Vec<String>; 2] {
+        found(shown, truth).map(|colors| broken_of(Kernel::Certified, false, colors))
+    }
+
+    #[test]
+    fn right_colours_keep_the_promise() {
+        let (scene, pixels) = scene(true);
+        for n_samples in [1, 2] {
+            let truth = truth(&scene, &pixels, n_samples);
+            let shown = painted(&scene, &pixels, n_samples);
+            assert_eq!(shown, truth.colors);
+            assert_eq!(broken(&shown, &truth), [const { Vec::<String>::new() }; 2]);
+            for found in found(&shown, &truth) {
+                assert!(found.is_equal() && found.pixels == pixels.len() as u64, "{found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn sabotage_of_colours_is_noticed() {
+        let (scene, pixels) = scene(true);
+        let truth = truth(&scene, &pixels, 1);
+        let at = 11 * 36 + 17;
+        type Sabotage = (&'static str, [u64; 3], fn(&mut RenderedColors, usize));
+        let sabotages: [Sabotage; 7] = [
+            ("byte", [1, 0, 0], |shown, i| shown.srgb8[i][2] ^= 1),
+            ("16 bits", [0, 1, 0], |shown, i| shown.srgb16[i][0] ^= 1),
+            ("float up", [0, 0, 1], |shown, i| shown.linear[i][1] = shown.linear[i][1].next_up()),
+            ("float down", [0, 0, 1], |shown, i| {
+                shown.linear[i][0] = shown.linear[i][0].next_down();
+            }),
+            ("not a number", [0, 0, 1], |shown, i| shown.linear[i][1] = f32::NAN),
+            ("black", [1, 1, 1], |shown, i| {
+                (shown.srgb8[i], shown.srgb16[i], shown.linear[i]) = Default::default();
+            }),
+            ("lacking", [1, 1, 1], |shown, _| {
+                shown.srgb8.pop();
+                shown.srgb16.pop();
+                shown.linear.pop();
+            }),
+        ];
+        for (what, counts, apply) in sabotages {
+            let mut shown = truth.colors.clone();
+            apply(&mut shown, at);
+            let first = Some(if what == "lacking" { pixels.len() - 1 } else { at });
+            for found in found(&shown, &truth) {
+                let ColorDifferences { pixels: n, srgb8, srgb16, linear, .. } = found;
+                assert_eq!([srgb8, srgb16, linear], counts, "{what}");
+                assert_eq!((found.first, n), (first, pixels.len() as u64), "{what}");
+            }
+            for broken in broken(&shown, &truth) {
+                assert_eq!(broken.len(), 2, "{what}: {broken:?}");
+            }
+        }
+        let [found, _] = found(&RenderedColors::default(), &truth);
+        assert_eq!(found.srgb8, pixels.len() as u64, "nothing is not equal to something");
+    }
+
+    /// A renderer that forgets shadows, one that takes a single sample, and one whose light stands
+    /// elsewhere by a little.
+    #[test]
+    fn sabotage_of_shading_is_noticed() {
+        let (scene, pixels) = scene(true);
+        let truth_of = |n_samples| truth(&scene, &pixels, n_samples);
+        let (without, _) = self::scene(false);
+        let mut moved = (*scene).clone();
+        moved.lights[0].source = Source::Point(DVec3::new(3.0, 4.0, 2.0 + 1e-6));
+        let sabotages = [
+            ("no shadows", painted(&without, &pixels, 1), 20),
+            ("a moved light", painted(&Arc::new(moved), &pixels, 1), 0),
+        ];
+        for (what, shown, n_bytes) in sabotages {
+            let truth = truth_of(1);
+            let [_, found] = found(&shown, &truth);
+            assert!(found.srgb8 >= n_bytes && found.linear > n_bytes, "{what}: {found:?}");
+            assert!(broken(&shown, &truth).iter().all(|broken| broken.len() == 2), "{what}");
+        }
+        let [_, found] = found(&painted(&scene, &pixels, 1), &truth_of(2));
+        assert!(found.srgb8 > 20, "one sample: {found:?}");
+    }
+
+    #[test]
+    fn what_is_not_promised_is_not_broken_and_nothing_is_not_success() {
+        let wrong = ColorDifferences { pixels: 9, srgb8: 3, first: Some(1), ..Default::default() };
+        let n_broken = |kernel, bit_equal, found: &ColorDifferences| {
+            broken_of(kernel, bit_equal, found.clone()).len()
+        };
+        assert_eq!(n_broken(Kernel::Stable, false, &wrong), 0);
+        // Of the same arithmetic, GPU and CPU show the same, right or wrong.
+        assert_eq!(n_broken(Kernel::Stable, true, &wrong), 1);
+        assert_eq!(n_broken(Kernel::Certified, false, &wrong), 2);
+        assert_eq!(n_broken(Kernel::Stable, false, &ColorDifferences::default()), 1);
+    }
+}

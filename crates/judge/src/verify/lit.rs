@@ -1,0 +1,174 @@
+//! Light in exact numbers alone: slow, and what pictures are judged by. Every object that f64 does not
+//! clearly rule out is looked at; no tree, no filter and none of its bounds take part.
+
+use glam::DVec3;
+use kugelblitz::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay, Shape};
+use kugelblitz::num::Scaled;
+use kugelblitz::rays::Ray;
+use kugelblitz::scene::{Object, Scene};
+use kugelblitz::shade::{ExactMean, Lamp, Origin};
+
+/// A point that a ray sees.
+#[derive(Debug)]
+pub(crate) struct LitPoint {
+    /// The object's.
+    pub shape: Shape,
+    /// The point.
+    pub exact: ExactPoint,
+    /// The point in f64, relative to the eye.
+    from_eye: DVec3,
+    eye: DVec3,
+}
+
+impl LitPoint {
+    /// The point of a hit. `near` is the ray in f64, relative to the eye.
+    pub fn new(
+        scene: &Scene,
+        ray: &ExactRay,
+        hit: &ExactHit,
+        (eye, near): (DVec3, &Ray),
+    ) -> Option<LitPoint> {
+        let shape = Shape::from(scene.object(hit.id)?);
+        let from_eye = near.origin + near.direction * hit.t_f64();
+        Some(LitPoint { shape, exact: ExactPoint::new(ray, hit), from_eye, eye })
+    }
+
+    /// The way to a lamp.
+    pub fn beam(&self, lamp: &Lamp) -> Option<ExactBeam<'_>> {
+        lamp.beam(&self.exact, self.eye)
+    }
+
+    /// Ids and shapes of the objects that are in the way of a lamp's light, its own among them.
+    pub fn in_the_way<'a>(
+        &'a self,
+        scene: &'a Scene,
+        lamp: &'a Lamp,
+        beam: &'a ExactBeam,
+    ) -> impl Iterator<Item = (u32, Shape)> + 'a {
+        let line = self.line(lamp);
+        scene
+            .objects()
+            .filter(move |_| lamp.shadows)
+            .filter(move |(_, object)| !line.clearly_passes(object))
+            .map(|(id, object)| (id, Shape::from(object)))
+            .filter(|(_, shape)| beam.is_blocked_by(shape))
+    }
+
+    fn line(&self, lamp: &Lamp) -> Line {
+        let (way, reach) = match lamp.origin {
+            Origin::Eye => (-self.from_eye, 0.0),
+            Origin::Point(position) => {
+                let from_eye = position - self.eye;
+                (from_eye - self.from_eye, from_eye.length() + self.from_eye.length())
+            }
+            Origin::Sun(direction) => (-direction, 0.0),
+        };
+        let turned = GRANTED * (1.0 + reach / way.length());
+        let way = Scaled::new(way).rounded();
+        Line { eye: self.eye, from_eye: self.from_eye, way, turned }
+    }
+}
+
+/// A thousand times what the numbers of a [`Line`] are off by, which is some `2⁻⁵⁰`: no test sees it halved.
+const GRANTED: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// The line of a beam in f64. The point is off by some `2⁻⁵⁰` of its distance from the eye, the direction by
+/// that of `1`, and by the lengths of point and position where it is their difference.
+struct Line {
+    eye: DVec3,
+    from_eye: DVec3,
+    way: DVec3,
+    /// What is granted to the direction, relative.
+    turned: f64,
+}
+
+impl Line {
+    /// True where it passes a sphere at a distance, and so surely misses it. Numbers whose squares leave
+    /// f64's range rule nothing out.
+    fn clearly_passes(&self, object: &Object) -> bool {
+        // No test sees it halved: squares underflow below 1e-154.
+        const LEAST: f64 = 1e-140;
+        let Object::Sphere(sphere) = object else { return false };
+        let center = sphere.center - self.eye;
+        let l = center - self.from_eye;
+        let reach = sphere.radius.abs() * (1.0 + GRANTED)
+            + (center.length() + self.from_eye.length()) * GRANTED
+            + l.length() * self.turned;
+        let (passed, reached) = (l.cross(self.way).length(), reach * self.way.length());
+        passed > reached && reach > LEAST && passed.is_finite()
+    }
+}
+
+/// Adds to a mean a sample that sees the object `id`, of a lit one at a point.
+pub(crate) fn add_sample<'a>(
+    mean: &mut ExactMean<'a>,
+    scene: &Scene,
+    id: u32,
+    point: Option<&'a LitPoint>,
+) {
+    let at = point.map(|point| (&point.exact, &point.shape, point.eye));
+    mean.add_sample(scene.color(id).0, at, |(_, lamp), beam| {
+        point.is_none_or(|point| point.in_the_way(scene, lamp, beam).next().is_none())
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use kugelblitz::exact::Real;
+    use kugelblitz::exact::nearest;
+    use kugelblitz::scene::{Plane, Sphere};
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    fn vector(rng: &mut ChaCha8Rng) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)))
+    }
+
+    /// Spheres that beams touch to some `2⁻⁵⁰`, far from the origin and with lamps near their points:
+    /// nothing that is in the way is ruled out by f64.
+    #[test]
+    fn nothing_in_the_way_is_passed_by() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1417);
+        let (mut n_hidden, mut n_passed) = (0, 0);
+        for _ in 0..2000 {
+            let far = vector(&mut rng) * 10f64.powi(rng.random_range(-3..9));
+            let floor = Plane {
+                name: None,
+                point: far,
+                normal: vector(&mut rng),
+                color: Default::default(),
+            };
+            let eye = far + vector(&mut rng);
+            let ray = Ray { origin: eye, direction: far - eye };
+            let way = vector(&mut rng) * 10f64.powi(rng.random_range(-9..3));
+            let is_sun = rng.random();
+            let origin = if is_sun { Origin::Sun(-way) } else { Origin::Point(far + way) };
+            let side = way.cross(vector(&mut rng)).normalize();
+            let radius = 10f64.powi(rng.random_range(-3..3));
+            let off = radius * (1.0 + rng.random_range(-1..2) as f64 * 2f64.powi(-50));
+            let center = far + way * rng.random_range(0.1..0.9) + side * off;
+            let sphere = Sphere { center, radius };
+            let scene =
+                Scene { spheres: vec![sphere].into(), planes: vec![floor], ..Scene::default() };
+            let exact = ExactRay::new(&ray);
+            let Some(hit) = nearest(&exact, [(2, Shape::from(&scene.planes[0]))]) else { continue };
+            let near = Ray { origin: DVec3::ZERO, ..ray };
+            let Some(point) = LitPoint::new(&scene, &exact, &hit, (eye, &near)) else { continue };
+            let weight = std::array::from_fn(|_| Real::one());
+            let lamp =
+                Lamp { light: None, origin, weight: [1.0; 3], exact_weight: weight, shadows: true };
+            let Some(beam) = point.beam(&lamp) else { continue };
+            let all = scene.objects().map(|(id, object)| (id, Shape::from(object)));
+            let expected: Vec<u32> =
+                all.filter(|(_, shape)| beam.is_blocked_by(shape)).map(|(id, _)| id).collect();
+            let found: Vec<u32> =
+                point.in_the_way(&scene, &lamp, &beam).map(|(id, _)| id).collect();
+            assert_eq!(found, expected, "{ray:?} {lamp:?} {sphere:?}");
+            n_hidden += usize::from(expected.contains(&1));
+            n_passed += usize::from(!expected.contains(&1));
+        }
+        assert!(n_hidden > 100 && n_passed > 100, "{n_hidden}, {n_passed}");
+    }
+}

@@ -1,0 +1,433 @@
+//! A picture's kernels on both devices, held against each other and against exact arithmetic.
+
+use std::sync::Arc;
+
+use kugelblitz::control::Control;
+use kugelblitz::device::Device;
+use kugelblitz::memory;
+use kugelblitz::prepare::Prepared;
+use kugelblitz::rays::{Pixels, Rays};
+use kugelblitz::render::{bands, hits_bytes, sampled_band_rows};
+use kugelblitz::scene::{Samples, Scene};
+use kugelblitz::shade::{Encoding, Lighting};
+use kugelblitz::trace::{Hits, Kernel, Wants};
+use kugelblitz::tracer::Tracer;
+use kugelblitz::{Error, Result};
+use serde::Serialize;
+
+use super::{
+    COLOR_BYTES, ColorDifferences, ColorTruth, Differences, RenderedColors, SAMPLE_BYTES, Truth,
+    broken_promises, promise, ray_errors, sample,
+};
+use crate::compare::ObjectCounts;
+
+/// Pixels that are compared with exact arithmetic where nobody says how many: as many as take some seconds.
+fn default_samples(scene: &Scene, colors: Option<&InColor>) -> usize {
+    let n_work = scene.n_objects().max(1);
+    match colors {
+        None => ((1 << 31) / n_work).clamp(1 << 10, 1 << 16),
+        Some(colors) => {
+            let n_ways = colors.ways_of_pixel();
+            ((1 << 31) / (n_work * n_ways)).min((1 << 20) / n_ways).clamp(1 << 6, 1 << 16)
+        }
+    }
+}
+
+/// What the colours of a lit or sampled picture are made from.
+#[derive(Clone, Copy)]
+struct InColor {
+    /// Samples across and down a pixel.
+    n_samples: Samples,
+    n_lamps: usize,
+}
+
+impl InColor {
+    /// `None` where each pixel has the colour of its object.
+    fn new(scene: &Scene, pixels: &Pixels) -> Option<InColor> {
+        let n_samples = scene.samples.unwrap_or_default();
+        let lighting = Lighting::new(scene, &pixels.view);
+        let n_lamps = lighting.as_ref().map_or(0, |lighting| lighting.lamps.len());
+        (n_samples > Samples::ONE || lighting.is_some()).then_some(InColor { n_samples, n_lamps })
+    }
+
+    /// Rays and ways to lamps.
+    fn ways_of_pixel(&self) -> usize {
+        self.n_samples.of_pixel() as usize * (1 + self.n_lamps)
+    }
+
+    /// Rays that are traced for the colours of a pixel, once for each encoding.
+    fn rays_of_pixel(&self) -> usize {
+        match self.n_samples {
+            Samples::ONE => 0,
+            n => 3 * n.of_pixel() as usize,
+        }
+    }
+}
+
+const WANTS: Wants = Wants { surface: true, level: false };
+
+/// What became of a picture's kernels.
+#[derive(Clone, Debug, Serialize)]
+pub struct Verified {
+    /// Columns and rows.
+    pub size: [u32; 2],
+    /// Objects of the scene.
+    pub objects: ObjectCounts,
+    /// Pixels traced.
+    pub rays: usize,
+    /// Pixels that were held against exact arithmetic.
+    pub samples: usize,
+    /// Of their draw.
+    pub seed: u64,
+    /// Each kernel.
+    pub kernels: Vec<OfKernel>,
+}
+
+/// The results of one kernel.
+#[derive(Clone, Debug, Serialize)]
+pub struct OfKernel {
+    /// Its name.
+    pub kernel: &'static str,
+    /// What it promises, in words.
+    pub promise: String,
+    /// `null` where only the CPU traced.
+    pub gpu_against_cpu: Option<Parity>,
+    /// Of the sampled pixels.
+    pub against_exact: OnBoth<AgainstExact>,
+    /// Of lit or sampled pictures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub colors: Option<ColorsOfKernel>,
+    /// Promises that are broken, one sentence each.
+    pub broken: Vec<String>,
+}
+
+/// The colours of one kernel.
+#[derive(Clone, Debug, Serialize)]
+pub struct ColorsOfKernel {
+    /// `null` where only the CPU traced.
+    pub gpu_against_cpu: Option<ColorDifferences>,
+    /// Of the sampled pixels.
+    pub against_exact: OnBoth<ColorDifferences>,
+}
+
+/// Results of both devices; `null` where only the CPU traced.
+#[derive(Clone, Debug, Serialize)]
+pub struct OnBoth<T> {
+    /// Of the GPU.
+    pub gpu: Option<T>,
+    /// Of the CPU.
+    pub cpu: T,
+}
+
+/// How the GPU's hits differ from the CPU's.
+#[derive(Clone, Debug, Serialize)]
+pub struct Parity {
+    /// Rays compared.
+    pub rays: u64,
+    /// Rays that one hits and the other misses.
+    pub hit_or_miss: u64,
+    /// Rays that hit different objects.
+    pub other_object: u64,
+    /// Rays on the same object with another `t`.
+    pub t_differs: u64,
+    /// Largest distance of two `t` on the same object, in f32 steps at the CPU's.
+    pub t_ulp_max: u64,
+    /// Rays on the same object with another normal.
+    pub normal_differs: u64,
+    /// Largest Euclidean distance of two normals on the same object.
+    pub normal_distance_max: f64,
+    /// Index of the first ray that differs.
+    pub first: Option<usize>,
+}
+
+impl From<&Differences> for Parity {
+    fn from(Differences { rays: of, .. }: &Differences) -> Parity {
+        Parity {
+            rays: of.rays,
+            hit_or_miss: of.false_hits + of.false_misses,
+            other_object: of.wrong_object,
+            t_differs: of.t_differs,
+            t_ulp_max: of.t_ulp_max.ceil().min(f64::from(u32::MAX)) as u64,
+            normal_differs: of.normal_differs,
+            normal_distance_max: of.normal_distance_max,
+            first: of.first,
+        }
+    }
+}
+
+/// How a device's hits differ from the exact ones.
+#[derive(Clone, Debug, Serialize)]
+pub struct AgainstExact {
+    /// Rays compared.
+    pub rays: u64,
+    /// Rays that hit an object where there is none.
+    pub false_hits: u64,
+    /// Rays that miss an object that is there.
+    pub false_misses: u64,
+    /// Rays that hit another object than the visible one.
+    pub wrong_object: u64,
+    /// Largest error of `t` where the object is right, in f32 steps at the exact `t`.
+    pub t_ulp_max: f64,
+    /// Largest distance of a normal from the exact one where the object is right.
+    pub normal_distance_max: f64,
+    /// Normals with a component that is not the f32 nearest to that of the exact one, where the object is right.
+    pub normals_not_nearest: u64,
+    /// Index of the first ray with a wrong id.
+    pub first_wrong_id: Option<usize>,
+}
+
+impl From<&Differences> for AgainstExact {
+    fn from(Differences { rays: of, .. }: &Differences) -> AgainstExact {
+        AgainstExact {
+            rays: of.rays,
+            false_hits: of.false_hits,
+            false_misses: of.false_misses,
+            wrong_object: of.wrong_object,
+            t_ulp_max: of.t_ulp_max,
+            normal_distance_max: of.normal_distance_max,
+            normals_not_nearest: of.normal_differs,
+            first_wrong_id: of.first_wrong_id,
+        }
+    }
+}
+
+/// What is true of a band's part of the samples.
+struct TruthOfBand {
+    band: Pixels,
+    rays: Truth,
+    colors: Option<ColorTruth>,
+}
+
+/// The verification of a picture: which of its pixels are held against exact arithmetic, and what is true of
+/// them.
+pub struct Verification {
+    scene: Arc<Scene>,
+    pixels: Pixels,
+    colors: Option<InColor>,
+    samples: Vec<usize>,
+    seed: u64,
+}
+
+impl Verification {
+    /// Of so many pixels, drawn by `seed`; without a number, as many as take some seconds.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] where that does not fit the memory.
+    pub fn new(
+        scene: &Arc<Scene>,
+        pixels: &Pixels,
+        n_samples: Option<usize>,
+        seed: u64,
+    ) -> Result<Verification> {
+        let (scene, pixels) = (Arc::clone(scene), *pixels);
+        let colors = InColor::new(&scene, &pixels);
+        let n_samples = n_samples.unwrap_or_else(|| default_samples(&scene, colors.as_ref()));
+        refuse_what_cannot_fit(&pixels, n_samples, colors)?;
+        let samples = sample(pixels.len(), n_samples.min(pixels.len()), seed);
+        Ok(Verification { scene, pixels, colors, samples, seed })
+    }
+
+    /// Steps of so many kernels, with a GPU or without, that [`Control`] counts.
+    pub fn n_steps(&self, n_kernels: usize, has_gpu: bool) -> u64 {
+        let n_devices = if has_gpu { 2 } else { 1 };
+        let rays_of_pixel = 1 + self.colors.map_or(0, |colors| colors.rays_of_pixel());
+        let n_truths = self.samples.len() * if self.colors.is_some() { 2 } else { 1 };
+        (self.pixels.len() * rays_of_pixel * n_devices * n_kernels + n_truths) as u64
+    }
+
+    /// What became of each kernel, on the device that `device_of` gives for it and on the CPU.
+    ///
+    /// # Errors
+    /// Those of the tracers; [`Error::Interrupted`].
+    pub fn run<'d>(
+        &self,
+        kernels: &[Kernel],
+        device_of: impl Fn(Kernel) -> &'d Device,
+        control: &Control,
+    ) -> Result<Verified> {
+        let truths = self.truths(control)?;
+        let of_kernel =
+            |&kernel: &Kernel| self.of_kernel(&truths, kernel, device_of(kernel), control);
+        Ok(Verified {
+            size: [self.pixels.width, self.pixels.height],
+            objects: ObjectCounts::of(&self.scene),
+            rays: self.pixels.len(),
+            samples: self.samples.len(),
+            seed: self.seed,
+            kernels: kernels.iter().map(of_kernel).collect::<Result<_>>()?,
+        })
+    }
+
+    /// The truth about each band's part of the samples.
+    fn truths(&self, control: &Control) -> Result<Vec<TruthOfBand>> {
+        let Verification { scene, pixels, colors, samples, .. } = self;
+        let (mut rest, mut first_ray) = (samples.as_slice(), 0);
+        let truth = |band: Pixels| {
+            let end = rest.partition_point(|&index| index < first_ray + band.len());
+            let index: Vec<usize> = rest[..end].iter().map(|index| index - first_ray).collect();
+            rest = &rest[end..];
+            first_ray += band.len();
+            let of_colors = |InColor { n_samples, .. }| {
+                ColorTruth::of_pixels(scene, &band, n_samples.across(), index.clone(), control)
+            };
+            let colors = colors.map(of_colors).transpose()?;
+            Ok(TruthOfBand { band, rays: Truth::of_pixels(scene, &band, index, control)?, colors })
+        };
+        bands(pixels, n_band_rows(pixels, *colors)).map(truth).collect()
+    }
+
+    fn of_kernel(
+        &self,
+        truths: &[TruthOfBand],
+        kernel: Kernel,
+        device: &Device,
+        control: &Control,
+    ) -> Result<OfKernel> {
+        let (scene, rays) = (|| Arc::clone(&self.scene), Rays::Pixels(self.pixels));
+        let prepared = Arc::new(Prepared::new_with(scene(), kernel, &rays, control)?);
+        let of_samples = match self.colors.map_or(1, |colors| colors.n_samples.across()) {
+            1 => None,
+            n => {
+                let rays = Rays::Pixels(self.pixels.samples(n));
+                let of_samples =
+                    Prepared::renewed(Some(&prepared), scene(), kernel, &rays, control)?;
+                Some(Arc::new(of_samples))
+            }
+        };
+        let is_on_gpu = device.facts().is_some();
+        let bit_equal = is_on_gpu && device.is_ieee(kernel)?;
+        let mut devices =
+            vec![TracedDevice::new("CPU", &Device::Cpu, &prepared, of_samples.as_ref())?];
+        if is_on_gpu {
+            devices.push(TracedDevice::new("GPU", device, &prepared, of_samples.as_ref())?);
+        }
+        let mut parity = Differences::default();
+        let mut first_ray = 0;
+        for truth in truths {
+            for traced in &mut devices {
+                traced.trace(truth, self.colors, first_ray, control)?;
+            }
+            if let [cpu, gpu] = devices.as_slice() {
+                parity.rays.see_all(&gpu.hits, &cpu.hits, first_ray);
+                if self.colors.is_some() {
+                    let colors = parity.colors.get_or_insert_default();
+                    colors.see_all(&gpu.shown, &cpu.shown, first_ray);
+                }
+            }
+            first_ray += truth.band.len();
+        }
+        let parity = is_on_gpu.then_some(parity);
+        let exact: Vec<_> =
+            devices.iter().rev().map(|traced| (traced.name, &traced.exact)).collect();
+        let on_both = OnBoth { gpu: devices.get(1), cpu: &devices[0] };
+        let colors = |found: &Differences| found.colors.clone().unwrap_or_default();
+        Ok(OfKernel {
+            kernel: kernel.name(),
+            promise: match is_on_gpu || kernel == Kernel::Certified {
+                true => promise(kernel, bit_equal, self.colors.is_some()),
+                false => "nothing that the CPU alone can show".into(),
+            },
+            broken: broken_promises(kernel, bit_equal, parity.as_ref(), &exact),
+            gpu_against_cpu: parity.as_ref().map(Parity::from),
+            against_exact: on_both.map(|traced| AgainstExact::from(&traced.exact)),
+            colors: self.colors.map(|_| ColorsOfKernel {
+                gpu_against_cpu: parity.as_ref().map(colors),
+                against_exact: on_both.map(|traced| colors(&traced.exact)),
+            }),
+        })
+    }
+}
+
+impl<T> OnBoth<T> {
+    fn map<U>(&self, of: impl Fn(&T) -> U) -> OnBoth<U> {
+        OnBoth { gpu: self.gpu.as_ref().map(&of), cpu: of(&self.cpu) }
+    }
+
+    /// Both with the names of the devices.
+    pub(super) fn rows(&self) -> impl Iterator<Item = (&'static str, &T)> {
+        let gpu = self.gpu.as_ref().map(|of| ("GPU", of));
+        gpu.into_iter().chain([("CPU", &self.cpu)])
+    }
+}
+
+/// A device with the tracers of the pixels, and of their samples where there are several; the results of its last band,
+/// and what of all of them differs from the exact ones.
+struct TracedDevice {
+    name: &'static str,
+    pixels: Tracer,
+    samples: Option<Tracer>,
+    hits: Hits,
+    shown: RenderedColors,
+    exact: Differences,
+}
+
+impl TracedDevice {
+    fn new(
+        name: &'static str,
+        device: &Device,
+        prepared: &Arc<Prepared>,
+        of_samples: Option<&Arc<Prepared>>,
+    ) -> Result<TracedDevice> {
+        let samples =
+            of_samples.map(|of| Ok::<_, Error>(device.tracer(of, Wants::default())?.tracer));
+        Ok(TracedDevice {
+            name,
+            pixels: device.tracer(prepared, WANTS)?.tracer,
+            samples: samples.transpose()?,
+            hits: Hits::default(),
+            shown: RenderedColors::default(),
+            exact: Differences::default(),
+        })
+    }
+
+    fn trace(
+        &mut self,
+        TruthOfBand { band, rays, colors: true_colors }: &TruthOfBand,
+        colors: Option<InColor>,
+        first_ray: usize,
+        control: &Control,
+    ) -> Result<()> {
+        let TracedDevice { pixels, samples, hits, shown, exact, .. } = self;
+        pixels.trace(&Rays::Pixels(*band), control, hits)?;
+        for (&ray, error) in rays.index.iter().zip(ray_errors(hits, rays)) {
+            exact.rays.see(first_ray + ray, &error);
+        }
+        if let (Some(truth), Some(InColor { n_samples, .. })) = (true_colors, colors) {
+            *shown =
+                RenderedColors::painted(band, n_samples, hits, pixels, samples.as_mut(), control)?;
+            let index = truth.index.iter().copied();
+            exact.colors.get_or_insert_default().see((shown, index), &truth.colors, first_ray);
+        }
+        Ok(())
+    }
+}
+
+fn n_band_rows(pixels: &Pixels, colors: Option<InColor>) -> u32 {
+    sampled_band_rows(pixels, colors.map_or(Samples::ONE, |colors| colors.n_samples), WANTS)
+}
+
+/// Two results of a band, one a device, and the samples.
+fn refuse_what_cannot_fit(
+    pixels: &Pixels,
+    n_samples: usize,
+    colors: Option<InColor>,
+) -> Result<()> {
+    let n_rays = u64::from(pixels.width) * u64::from(n_band_rows(pixels, colors));
+    let mut sample_bytes = SAMPLE_BYTES;
+    let mut bytes = 2 * hits_bytes(n_rays, WANTS);
+    if let Some(colors) = colors {
+        sample_bytes += COLOR_BYTES;
+        let encodings = [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear];
+        let color_bytes: usize = encodings.map(Encoding::pixel_bytes).iter().sum();
+        bytes = bytes.saturating_add(n_rays.saturating_mul(2 * color_bytes as u64));
+        let n_rays = n_rays.saturating_mul(colors.rays_of_pixel() as u64 / 3);
+        bytes = bytes.saturating_add(hits_bytes(n_rays, Wants::default()));
+    }
+    let samples = n_samples.min(pixels.len()) as u64 * sample_bytes;
+    let what = format!("comparing {n_rays} pixels at once");
+    memory::require(
+        what,
+        bytes.saturating_add(samples),
+        "verify a smaller --size, or fewer --samples",
+    )
+}

@@ -1,0 +1,262 @@
+//! The exact results of rays, and which rays to compare.
+
+use glam::DVec3;
+use kugelblitz::control::Control;
+use kugelblitz::exact::{self, ExactHit, ExactPixels, ExactRay, Root, Shape, Side};
+use kugelblitz::num::Scaled;
+use kugelblitz::random::SplitMix;
+use kugelblitz::rays::{Pixels, Rays};
+use kugelblitz::scene::{Object, Scene};
+use kugelblitz::trace::Ray;
+use kugelblitz::{Error, Result};
+use rayon::prelude::*;
+
+use crate::compare::RayResult;
+
+/// Bytes of a ray that is compared: its index, what is exact about it, and the same once more on the
+/// way.
+pub const SAMPLE_BYTES: u64 = 128;
+
+/// The exact results for some of the rays.
+#[derive(Clone, Debug, Default)]
+pub struct Truth {
+    /// The rays, as indices into the [`Hits`](kugelblitz::trace::Hits) of all rays.
+    pub index: Vec<usize>,
+    /// Object ids, 0 for the background.
+    pub id: Vec<u32>,
+    /// The exact `t`, rounded to f64; +∞ on the background.
+    pub t: Vec<f64>,
+    /// The exact unit normals, each component rounded to f64; zero on the background.
+    pub normal: Vec<[f64; 3]>,
+    /// The same, each component rounded to f32.
+    pub normal_f32: Vec<[f32; 3]>,
+    /// Whether a sphere is seen from inside, or a plane from behind: the normal is then turned.
+    pub is_back: Vec<bool>,
+}
+
+impl Truth {
+    /// The truth about the pixels with these indices; `control` counts each as a ray.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](kugelblitz::Error::Interrupted) when `control` was cancelled.
+    pub fn of_pixels(
+        scene: &Scene,
+        pixels: &Pixels,
+        index: Vec<usize>,
+        control: &Control,
+    ) -> Result<Truth> {
+        let rays = ExactRays::Pixels(pixels, Box::new(ExactPixels::new(pixels)));
+        Truth::new(index, control, |i| {
+            let exact = rays.exact(i);
+            TrueHit::of(scene, &exact, hit_of(scene, &exact, &rays.near(i)))
+        })
+    }
+
+    /// The truth about all rays of a list; `control` counts each.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](kugelblitz::Error::Interrupted) when `control` was cancelled.
+    pub fn of_list(scene: &Scene, rays: &[Ray], control: &Control) -> Result<Truth> {
+        let (all, rays) = ((0..rays.len()).collect(), ExactRays::List(rays));
+        Truth::new(all, control, |i| {
+            let exact = rays.exact(i);
+            TrueHit::of(scene, &exact, hit_of(scene, &exact, &rays.near(i)))
+        })
+    }
+
+    /// The truth about all of these rays, of which the visible objects are known: `ids` are those of
+    /// [`Kernel::Certified`](kugelblitz::trace::Kernel::Certified). Exact arithmetic on these objects alone finds
+    /// the rest, so that it takes no longer with many of them; `control` counts each ray.
+    ///
+    /// # Errors
+    /// [`Error::Usage`](kugelblitz::Error::Usage) for another number of ids than rays;
+    /// [`Error::Interrupted`](kugelblitz::Error::Interrupted) when `control` was cancelled.
+    pub fn of_known(scene: &Scene, rays: &Rays, ids: &[u32], control: &Control) -> Result<Truth> {
+        if ids.len() != rays.len() {
+            let message = format!("{} ids were given for {} rays", ids.len(), rays.len());
+            return Err(Error::Usage(message));
+        }
+        let rays = match rays {
+            Rays::Pixels(pixels) => ExactRays::Pixels(pixels, Box::new(ExactPixels::new(pixels))),
+            Rays::List(rays) => ExactRays::List(rays),
+        };
+        Truth::new((0..ids.len()).collect(), control, |i| {
+            let Some(object) = scene.object(ids[i]) else { return TrueHit::NONE };
+            let ray = rays.exact(i);
+            TrueHit::of(scene, &ray, exact::nearest(&ray, [(ids[i], Shape::from(object))]))
+        })
+    }
+
+    fn new(
+        index: Vec<usize>,
+        control: &Control,
+        hit: impl Fn(usize) -> TrueHit + Sync,
+    ) -> Result<Truth> {
+        let hits = index.par_iter().map(|&i| {
+            control.check()?;
+            control.advance(1);
+            Ok(hit(i))
+        });
+        let hits: Vec<TrueHit> = hits.collect::<Result<_>>()?;
+        Ok(Truth {
+            index,
+            id: hits.iter().map(|hit| hit.id).collect(),
+            t: hits.iter().map(|hit| hit.t).collect(),
+            normal: hits.iter().map(|hit| hit.normal).collect(),
+            normal_f32: hits.iter().map(|hit| hit.normal_f32).collect(),
+            is_back: hits.iter().map(|hit| hit.is_back).collect(),
+        })
+    }
+
+    /// What is true of the `k`-th of the rays.
+    pub fn row(&self, k: usize) -> RayResult {
+        RayResult { id: self.id[k], t: Some(self.t[k]), normal: Some(self.normal[k].into()) }
+    }
+}
+
+/// Rays, exactly and in f64.
+enum ExactRays<'a> {
+    Pixels(&'a Pixels, Box<ExactPixels>),
+    List(&'a [Ray]),
+}
+
+impl ExactRays<'_> {
+    fn exact(&self, i: usize) -> ExactRay {
+        match self {
+            ExactRays::Pixels(pixels, exact) => {
+                let (x, y) = pixels.xy(i);
+                exact.ray(x, y)
+            }
+            ExactRays::List(rays) => ExactRay::new(&rays[i]),
+        }
+    }
+
+    fn near(&self, i: usize) -> Near {
+        match self {
+            ExactRays::Pixels(pixels, _) => Near::of_pixel(pixels, pixels.xy(i)),
+            ExactRays::List(rays) => {
+                let Ray { origin, direction } = rays[i];
+                Near { reference: origin, ray: Ray { origin: DVec3::ZERO, direction } }
+            }
+        }
+    }
+}
+
+/// A ray in f64, relative to a point: what is near the ray may be far from the world's origin.
+pub(crate) struct Near {
+    pub reference: DVec3,
+    pub ray: Ray,
+}
+
+impl Near {
+    /// The centre ray of a pixel.
+    pub fn of_pixel(pixels: &Pixels, (x, y): (u32, u32)) -> Near {
+        let (origin, direction) = (pixels.origin_offset(x, y), pixels.direction(x, y));
+        Near { reference: pixels.view.position, ray: Ray { origin, direction } }
+    }
+}
+
+/// The exact result of a ray, in the fields of [`Truth`].
+struct TrueHit {
+    id: u32,
+    t: f64,
+    normal: [f64; 3],
+    normal_f32: [f32; 3],
+    is_back: bool,
+}
+
+impl TrueHit {
+    /// The background.
+    const NONE: TrueHit =
+        TrueHit { id: 0, t: f64::INFINITY, normal: [0.0; 3], normal_f32: [0.0; 3], is_back: false };
+
+    fn of(scene: &Scene, ray: &ExactRay, hit: Option<ExactHit>) -> TrueHit {
+        let Some(hit) = hit else { return TrueHit::NONE };
+        let normal = scene.object(hit.id).and_then(|object| hit.normal(ray, &object.into()));
+        TrueHit {
+            id: hit.id,
+            t: hit.t_f64(),
+            normal: normal.as_ref().map_or([0.0; 3], |n| n.each_ref().map(Root::to_f64)),
+            normal_f32: normal.as_ref().map_or([0.0; 3], |n| n.each_ref().map(Root::to_f32)),
+            is_back: hit.side == Side::Back,
+        }
+    }
+}
+
+/// The hit of a ray, by exact arithmetic on every object that f64 does not clearly rule out. No
+/// hierarchy: this is what one is judged by.
+pub(super) fn hit_of(scene: &Scene, ray: &ExactRay, near: &Near) -> Option<ExactHit> {
+    let objects = scene
+        .objects()
+        .filter(|(_, object)| !is_clearly_missed(near, object))
+        .map(|(id, object)| (id, Shape::from(object)));
+    exact::nearest(ray, objects)
+}
+
+/// True where the line of a ray whose numbers are exact to f64 passes a sphere at a distance, and so
+/// surely misses it. The offset, the cross product, the lengths and the direction are off by some
+/// `2⁻⁵⁰` of the lengths' product, a thousandth of what is granted. Numbers whose squares leave
+/// f64's range rule nothing out.
+pub(crate) fn is_clearly_missed(Near { reference, ray }: &Near, object: &Object) -> bool {
+    const GRANTED: f64 = 1.0 / (1u64 << 40) as f64;
+    let Object::Sphere(sphere) = object else { return false };
+    let from_reference = sphere.center - *reference;
+    let l = from_reference - ray.origin;
+    let distance = from_reference.length() + ray.origin.length();
+    let reach = sphere.radius.abs() * (1.0 + GRANTED) + distance * GRANTED;
+    let direction = Scaled::new(ray.direction).rounded();
+    let (passed, reached) = (l.cross(direction).length(), reach * direction.length());
+    const LEAST: f64 = 1e-140;
+    passed > reached && reach > LEAST && passed.is_finite()
+}
+
+/// `n` different indices below `total`, ascending, drawn at random from `seed`; all of them when
+/// `n` is not less.
+pub fn sample(total: usize, n: usize, seed: u64) -> Vec<usize> {
+    let (mut random, mut left) = (SplitMix::new(seed), n.min(total) as u128);
+    let is_drawn = |&index: &usize| {
+        // Knuth, The Art of Computer Programming 2, 3.4.2, algorithm S.
+        let drawn = (u128::from(random.bits()) * (total - index) as u128) >> 64;
+        let is_drawn = drawn < left;
+        left -= u128::from(is_drawn);
+        is_drawn
+    };
+    (0..total).filter(is_drawn).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_known_of_the_ids_saves_work_alone() {
+        let text = include_str!("../../../../scenes/inside.toml");
+        let scene = kugelblitz::scene::parse_scene(text, "inside.toml".as_ref()).unwrap();
+        let view = kugelblitz::rays::View::new(scene.camera.as_ref().unwrap());
+        let (pixels, control) = (Pixels::whole(view, 32, 18), Control::default());
+        let all = (0..pixels.len()).collect();
+        let truth = Truth::of_pixels(&scene, &pixels, all, &control).unwrap();
+        let rays = Rays::Pixels(pixels);
+        let known = Truth::of_known(&scene, &rays, &truth.id, &control).unwrap();
+        assert!(truth.is_back.contains(&true) && truth.id.iter().any(|&id| id > 1));
+        let of = |truth: &Truth| {
+            let Truth { index, id, t, normal, normal_f32, is_back } = truth.clone();
+            (index, id, t, normal, normal_f32, is_back)
+        };
+        assert_eq!(of(&known), of(&truth));
+        assert!(Truth::of_known(&scene, &rays, &truth.id[1..], &control).is_err());
+    }
+
+    #[test]
+    fn samples_are_different_ascending_and_repeatable() {
+        let sample_of = |seed| sample(10_000, 500, seed);
+        let chosen = sample_of(7);
+        assert_eq!(chosen.len(), 500);
+        assert!(chosen.windows(2).all(|pair| pair[0] < pair[1]) && chosen[499] < 10_000);
+        assert_eq!(chosen, sample_of(7));
+        assert_ne!(chosen, sample_of(8));
+        let mean = chosen.iter().sum::<usize>() / 500;
+        assert!((4500..5500).contains(&mean), "{mean}");
+        assert_eq!(sample(3, 9, 0), [0, 1, 2]);
+    }
+}
