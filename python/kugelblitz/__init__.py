@@ -1,19 +1,15 @@
 """Certified ray tracing of spheres and planes: arrays in, hits and pictures out."""
 
+from ._drawings import Drawing, Tinted
 from ._hits import Hits
 from ._kugelblitz import (
     Camera,
     DeviceError,
-    Difference,
-    Drawing,
     Explanation,
-    Judgement,
     NoAdapterError,
     Picture,
     Scene,
     SceneError,
-    Tinted,
-    Verification,
     __version__,
     adapters,
     compare,
@@ -21,6 +17,7 @@ from ._kugelblitz import (
     info,
     read,
 )
+from ._verdicts import Difference, Judgement, Verdict, Verification
 
 __all__ = [
     "Camera",
@@ -35,6 +32,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "Tinted",
+    "Verdict",
     "Verification",
     "__version__",
     "adapters",

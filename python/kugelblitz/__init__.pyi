@@ -4,12 +4,21 @@ from typing import Any, Literal, Protocol, TypedDict, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import Required
+
+from ._drawings import Drawing as Drawing
+from ._drawings import Tinted as Tinted
+from ._verdicts import Difference as Difference
+from ._verdicts import Judgement as Judgement
+from ._verdicts import Verdict as Verdict
+from ._verdicts import Verification as Verification
 
 __version__: str
 __all__: list[str]
 
-_Color = str | Sequence[float]
+_Color = str | Sequence[float] | NDArray[Any]
 _Vector = Sequence[float] | NDArray[Any]
+_Column = str | int | Literal[False]
 _Path = str | os.PathLike[str]
 _Kernel = Literal["certified", "double", "stable", "lecture"]
 _View = Literal["quarter", "iso", "x", "-x", "y", "-y", "z", "-z"]
@@ -24,12 +33,33 @@ class _Bar(Protocol):
 
 _Progress = bool | _Bar | Callable[[int, int], object] | None
 
-class _Finding(TypedDict):
-    kind: Literal["wrong id", "wrong id at a silhouette", "t", "normal"]
-    ray: int
-    pixel: list[int] | None
-    says: str
-    exact: str
+class _Plane(TypedDict, total=False):
+    name: str
+    point: Required[_Vector]
+    normal: Required[_Vector]
+    color: Required[_Color]
+
+class _Light(TypedDict, total=False):
+    position: _Vector | Literal["eye"]
+    direction: _Vector
+    color: _Color
+    intensity: float
+    shadows: bool
+
+class _Sky(TypedDict, total=False):
+    intensity: Required[float]
+    directions: int
+
+class _Columns(TypedDict, total=False):
+    x: _Column
+    y: _Column
+    z: _Column
+    radius: _Column
+    diameter: _Column
+    red: _Column
+    green: _Column
+    blue: _Column
+    element: _Column
 
 class SceneError(ValueError):
     """A scene, or a file that it names, is wrong."""
@@ -59,7 +89,7 @@ class Camera:
         cls,
         position: _Vector,
         look_at: _Vector,
-        up: _Vector = (0.0, 1.0, 0.0),
+        up: _Vector | None = None,
         fov: float | None = None,
         height: float | None = None,
     ) -> Camera: ...
@@ -142,25 +172,6 @@ class Picture:
     def _repr_png_(self) -> bytes: ...
 
 @final
-class Tinted:
-    """A picture of numbers: depths, errors or others as colours, with their legend. A notebook shows it."""
-
-    @property
-    def rgb8(self) -> NDArray[np.uint8]: ...
-    @property
-    def legend(self) -> list[tuple[str, str, int | None]]:
-        """What the colours mean: ("#rrggbb", meaning, pixels or None)."""
-    def save(self, path: _Path) -> None: ...
-    def _repr_png_(self) -> bytes: ...
-
-@final
-class Drawing:
-    """A drawing in SVG. A notebook shows it; `str()` is its text."""
-
-    def save(self, path: _Path) -> None: ...
-    def _repr_svg_(self) -> str: ...
-
-@final
 class Explanation:
     """One ray in numbers: the lecture's formulas at work, and what f32 makes of them."""
 
@@ -170,79 +181,6 @@ class Explanation:
     def to_dict(self) -> dict[str, Any]: ...
     def latex(self) -> str: ...
     def _repr_latex_(self) -> str: ...
-
-@final
-class Judgement:
-    """What became of results of others: how many are wrong, which, and what is right there. True where all is as it
-    may be."""
-
-    @property
-    def kept(self) -> bool: ...
-    @property
-    def broken(self) -> list[str]:
-        """What is more wrong than it may be, a sentence each."""
-    @property
-    def hint(self) -> str | None:
-        """Arguments with which far more of it would be right, where there are such."""
-    @property
-    def allowed(self) -> str: ...
-    @property
-    def n_rays(self) -> int: ...
-    @property
-    def counts(self) -> dict[str, int]: ...
-    @property
-    def away(self) -> dict[str, Any]: ...
-    @property
-    def silhouettes(self) -> dict[str, Any] | None: ...
-    @property
-    def wrong(self) -> NDArray[np.int64]:
-        """Indices of the rays or pixels, row by row, with anything more wrong than it may be of one."""
-    @property
-    def worst(self) -> list[_Finding]: ...
-    @property
-    def picture(self) -> Tinted | None: ...
-    def at(self, at: int | tuple[int, int]) -> list[_Finding]:
-        """What is wrong with one ray, by its index or a pixel's (column, row)."""
-    def explain(
-        self, at: int | tuple[int, int], *, all: bool = False, lang: _Lang = "en", digits: int = 6
-    ) -> Explanation: ...
-    def to_dict(self) -> dict[str, Any]: ...
-    def __bool__(self) -> bool: ...
-
-@final
-class Difference:
-    """How two pictures differ. True where they differ by no more than is allowed."""
-
-    @property
-    def kept(self) -> bool: ...
-    @property
-    def broken(self) -> list[str]: ...
-    @property
-    def n_pixels(self) -> int: ...
-    @property
-    def n_differing(self) -> int: ...
-    @property
-    def first(self) -> list[int] | None: ...
-    @property
-    def beyond(self) -> NDArray[np.int64]:
-        """Indices of the pixels, row by row, that differ by more than is allowed of one."""
-    @property
-    def channels(self) -> list[dict[str, Any]]: ...
-    @property
-    def picture(self) -> Tinted | None: ...
-    def to_dict(self) -> dict[str, Any]: ...
-    def __bool__(self) -> bool: ...
-
-@final
-class Verification:
-    """Whether each kernel keeps what it promises, on a device and on the CPU. True where all do."""
-
-    @property
-    def kept(self) -> bool: ...
-    @property
-    def broken(self) -> list[str]: ...
-    def to_dict(self) -> dict[str, Any]: ...
-    def __bool__(self) -> bool: ...
 
 @final
 class Scene:
@@ -259,12 +197,14 @@ class Scene:
         range: tuple[float, float] | Sequence[float] | None = None,
         missing_color: _Color | None = None,
         names: Sequence[str | None] | Mapping[int, str] | None = None,
-        planes: Sequence[Mapping[str, Any]] | None = None,
-        lights: Sequence[Mapping[str, Any]] | None = None,
-        sky: Mapping[str, Any] | None = None,
+        planes: Sequence[_Plane] | None = None,
+        lights: Sequence[_Light] | None = None,
+        sky: _Sky | None = None,
         ambient: float | _Color | None = None,
         background: _Color | None = None,
         camera: Camera | None = None,
+        size: _Size | None = None,
+        samples: int | None = None,
     ) -> Scene: ...
     @staticmethod
     def open(
@@ -275,7 +215,7 @@ class Scene:
         color_by: str | None = None,
         colormap: str | None = None,
         range: tuple[float, float] | Sequence[float] | None = None,
-        columns: Mapping[str, str | int] | None = None,
+        columns: _Columns | None = None,
         frame: int | None = None,
         view: _View | None = None,
         up: _Vector | None = None,
@@ -303,9 +243,9 @@ class Scene:
         camera: Camera | None = ...,
         size: _Size | None = ...,
         samples: int | None = ...,
-        planes: Sequence[Mapping[str, Any]] | None = ...,
-        lights: Sequence[Mapping[str, Any]] | None = ...,
-        sky: Mapping[str, Any] | None = ...,
+        planes: Sequence[_Plane] | None = ...,
+        lights: Sequence[_Light] | None = ...,
+        sky: _Sky | None = ...,
         ambient: float | _Color | None = ...,
         background: _Color | None = ...,
     ) -> Scene:

@@ -1,11 +1,15 @@
 //! Arguments of few numbers, out of any sequence, and names of things.
 
+use kugelblitz::scene::{self, schema};
 use pyo3::Borrowed;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyBytes};
 
-/// Columns and rows of a picture.
+use crate::error::wrong_value;
+use crate::table::value_of;
+
+/// Columns and rows that a picture can have.
 #[derive(Clone, Copy)]
 pub struct Size(pub [u32; 2]);
 
@@ -17,15 +21,17 @@ pub struct Crop(pub [u32; 4]);
 #[derive(Clone, Copy)]
 pub struct Pixel(pub [i64; 2]);
 
-/// A point or a direction.
+/// Samples across and down a pixel.
 #[derive(Clone, Copy)]
-pub struct Vector(pub [f64; 3]);
+pub struct Samples(pub scene::Samples);
 
 impl<'py> FromPyObject<'_, 'py> for Size {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Size> {
-        whole("size", "(columns, rows)", &given).map(Size)
+        let [width, height]: [Bound<'_, PyAny>; 2] = parts("size", "(columns, rows)", &given)?;
+        let side = |given| value_of("size", given, schema::pixels);
+        Ok(Size([side(&width)?, side(&height)?]))
     }
 }
 
@@ -33,7 +39,12 @@ impl<'py> FromPyObject<'_, 'py> for Crop {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Crop> {
-        whole("crop", "(left column, top row, width, height)", &given).map(Crop)
+        let what = "(left column, top row, width, height)";
+        let numbers: [i128; 4] = parts("crop", what, &given)?;
+        match numbers.map(u32::try_from) {
+            [Ok(x), Ok(y), Ok(width), Ok(height)] => Ok(Crop([x, y, width, height])),
+            _ => wrong_value(format!("crop: {numbers:?}, but {what} are whole numbers of 32 bits")),
+        }
     }
 }
 
@@ -41,41 +52,28 @@ impl<'py> FromPyObject<'_, 'py> for Pixel {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Pixel> {
-        let wrong = |_| PyTypeError::new_err("pixel: it is (column, row)");
-        refuse_bytes("pixel", &given)?;
-        given.extract().map(Pixel).map_err(wrong)
+        parts("pixel", "(column, row)", &given).map(Pixel)
     }
 }
 
-impl<'py> FromPyObject<'_, 'py> for Vector {
+impl<'py> FromPyObject<'_, 'py> for Samples {
     type Error = PyErr;
 
-    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Vector> {
-        // Notes of the exception name the argument.
-        let wrong = |_| PyTypeError::new_err("a point or a direction is three numbers");
-        refuse_bytes("a point or a direction", &given)?;
-        given.extract().map(Vector).map_err(wrong)
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Samples> {
+        value_of("samples", &given, schema::samples).map(Samples)
     }
 }
 
-/// Whole numbers of 32 bits.
-fn whole<const N: usize>(name: &str, what: &str, given: &Bound<'_, PyAny>) -> PyResult<[u32; N]> {
-    let wrong = |_| PyTypeError::new_err(format!("{name}: it is {what}, whole numbers"));
-    refuse_bytes(name, given)?;
-    let numbers: [i128; N] = given.extract().map_err(wrong)?;
-    match numbers.map(u32::try_from) {
-        all if all.iter().all(Result::is_ok) => Ok(all.map(Result::unwrap_or_default)),
-        _ => Err(PyValueError::new_err(format!(
-            "{name}: {numbers:?}, but {what} are whole numbers of 32 bits"
-        ))),
-    }
-}
-
-/// A text in bytes is a sequence of whole numbers, but nobody means it.
-fn refuse_bytes(name: &str, given: &Bound<'_, PyAny>) -> PyResult<()> {
+/// The parts of a short sequence. A text in bytes is a sequence of whole numbers, but nobody means it.
+fn parts<'py, T: FromPyObjectOwned<'py>, const N: usize>(
+    name: &str,
+    what: &str,
+    given: &Bound<'py, PyAny>,
+) -> PyResult<[T; N]> {
+    let wrong = || PyTypeError::new_err(format!("{name}: it is {what}, whole numbers"));
     match given.is_instance_of::<PyBytes>() || given.is_instance_of::<PyByteArray>() {
-        true => Err(PyTypeError::new_err(format!("{name}: it is numbers, not bytes"))),
-        false => Ok(()),
+        true => Err(wrong()),
+        false => given.extract().map_err(|_| wrong()),
     }
 }
 

@@ -1,14 +1,17 @@
 //! Arrays of numbers.
 
+use std::array::from_fn;
+
 use kugelblitz::memory;
-use numpy::ndarray::{ArrayView2, Ix2};
+use numpy::ndarray::{ArrayViewD, Ix2};
 use numpy::{
     PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods,
 };
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::error;
+use crate::table::helpers;
 
 /// An array argument, read where it lies if it has native f64 or f32, else through a copy in f64.
 pub struct Numbers<'py> {
@@ -27,38 +30,10 @@ fn require<T>(name: &str, n: usize) -> PyResult<()> {
 /// Anything that numpy makes an array of numbers of, as an array.
 ///
 /// # Errors
-/// `TypeError` for anything else.
-pub fn untyped<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
-    let numpy = given.py().import("numpy")?;
-    if let Some(n) = n_masked(given)? {
-        return Err(PyValueError::new_err(format!(
-            "{name}: {n} values are masked, and nothing can stand for them; leave these rows out, or fill \
-             them with .filled(…)"
-        )));
-    }
-    let array = numpy.call_method1("asarray", (given,)).map_err(|error| {
-        PyTypeError::new_err(format!("{name}: this is no array of numbers: {error}"))
-    })?;
-    let array = array.cast_into::<PyUntypedArray>()?;
-    let descr = array.dtype();
-    let kind: String = descr.getattr("kind")?.extract()?;
-    match matches!(&*kind, "f" | "i" | "u") {
-        true => Ok(array),
-        false => Err(PyTypeError::new_err(format!(
-            "{name}: the array has the dtype {}, but numbers are wanted: float64, float32 or integers",
-            descr.str()?
-        ))),
-    }
-}
-
-/// How many values of one of numpy's masked arrays are masked, where any are.
-pub fn n_masked(given: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
-    let masked = given.py().import("numpy.ma")?;
-    if !given.is_instance(&masked.getattr("MaskedArray")?)? {
-        return Ok(None);
-    }
-    let n: usize = masked.call_method1("count_masked", (given,))?.extract()?;
-    Ok(Some(n).filter(|n| *n > 0))
+/// `TypeError` for anything else, `ValueError` where values are masked.
+pub fn untyped<'py>(name: &str, it: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
+    let array = helpers(it.py())?.call_method1("array", (name, it))?;
+    Ok(array.cast_into()?)
 }
 
 enum Kind<'py> {
@@ -109,19 +84,22 @@ impl<'py> Numbers<'py> {
         PyValueError::new_err(format!("{}: the shape is {shape:?}, but {expected}", self.name))
     }
 
-    /// Its rows, of `n` columns each.
+    /// What `make` makes of each row of `N` numbers and its place. It takes about as long as copying them, and waits for
+    /// nobody: the interpreter's lock is held, so that no other thread writes to the array meanwhile.
     ///
     /// # Errors
-    /// `ValueError` for another shape than (rows, `n`).
-    pub fn table(&self, n: usize, expected: &str) -> PyResult<Table<'_>> {
-        let table = match &self.kind {
-            Kind::F64(array) => array.as_array().into_dimensionality::<Ix2>().map(Table::F64),
-            Kind::F32(array) => array.as_array().into_dimensionality::<Ix2>().map(Table::F32),
+    /// `ValueError` for another shape than (rows, `N`), `MemoryError` where that does not fit.
+    pub fn rows<T, const N: usize>(
+        &self,
+        expected: &str,
+        make: impl Fn(usize, [f64; N]) -> T,
+    ) -> PyResult<Vec<T>> {
+        require::<T>(self.name, self.shape().first().copied().unwrap_or(0))?;
+        let all = match &self.kind {
+            Kind::F64(array) => each_row(array.as_array(), make),
+            Kind::F32(array) => each_row(array.as_array(), make),
         };
-        match table {
-            Ok(table) if self.shape()[1] == n => Ok(table),
-            _ => Err(self.wrong_shape(expected)),
-        }
+        all.ok_or_else(|| self.wrong_shape(expected))
     }
 
     /// The numbers of an array with one axis.
@@ -140,41 +118,12 @@ impl<'py> Numbers<'py> {
     }
 }
 
-/// Rows of numbers, wherever they lie.
-pub enum Table<'a> {
-    F64(ArrayView2<'a, f64>),
-    F32(ArrayView2<'a, f32>),
-}
-
-impl Table<'_> {
-    /// Number of rows.
-    pub fn len(&self) -> usize {
-        match self {
-            Table::F64(rows) => rows.nrows(),
-            Table::F32(rows) => rows.nrows(),
-        }
-    }
-
-    /// The first `N` numbers of a row.
-    pub fn row<const N: usize>(&self, row: usize) -> [f64; N] {
-        match self {
-            Table::F64(rows) => std::array::from_fn(|column| rows[[row, column]]),
-            Table::F32(rows) => std::array::from_fn(|column| rows[[row, column]].into()),
-        }
-    }
-
-    /// What `make` makes of each row and its place. It takes about as long as copying them, and waits for nobody: the
-    /// interpreter's lock is held, so that no other thread writes to the array meanwhile.
-    ///
-    /// # Errors
-    /// `MemoryError` where that does not fit.
-    pub fn map<T, const N: usize>(
-        &self,
-        what: &str,
-        make: impl Fn(usize, [f64; N]) -> T,
-    ) -> PyResult<Vec<T>> {
-        let n = self.len();
-        require::<T>(what, n)?;
-        Ok((0..n).map(|row| make(row, self.row(row))).collect())
-    }
+/// What `make` makes of the rows of a table of `N` columns; `None` of another one.
+fn each_row<E: Copy + Into<f64>, T, const N: usize>(
+    array: ArrayViewD<'_, E>,
+    make: impl Fn(usize, [f64; N]) -> T,
+) -> Option<Vec<T>> {
+    let table = array.into_dimensionality::<Ix2>().ok().filter(|table| table.ncols() == N)?;
+    let row = |row| make(row, from_fn(|column| table[[row, column]].into()));
+    Some((0..table.nrows()).map(row).collect())
 }

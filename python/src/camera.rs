@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use kugelblitz::frames;
-use kugelblitz::scene::{
-    self, Framing, ImageSize, Projection, SceneOverrides, Viewpoint, place_camera, schema,
-};
+use kugelblitz::scene::schema::{CameraKeys, Section};
+use kugelblitz::scene::{self, Framing, SceneOverrides, Viewpoint, place_camera};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use toml::{Table, Value};
+use pyo3::types::PyDict;
 
-use crate::argument::{Size, Vector, named};
+use crate::argument::{Size, named};
+use crate::error::wrong_value;
 use crate::scene::Scene;
-use crate::table::{key, scene_of};
+use crate::table::{Given, Keywords, inline, keys_of, scene_of, section, value};
 use crate::work;
 
 /// A camera: `Camera(position, look_at, up=(0, 1, 0), fov=45)`, or with `height` in place of `fov` for an
@@ -28,26 +28,18 @@ pub struct Camera {
 #[pymethods]
 impl Camera {
     #[new]
-    #[pyo3(signature = (position, look_at, up = Vector([0.0, 1.0, 0.0]), fov = None, height = None))]
+    #[pyo3(signature = (position, look_at, up = None, fov = None, height = None))]
     fn new(
-        position: Vector,
-        look_at: Vector,
-        up: Vector,
-        fov: Option<f64>,
-        height: Option<f64>,
+        position: Bound<'_, PyAny>,
+        look_at: Bound<'_, PyAny>,
+        up: Given<'_>,
+        fov: Given<'_>,
+        height: Given<'_>,
     ) -> PyResult<Camera> {
-        let vector = |Vector(v)| Value::from(v.to_vec());
-        let mut table = Table::from_iter([
-            ("position".into(), vector(position)),
-            ("look_at".into(), vector(look_at)),
-            ("up".into(), vector(up)),
-        ]);
-        for (key, number) in [("fov", fov), ("height", height)] {
-            if let Some(number) = number {
-                table.insert(key.into(), number.into());
-            }
-        }
-        let scene = scene_of("camera", "camera", Value::Table(table))?;
+        let given = [Some(position), Some(look_at), up, fov, height];
+        let given = keys_of::<CameraKeys>().zip(given).filter_map(|(key, it)| Some((key, it?)));
+        let table = given.map(|(key, it)| Ok((key, value(key, &it)?))).collect::<PyResult<_>>()?;
+        let scene = scene_of("camera", "camera", &inline(&table))?;
         let no_camera = || PyValueError::new_err("camera: nothing was given");
         scene.camera.map(|of_scene| Camera { of_scene }).ok_or_else(no_camera)
     }
@@ -60,34 +52,29 @@ impl Camera {
     /// the picture's shorter side that is free at each edge, `look_at` the point in its middle, `size`
     /// (columns, rows) its shape. With `n_turns`, all cameras of a `turntable` of so many see all.
     #[staticmethod]
-    #[pyo3(signature = (
-        scene, view = None, *, up = None, fov = None, height = None, margin = None, look_at = None,
-        size = None, n_turns = 1
-    ))]
-    #[allow(clippy::too_many_arguments, reason = "Python's arguments have names")]
+    #[pyo3(
+        signature = (scene, view = None, *, n_turns = 1, **keys),
+        text_signature = "(scene, view=None, *, up=None, fov=None, height=None, margin=None, \
+                          look_at=None, size=None, n_turns=1)"
+    )]
     fn frame(
         py: Python<'_>,
         scene: &Scene,
         view: Option<&str>,
-        up: Option<&Bound<'_, PyAny>>,
-        fov: Option<&Bound<'_, PyAny>>,
-        height: Option<&Bound<'_, PyAny>>,
-        margin: Option<f64>,
-        look_at: Option<&Bound<'_, PyAny>>,
-        size: Option<Size>,
         n_turns: u32,
+        keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Camera> {
         if scene.of.spheres.is_empty() {
-            let message = "scene: there is no sphere to be framed; give Camera(position, look_at)";
-            return Err(PyValueError::new_err(message));
+            return wrong_value(
+                "scene: there is no sphere to be framed; give Camera(position, look_at)",
+            );
         }
-        let margin = margin.or(Some(Framing::MARGIN));
-        let mut overrides = framing(view, margin, [up, fov, height], size)?;
-        overrides.camera.look_at = key("look_at", look_at, schema::point)?;
+        let known = [&FRAMING[..], &["look_at"]].concat();
+        let mut overrides = framing(view, &Keywords::new(keys, &known)?)?;
+        overrides.margin.get_or_insert(Framing::MARGIN);
         overrides.n_turns = n_turns;
         let path = Path::new("the scene");
-        let of_scene =
-            work::run(py, None, 0, |control| place_camera(&scene.of, &overrides, path, control))?;
+        let of_scene = work::run(py, |control| place_camera(&scene.of, &overrides, path, control))?;
         Ok(Camera { of_scene })
     }
 
@@ -96,9 +83,7 @@ impl Camera {
     fn turntable(&self, n: u32) -> PyResult<Vec<Camera>> {
         if !(1..=frames::MAX_FRAMES).contains(&n) {
             let most = frames::MAX_FRAMES;
-            return Err(PyValueError::new_err(format!(
-                "n: {n}, but a film has 1 to {most} frames"
-            )));
+            return wrong_value(format!("n: {n}, but a film has 1 to {most} frames"));
         }
         Ok(all(frames::turntable(&self.of_scene, n)))
     }
@@ -107,7 +92,7 @@ impl Camera {
     /// The header names x, y, z and perhaps look_at_x …, up_x …, fov or height; what it does not name is as in
     /// this camera.
     fn path(&self, py: Python<'_>, path: PathBuf) -> PyResult<Vec<Camera>> {
-        work::run(py, None, 0, |_| frames::read_path(&path, &self.of_scene)).map(all)
+        work::run(py, |_| frames::read_path(&path, &self.of_scene)).map(all)
     }
 
     /// The eye, or the middle of an orthographic picture; world units.
@@ -131,19 +116,13 @@ impl Camera {
     /// The vertical field of view in degrees; `None` for an orthographic camera.
     #[getter]
     fn fov(&self) -> Option<f64> {
-        match self.of_scene.projection {
-            Projection::Perspective { fov_degrees } => Some(fov_degrees),
-            Projection::Orthographic { .. } => None,
-        }
+        CameraKeys::from(&self.of_scene).fov.map(|fov| fov.value)
     }
 
     /// The height of an orthographic camera's picture, world units.
     #[getter]
     fn height(&self) -> Option<f64> {
-        match self.of_scene.projection {
-            Projection::Perspective { .. } => None,
-            Projection::Orthographic { height } => Some(height),
-        }
+        CameraKeys::from(&self.of_scene).height.map(|height| height.value)
     }
 
     #[allow(clippy::type_complexity, reason = "the arguments, as pickle takes them")]
@@ -152,12 +131,10 @@ impl Camera {
     }
 
     fn __repr__(&self) -> String {
-        let [position, look_at, up] = [self.position(), self.look_at(), self.up()];
-        let lens = match self.of_scene.projection {
-            Projection::Perspective { fov_degrees } => format!("fov={fov_degrees:?}"),
-            Projection::Orthographic { height } => format!("height={height:?}"),
-        };
-        format!("Camera(position={position:?}, look_at={look_at:?}, up={up:?}, {lens})")
+        let mut keys = Vec::new();
+        CameraKeys::from(&self.of_scene)
+            .each(&mut |key, value| keys.push(format!("{key}={value}")));
+        format!("Camera({})", keys.join(", "))
     }
 }
 
@@ -165,43 +142,30 @@ fn all(cameras: Vec<scene::Camera>) -> Vec<Camera> {
     cameras.into_iter().map(|of_scene| Camera { of_scene }).collect()
 }
 
+/// The arguments of [`framing`].
+pub const FRAMING: [&str; 5] = ["up", "fov", "height", "margin", "size"];
+
 /// What a camera that frames everything is asked for; a height may be "auto".
-pub fn framing(
-    view: Option<&str>,
-    margin: Option<f64>,
-    [up, fov, height]: [Option<&Bound<'_, PyAny>>; 3],
-    size: Option<Size>,
-) -> PyResult<SceneOverrides> {
-    if fov.is_some() && height.is_some() {
-        let message = "fov, height: a camera has one of them; leave the other out";
-        return Err(PyValueError::new_err(message));
-    }
+pub fn framing(view: Option<&str>, keys: &Keywords<'_>) -> PyResult<SceneOverrides> {
+    let margin: Option<f64> = keys.extract("margin")?;
     let most = Framing::MAX_MARGIN;
     if let Some(margin) = margin.filter(|margin| !(0.0..=most).contains(margin)) {
-        let message = format!("margin: {margin:?}, but it goes from 0 to {most}");
-        return Err(PyValueError::new_err(message));
+        return wrong_value(format!("margin: {margin:?}, but it goes from 0 to {most}"));
     }
-    let view = view.map(|view| named("view", view, Viewpoint::ALL, Viewpoint::name)).transpose()?;
-    let is_auto =
-        |height: &&Bound<'_, PyAny>| height.extract::<String>().is_ok_and(|h| h == "auto");
-    let is_height_chosen = height.as_ref().is_some_and(is_auto);
-    let camera = schema::CameraKeys {
-        up: key("up", up, schema::direction)?,
-        fov: key("fov", fov, schema::fov)?,
-        height: key("height", height.filter(|_| !is_height_chosen), schema::height)?,
-        ..schema::CameraKeys::default()
-    };
-    let size = size.map(usable_size).transpose()?;
-    Ok(SceneOverrides { view, margin, is_height_chosen, camera, size, ..SceneOverrides::default() })
-}
-
-/// A size that a picture can have.
-pub fn usable_size(Size([width, height]): Size) -> PyResult<[u32; 2]> {
-    let most = ImageSize::MAX_SIDE;
-    match (1..=most).contains(&width) && (1..=most).contains(&height) {
-        true => Ok([width, height]),
-        false => Err(PyValueError::new_err(format!(
-            "size: ({width}, {height}), but a picture has 1 to {most} pixels a side"
-        ))),
+    let mut camera = keys.table(keys_of::<CameraKeys>())?;
+    let has_fov = camera.iter().any(|(key, _)| *key == "fov");
+    let is_height_chosen = camera.pop_if(|(key, value)| *key == "height" && value == "\"auto\"");
+    let is_height_chosen = is_height_chosen.is_some();
+    if is_height_chosen && has_fov {
+        return wrong_value("fov, height: a camera has one of them; leave the other out");
     }
+    let size: Option<Size> = keys.get("size").map(|size| size.extract()).transpose()?;
+    Ok(SceneOverrides {
+        view: view.map(|view| named("view", view, Viewpoint::ALL, Viewpoint::name)).transpose()?,
+        margin,
+        is_height_chosen,
+        camera: section(&camera)?,
+        size: size.map(|Size(size)| size),
+        ..SceneOverrides::default()
+    })
 }

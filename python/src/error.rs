@@ -5,8 +5,8 @@ use std::ffi::CString;
 use kugelblitz::Error;
 use pyo3::create_exception;
 use pyo3::exceptions::{
-    PyAssertionError, PyKeyboardInterrupt, PyMemoryError, PyOSError, PyRuntimeError, PyUserWarning,
-    PyValueError,
+    PyAssertionError, PyKeyboardInterrupt, PyMemoryError, PyOSError, PyRuntimeError, PyTypeError,
+    PyUserWarning, PyValueError,
 };
 use pyo3::prelude::*;
 
@@ -80,4 +80,20 @@ pub fn of(subject: &str) -> impl FnOnce(Error) -> PyErr {
 pub fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
     let text = CString::new(text.replace('\0', " ")).unwrap_or_default();
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 2)
+}
+
+/// `ValueError` with this message.
+///
+/// # Errors
+/// Always.
+pub fn wrong_value<T>(message: impl Into<String>) -> PyResult<T> {
+    Err(PyValueError::new_err(message.into()))
+}
+
+/// `TypeError` with this message.
+///
+/// # Errors
+/// Always.
+pub fn wrong_type<T>(message: impl Into<String>) -> PyResult<T> {
+    Err(PyTypeError::new_err(message.into()))
 }

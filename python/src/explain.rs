@@ -83,7 +83,7 @@ pub fn explained(
             Err(error) => return Err(error),
         }
     }
-    let of = work::run(py, None, 0, |control| {
+    let of = work::run(py, |control| {
         let mut of = explain::explain_as(scene, ray, &style)?;
         control.check()?;
         of.add_device(scene, ray, |prepared, wants| {

@@ -1,6 +1,6 @@
 //! Pictures and results as channels of numbers: out of arrays and files, and into arrays.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use kugelblitz::memory;
 use kugelblitz::picture::{Channel, Image, Samples, read_image};
@@ -8,7 +8,6 @@ use numpy::{Element, PyArray1, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice, PyString};
-use serde_json::json;
 
 use crate::array::untyped;
 use crate::error;
@@ -16,87 +15,56 @@ use crate::picture::Picture;
 use crate::table::to_python;
 use crate::work;
 
-/// The lengths of the axes of pixels, or of a list.
-#[derive(Clone, Copy, PartialEq)]
-pub enum Shape {
-    /// Rows and columns.
-    Picture([usize; 2]),
-    /// Results of rays.
-    List(usize),
-}
-
-impl Shape {
-    fn n(self) -> usize {
-        match self {
-            Shape::Picture([height, width]) => height * width,
-            Shape::List(n) => n,
-        }
-    }
-
-    fn in_words(self) -> String {
-        match self {
-            Shape::Picture([height, width]) => format!("{height} rows and {width} columns"),
-            Shape::List(n) => format!("{n} rays"),
-        }
-    }
-
-    /// Nothing yet of a picture or a list of this shape.
-    pub fn image(self) -> Image {
-        let (width, height, is_list) = match self {
-            Shape::Picture([height, width]) => (width, height, false),
-            Shape::List(n) => (n, 1, true),
-        };
-        Image {
-            format: "array",
-            width,
-            height,
-            is_list,
-            whole: [width, height],
-            ..Image::default()
-        }
-    }
-}
-
-/// The channels of an array: `names` has one, or three along the array's last axis.
+/// Adds the channels of an array to those of others: `names` has one, or three along the array's last axis.
 ///
 /// # Errors
-/// `TypeError` for what is no array of numbers, `ValueError` for another shape than `shape`, where it is
-/// known, or than a picture's or a list's.
-pub fn channels(
+/// `TypeError` for what is no array of numbers, `ValueError` for another shape than the others have, or than a
+/// picture's or a list's.
+pub fn add_channels(
+    image: &mut Option<Image>,
     name: &str,
     given: &Bound<'_, PyAny>,
     names: &[&str],
-    shape: Option<Shape>,
-) -> PyResult<(Shape, Vec<Channel>)> {
+) -> PyResult<()> {
     let array = untyped(name, given)?;
     let last = if names.len() > 1 { &[names.len()][..] } else { &[] };
-    let axes = array.shape().to_vec();
-    let found = match axes.strip_suffix(last) {
-        Some([height, width]) => Shape::Picture([*height, *width]),
-        Some([n]) => Shape::List(*n),
+    let axes = array.shape();
+    let wrong = |expected: String| {
+        PyValueError::new_err(format!("{name}: the shape is {axes:?}, but {expected}"))
+    };
+    let (width, height, is_list) = match axes.strip_suffix(last) {
+        Some(&[height, width]) => (width, height, false),
+        Some(&[n]) => (n, 1, true),
         _ => {
             let parts = if last.is_empty() { "" } else { ", 3" };
-            let expected = format!("(height, width{parts}) for a picture, (N{parts}) for rays");
-            let message = format!("{name}: the shape is {axes:?}, but it is {expected}");
-            return Err(PyValueError::new_err(message));
+            return Err(wrong(format!(
+                "it is (height, width{parts}) for a picture, (N{parts}) for rays"
+            )));
         }
     };
-    if let Some(shape) = shape.filter(|shape| *shape != found) {
-        let shape = shape.in_words();
-        return Err(PyValueError::new_err(format!(
-            "{name}: the shape is {axes:?}, but there are {shape}"
-        )));
+    let image = image.get_or_insert_with(|| Image {
+        format: "array",
+        width,
+        height,
+        is_list,
+        whole: [width, height],
+        ..Image::default()
+    });
+    if (image.width, image.height, image.is_list) != (width, height, is_list) {
+        return Err(wrong(match image.is_list {
+            true => format!("there are {} rays", image.width),
+            false => format!("there are {} rows and {} columns", image.height, image.width),
+        }));
     }
-    let bytes = (found.n() as u64).saturating_mul(16 * names.len() as u64);
-    memory::require(format!("{name}: {} numbers", found.n()), bytes, "give fewer")
-        .map_err(error::of(""))?;
-    let flat = array.call_method1("reshape", ((found.n(), names.len()),))?;
-    let channel = |(column, name): (usize, &&str)| {
+    let n = image.len();
+    let bytes = (n as u64).saturating_mul(16 * names.len() as u64);
+    memory::require(format!("{name}: {n} numbers"), bytes, "give fewer").map_err(error::of(""))?;
+    let flat = array.call_method1("reshape", ((n, names.len()),))?;
+    for (column, name) in names.iter().enumerate() {
         let all = flat.get_item((PySlice::full(flat.py()), column))?;
-        Ok(Channel { name: (*name).into(), samples: samples(&all)? })
-    };
-    let channels = names.iter().enumerate().map(channel).collect::<PyResult<_>>()?;
-    Ok((found, channels))
+        image.channels.push(Channel { name: (*name).into(), samples: samples(&all)? });
+    }
+    Ok(())
 }
 
 /// The numbers of an array with one axis, in its own type.
@@ -141,74 +109,53 @@ fn array_of<'py>(py: Python<'py>, image: &Image, samples: &Samples) -> PyResult<
 /// Colours, where they are one array; ids, depths and normals of a structured array, a picture or hits.
 ///
 /// # Errors
-/// As [`channels`], and [`read_image`] for a path.
+/// As [`add_channels`], and [`read_image`] for a path.
 pub fn image_of(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Image> {
-    if let Ok(picture) = given.cast::<Picture>() {
-        return picture.get().image(given.py());
-    }
     if given.is_instance_of::<PyString>() || given.hasattr("__fspath__")? {
         let path: PathBuf = given.extract()?;
-        return work::run(given.py(), None, 0, |_| read_image(&path));
+        return work::run(given.py(), |_| read_image(&path));
     }
+    let picture = given.cast::<Picture>().ok();
     let fields = match given.getattr("dtype").and_then(|dtype| dtype.getattr("names")) {
-        Ok(names) if !names.is_none() => names.extract::<Vec<String>>()?,
+        _ if picture.is_some() => ["rgb8", "id", "t", "normal"].map(String::from).to_vec(),
+        Ok(names) if !names.is_none() => names.extract()?,
         _ => Vec::new(),
     };
+    let mut image = None;
     if fields.is_empty() {
-        let (shape, channels) = channels(name, given, &["R", "G", "B"], None)?;
-        return Ok(Image { channels, ..shape.image() });
+        add_channels(&mut image, name, given, &["R", "G", "B"])?;
     }
-    let mut image: Option<(Shape, Image)> = None;
     for field in fields {
-        let part = given.get_item(&*field)?;
         let names: &[&str] = match &*field {
             "t" => &["Z"],
             "normal" => &["N.X", "N.Y", "N.Z"],
             "rgb" | "rgb8" => &["R", "G", "B"],
             other => &[other],
         };
-        let what = format!("{name}[{field:?}]");
-        let (shape, channels) =
-            channels(&what, &part, names, image.as_ref().map(|(shape, _)| *shape))?;
-        let (_, image) = image.get_or_insert_with(|| (shape, shape.image()));
-        image.channels.extend(channels);
+        let part = match picture {
+            Some(picture) => picture.getattr(&*field)?,
+            None => given.get_item(&*field)?,
+        };
+        add_channels(&mut image, &format!("{name}[{field:?}]"), &part, names)?;
     }
-    image.map(|(_, image)| image).ok_or_else(|| PyTypeError::new_err(format!("{name}: no fields")))
+    let image = image.ok_or_else(|| PyTypeError::new_err(format!("{name}: no fields")))?;
+    Ok(match picture {
+        Some(picture) => picture.get().placed(image),
+        None => image,
+    })
 }
 
 /// What a picture's file says of itself, as `kugelblitz info --json` does: a dictionary.
 #[pyfunction]
 pub fn info<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyAny>> {
-    let image = work::run(py, None, 0, |_| read_image(&path))?;
-    facts(py, &image, &path)
-}
-
-fn facts<'py>(py: Python<'py>, image: &Image, path: &Path) -> PyResult<Bound<'py, PyAny>> {
-    let is_part = image.whole != [image.width, image.height] || image.first != [0, 0];
-    let [x, y] = image.first;
-    let channel = |c: &Channel| json!({ "name": c.name, "type": c.samples.kind() });
-    let metadata: serde_json::Map<String, serde_json::Value> =
-        image.texts.iter().map(|(name, text)| (name.clone(), text.clone().into())).collect();
-    to_python(
-        py,
-        &json!({
-            "file": path.display().to_string(),
-            "format": image.format,
-            "size": [image.width, image.height],
-            "window": is_part.then_some((x, y, image.width, image.height)),
-            "whole": image.whole,
-            "is_list": image.is_list,
-            "channels": image.channels.iter().map(channel).collect::<Vec<_>>(),
-            "metadata": metadata,
-            "levels": image.stage_counts(),
-        }),
-    )
+    let facts = work::run(py, |_| Ok(read_image(&path)?.facts(&path)))?;
+    to_python(py, &facts)
 }
 
 /// Reads a picture or hits: a dictionary of arrays, one for each channel, named as the file names it.
 #[pyfunction]
 pub fn read<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyDict>> {
-    let image = work::run(py, None, 0, |_| read_image(&path))?;
+    let image = work::run(py, |_| read_image(&path))?;
     let dict = PyDict::new(py);
     for channel in &image.channels {
         dict.set_item(&channel.name, array_of(py, &image, &channel.samples)?)?;

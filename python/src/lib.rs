@@ -1,5 +1,6 @@
 //! Kugelblitz for Python. Everything is computed by the crate `kugelblitz`; here arrays become its rows and
 //! its results arrays, without the interpreter's lock while it works.
+#![allow(clippy::too_many_arguments, reason = "Python's arguments have names")]
 
 mod argument;
 mod array;
@@ -14,10 +15,12 @@ mod judge;
 mod pickle;
 mod picture;
 mod place;
+mod process;
 mod rays;
 mod scene;
 mod session;
 mod table;
+mod verdict;
 mod verify;
 mod work;
 
@@ -28,9 +31,9 @@ mod _kugelblitz {
     #[pymodule_export]
     use super::camera::Camera;
     #[pymodule_export]
-    use super::compare::{Difference, compare};
+    use super::compare::{Compared, compare};
     #[pymodule_export]
-    use super::drawing::{Drawing, Tinted, figure};
+    use super::drawing::{figure, png, write};
     #[pymodule_export]
     use super::error::{DeviceError, NoAdapterError, SceneError};
     #[pymodule_export]
@@ -38,15 +41,13 @@ mod _kugelblitz {
     #[pymodule_export]
     use super::image::{info, read};
     #[pymodule_export]
-    use super::judge::Judgement;
+    use super::judge::Judged;
     #[pymodule_export]
     use super::picture::Picture;
     #[pymodule_export]
     use super::place::adapters;
     #[pymodule_export]
     use super::scene::Scene;
-    #[pymodule_export]
-    use super::verify::Verification;
 
     use pyo3::prelude::*;
 

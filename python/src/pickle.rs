@@ -8,7 +8,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
 use crate::error;
-use crate::given::spheres_of;
+use crate::given::{colored, rows_of};
 use crate::scene::Scene;
 
 /// What [`of_state`] takes.
@@ -47,7 +47,7 @@ pub fn state_of<'py>(py: Python<'py>, scene: &Scene) -> PyResult<State<'py>> {
 pub fn of_state(py: Python<'_>, state: State<'_>) -> PyResult<Scene> {
     let (rows, colors, names, text, coloring, notes) = state;
     let mut scene = parse_scene(&text, "a pickled scene".as_ref()).map_err(error::of(""))?;
-    scene.spheres = spheres_of(py, &rows, None, Some(&colors))?;
+    scene.spheres = colored(rows_of(py, &rows, None)?, Some(&colors))?;
     names.into_iter().for_each(|(index, name)| scene.spheres.set_name(index, name));
     scene.notes = notes;
     let coloring = coloring.map(|(column, map, range, missing_color, n_missing)| Coloring {

@@ -4,26 +4,24 @@ use std::io::Cursor;
 use std::path::PathBuf;
 
 use kugelblitz::Session;
+use kugelblitz::control::Control;
 use kugelblitz::digest::Digest;
 use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
-use kugelblitz::picture::{Bits, Channel, Format, Image, PictureOptions, PictureWriter, Samples};
+use kugelblitz::picture::{Bits, Format, Image, PictureOptions, PictureWriter};
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::{Kept, Plan, Sink, plan};
 use kugelblitz::scene::Camera;
 use kugelblitz::shade::{Background, Colors, Encoding, Style};
 use kugelblitz::trace::{Hits, Kernel, Wants};
-use numpy::{Element, PyArray1, PyArray2, PyArray3, PyArrayMethods};
-use pyo3::exceptions::PyValueError;
+use numpy::{Element, PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::PyBytes;
 
-use crate::error;
-use crate::rays::counts_of;
+use crate::error::{self, wrong_value};
 use crate::scene::Scene;
-use crate::session::Shared;
-use crate::work;
+use crate::table::{Given, to_python};
 
 /// A picture in memory: arrays, row by row from the top, and files of them.
 ///
@@ -38,8 +36,8 @@ pub struct Picture {
     pixels: Pixels,
     style: Style,
     kept: Kept,
-    linear: PyOnceLock<Vec<[f32; 3]>>,
-    srgb16: PyOnceLock<Vec<[u16; 3]>>,
+    linear: PyOnceLock<Colors>,
+    srgb16: PyOnceLock<Colors>,
     /// The hits with `t` and normals, where `kept` has none.
     traced: PyOnceLock<Hits>,
 }
@@ -76,59 +74,56 @@ impl Picture {
         }
         self.traced.get_or_try_init(py, || {
             let wants = Wants { surface: true, level: true };
-            let session = self.session(py)?;
-            work::run_with_session(py, None, 0, &session, |session, control| {
-                session.hits(&self.pixels, wants, control)
-            })
+            self.run(py, (None, 0), |session, control| session.hits(&self.pixels, wants, control))
         })
     }
 
-    fn session(&self, py: Python<'_>) -> PyResult<Shared> {
-        self.scene.get().session(py, &self.device, self.kernel, self.pixels.len())
+    /// Does `work` with the session that made the picture.
+    fn run<T: Send>(
+        &self,
+        py: Python<'_>,
+        progress: (Given<'_>, u64),
+        work: impl FnOnce(&mut Session, &Control) -> kugelblitz::Result<T> + Send,
+    ) -> PyResult<T> {
+        let on = (&*self.device, self.kernel, self.pixels.len());
+        self.scene.get().run(py, on, progress, work)
     }
 
-    /// The colours in another encoding, painted anew.
-    fn painted(&self, py: Python<'_>, encoding: Encoding) -> PyResult<Colors> {
+    /// The colours in another encoding, painted when they are first wanted.
+    fn painted<'py>(
+        &self,
+        py: Python<'py>,
+        encoding: Encoding,
+        colors: &PyOnceLock<Colors>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let background = match self.style.background {
             Background::Shown => Background::Shown,
             Background::LeftOut | Background::Black => Background::Black,
         };
         let style = Style { encoding, background, ..self.style };
-        let session = self.session(py)?;
-        let (kept, _) = work::run_with_session(py, None, 0, &session, |session, control| {
-            session.keep(&self.pixels, style, Wants::default(), control)
+        let colors = colors.get_or_try_init(py, || {
+            self.run(py, (None, 0), |session, control| {
+                let (kept, _) = session.keep(&self.pixels, style, Wants::default(), control)?;
+                Ok(kept.colors)
+            })
         })?;
-        Ok(kept.colors)
+        self.array_of(py, colors)
     }
 
-    /// Its colours, ids, depths and normals as channels.
-    pub fn image(&self, py: Python<'_>) -> PyResult<Image> {
-        let [height, width] = self.shape();
-        let Colors::Srgb8(colors) = &self.kept.colors else { return Err(no_colors()) };
-        let Hits { id, t, normal, .. } = self.hits(py)?;
-        let channel = |name: &str, samples| Channel { name: name.into(), samples };
-        let byte = |c: usize| Samples::U8(colors.iter().map(|color| color[c]).collect());
-        let part = |c: usize| Samples::F32(normal.iter().map(|normal| normal[c]).collect());
+    /// Colours as an array.
+    fn array_of<'py>(&self, py: Python<'py>, colors: &Colors) -> PyResult<Bound<'py, PyAny>> {
+        match colors {
+            Colors::Srgb8(colors) => self.array(py, colors.as_flattened(), &[3]),
+            Colors::Srgb16(colors) => self.array(py, colors.as_flattened(), &[3]),
+            Colors::Linear(colors) => self.array(py, colors.as_flattened(), &[3]),
+        }
+    }
+
+    /// Channels of it, told where in the whole picture they belong.
+    pub fn placed(&self, image: Image) -> Image {
         let Pixels { x, y, image_width, image_height, .. } = self.pixels;
-        Ok(Image {
-            format: "picture",
-            width,
-            height,
-            is_list: false,
-            whole: [image_width as usize, image_height as usize],
-            first: [x.into(), y.into()],
-            channels: vec![
-                channel("R", byte(0)),
-                channel("G", byte(1)),
-                channel("B", byte(2)),
-                channel("id", Samples::U32(id.clone())),
-                channel("Z", Samples::F32(t.clone())),
-                channel("N.X", part(0)),
-                channel("N.Y", part(1)),
-                channel("N.Z", part(2)),
-            ],
-            texts: Vec::new(),
-        })
+        let whole = [image_width as usize, image_height as usize];
+        Image { format: "picture", whole, first: [x.into(), y.into()], ..image }
     }
 
     /// How it becomes a file.
@@ -138,28 +133,18 @@ impl Picture {
         Ok(Plan { epsilon: self.style.epsilon, ..plan.map_err(error::of("path"))? })
     }
 
-    fn shape(&self) -> [usize; 2] {
-        [self.pixels.height as usize, self.pixels.width as usize]
-    }
-
-    fn flat<'py, T: Element>(
+    /// The numbers of its pixels as an array; each has as many as `parts` says.
+    fn array<'py, T: Element>(
         &self,
         py: Python<'py>,
-        numbers: Vec<T>,
-    ) -> PyResult<Bound<'py, PyArray2<T>>> {
-        PyArray1::from_vec(py, numbers).reshape(self.shape())
+        numbers: &[T],
+        parts: &[usize],
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let pixels = [self.pixels.height as usize, self.pixels.width as usize];
+        let shape = [&pixels[..], parts].concat();
+        Ok(PyArray1::from_slice(py, numbers).reshape(shape)?.into_any())
     }
 
-    fn vectors<'py, T: Element>(
-        &self,
-        py: Python<'py>,
-        vectors: Vec<[T; 3]>,
-    ) -> PyResult<Bound<'py, PyArray3<T>>> {
-        let [height, width] = self.shape();
-        PyArray1::from_vec(py, vectors.into_flattened()).reshape([height, width, 3])
-    }
-
-    /// Writes the picture as it is in memory.
     /// Writes it as the program does, with what it says of itself.
     fn write<W: std::io::Write + std::io::Seek>(
         &self,
@@ -195,35 +180,22 @@ impl Picture {
 
     /// Colours in sRGB, bytes; shape (height, width, 3).
     #[getter]
-    fn rgb8<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<u8>>> {
-        match &self.kept.colors {
-            Colors::Srgb8(colors) => self.vectors(py, colors.clone()),
-            Colors::Srgb16(_) | Colors::Linear(_) => Err(no_colors()),
-        }
+    fn rgb8<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.array_of(py, &self.kept.colors)
     }
 
     /// Linear colours, the nearest floats; shape (height, width, 3). They are painted when they are first
     /// asked for.
     #[getter]
-    fn rgb<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f32>>> {
-        let colors =
-            self.linear.get_or_try_init(py, || match self.painted(py, Encoding::Linear)? {
-                Colors::Linear(colors) => Ok(colors),
-                Colors::Srgb8(_) | Colors::Srgb16(_) => Err(no_colors()),
-            })?;
-        self.vectors(py, colors.clone())
+    fn rgb<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.painted(py, Encoding::Linear, &self.linear)
     }
 
     /// Colours in sRGB with 16 bits a channel; shape (height, width, 3). They are painted when they are first
     /// asked for.
     #[getter]
-    fn rgb16<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<u16>>> {
-        let colors =
-            self.srgb16.get_or_try_init(py, || match self.painted(py, Encoding::Srgb16)? {
-                Colors::Srgb16(colors) => Ok(colors),
-                Colors::Srgb8(_) | Colors::Linear(_) => Err(no_colors()),
-            })?;
-        self.vectors(py, colors.clone())
+    fn rgb16<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.painted(py, Encoding::Srgb16, &self.srgb16)
     }
 
     /// The scene that it shows.
@@ -234,52 +206,53 @@ impl Picture {
 
     /// The share of each pixel's samples that hit an object; `None` unless the picture is transparent.
     #[getter]
-    fn alpha<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
+    fn alpha<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let Some(coverage) = &self.kept.coverage else { return Ok(None) };
-        let alpha = (0..self.pixels.len()).map(|pixel| coverage.alpha(pixel)).collect();
-        self.flat(py, alpha).map(Some)
+        let alpha: Vec<f32> = (0..self.pixels.len()).map(|pixel| coverage.alpha(pixel)).collect();
+        self.array(py, &alpha, &[]).map(Some)
     }
 
     /// Object ids, 0 for the background.
     #[getter]
-    fn id<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
-        self.flat(py, self.kept.hits.id.clone())
+    fn id<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.array(py, &self.kept.hits.id, &[])
     }
 
     /// Depth along the view axis, +∞ on the background. Depths and normals are traced when they are first asked
     /// for; the scene's next pictures have them from the start.
     #[getter]
-    fn t<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        self.flat(py, self.hits(py)?.t.clone())
+    fn t<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.array(py, &self.hits(py)?.t, &[])
     }
 
     /// Unit normals that face the camera, 0 on the background; shape (height, width, 3). Traced as `t` is.
     #[getter]
-    fn normal<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f32>>> {
-        self.vectors(py, self.hits(py)?.normal.clone())
+    fn normal<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.array(py, self.hits(py)?.normal.as_flattened(), &[3])
     }
 
     /// The stage that decided each pixel: 0 f32, 1 f64, 2 exact arithmetic. It may differ between devices.
     #[getter]
-    fn level<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u8>>> {
-        self.flat(py, self.kept.hits.level.clone())
+    fn level<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.array(py, &self.kept.hits.level, &[])
     }
 
     /// How many pixels' centre rays each stage decided.
     #[getter]
-    fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        counts_of(py, self.kept.hits.counts)
+    fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.kept.hits.counts)
     }
 
     /// One hash of the picture's exact content, as `kugelblitz digest` prints it: the same on every device
     /// with the kernel `certified`.
     fn digest(&self, py: Python<'_>) -> PyResult<String> {
         let Colors::Srgb8(colors) = &self.kept.colors else {
-            return Err(no_colors());
+            return wrong_value("these colours were not kept");
         };
         if self.kept.coverage.is_some() {
-            let message = "a transparent picture has no digest; render it with its background";
-            return Err(PyValueError::new_err(message));
+            return wrong_value(
+                "a transparent picture has no digest; render it with its background",
+            );
         }
         let mut digest = Digest::new(&self.pixels, self.style.n_samples);
         digest.rows(self.hits(py)?, colors);
@@ -296,28 +269,26 @@ impl Picture {
         path: PathBuf,
         bits: u8,
         certificates: bool,
-        progress: Option<&Bound<'_, PyAny>>,
+        progress: Given<'_>,
     ) -> PyResult<()> {
         let bits = match bits {
             8 => Bits::Eight,
             16 => Bits::Sixteen,
             other => {
-                let message = format!("bits: {other}, but a channel has 8 or 16");
-                return Err(PyValueError::new_err(message));
+                return wrong_value(format!("bits: {other}, but a channel has 8 or 16"));
             }
         };
         let format = Format::from_path(&path).map_err(error::of("path"))?;
         let transparent = self.style.background != Background::Shown;
         let options = PictureOptions { bits, certificates, transparent };
         if certificates && matches!(format, Format::Png | Format::Ppm) {
-            let message =
-                format!("certificates: {format} has no place for them; write .exr or .npy");
-            return Err(PyValueError::new_err(message));
+            return wrong_value(format!(
+                "certificates: {format} has no place for them; write .exr or .npy"
+            ));
         }
         let plan = self.plan(format, options)?;
         let n_steps = plan.n_steps(&self.pixels, self.scene.get().of.is_lit());
-        let session = self.session(py)?;
-        work::run_with_session(py, progress, n_steps, &session, |session, control| {
+        self.run(py, (progress, n_steps), |session, control| {
             let file = OutputFile::create(&path, format.needs_seek())?;
             let file = match plan.style() == self.style {
                 true => self.write(session, &plan, file, path.clone())?,
@@ -334,10 +305,8 @@ impl Picture {
         let transparent = self.style.background != Background::Shown;
         let options = PictureOptions { transparent, ..PictureOptions::default() };
         let (sink, name) = (Cursor::new(Vec::new()), PathBuf::from("picture"));
-        let (plan, session) = (self.plan(Format::Png, options)?, self.session(py)?);
-        let png = work::run_with_session(py, None, 0, &session, |session, _| {
-            self.write(session, &plan, sink, name)
-        })?;
+        let plan = self.plan(Format::Png, options)?;
+        let png = self.run(py, (None, 0), |session, _| self.write(session, &plan, sink, name))?;
         Ok(PyBytes::new(py, png.get_ref()))
     }
 
@@ -346,8 +315,4 @@ impl Picture {
         let n_hits = self.kept.hits.n_hits();
         format!("<Picture: {width}×{height} pixels, {n_hits} of them see an object>")
     }
-}
-
-fn no_colors() -> PyErr {
-    PyValueError::new_err("these colours were not kept")
 }

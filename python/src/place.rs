@@ -2,34 +2,20 @@
 
 use std::collections::HashMap;
 use std::ffi::CString;
-use std::process;
-use std::sync::{Mutex, PoisonError};
 
 use kugelblitz::device::{Device, DeviceChoice};
 use kugelblitz::gpu::list_adapters;
 use kugelblitz::trace::Kernel;
 use pyo3::exceptions::PyRuntimeWarning;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use crate::argument::named;
 use crate::error;
+use crate::process::OfProcess;
+use crate::table::to_python;
 
-/// Devices by what was asked for.
-type Devices = HashMap<(DeviceChoice, Kernel), Device>;
-
-/// Devices that are open, and the process that opened them: a fork leaves their drivers' threads behind.
-static OPEN: Mutex<Option<(u32, Devices)>> = Mutex::new(None);
-
-/// Does something with the open devices. The interpreter's lock is held, so that no fork comes meanwhile.
-fn with_open<T>(_: Python<'_>, act: impl FnOnce(&mut Devices) -> T) -> T {
-    let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
-    if open.as_ref().is_some_and(|(process, _)| *process != process::id()) {
-        // Another process's drivers can't be asked to close.
-        std::mem::forget(open.take());
-    }
-    act(&mut open.get_or_insert_with(|| (process::id(), HashMap::new())).1)
-}
+/// The devices that are open, by what was asked for.
+static OPEN: OfProcess<HashMap<(DeviceChoice, Kernel), Device>> = OfProcess::new();
 
 /// The device that `name` asks for, for so many rays into so many spheres.
 ///
@@ -47,7 +33,7 @@ pub fn device(
         return Ok(Device::Cpu);
     }
     let key = (choice.clone(), kernel);
-    if let Some(device) = with_open(py, |open| open.get(&key).cloned()) {
+    if let Some(device) = OPEN.with(py, |open| open.get(&key).cloned()) {
         return Ok(device);
     }
     let (device, why) =
@@ -56,7 +42,7 @@ pub fn device(
         let text = CString::new(format!("tracing on the CPU: {why}")).unwrap_or_default();
         PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &text, 2)?;
     }
-    Ok(with_open(py, |open| open.entry(key).or_insert(device).clone()))
+    Ok(OPEN.with(py, |open| open.entry(key).or_insert(device).clone()))
 }
 
 /// The kernel of this name.
@@ -69,18 +55,6 @@ pub fn kernel(name: &str) -> PyResult<Kernel> {
 
 /// The Vulkan adapters of this machine, the best first: a dictionary each.
 #[pyfunction]
-pub fn adapters(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
-    let facts = py.detach(list_adapters);
-    facts
-        .iter()
-        .map(|facts| {
-            let dict = PyDict::new(py);
-            dict.set_item("name", &facts.name)?;
-            dict.set_item("type", facts.kind)?;
-            dict.set_item("driver", &facts.driver)?;
-            dict.set_item("f64", facts.f64)?;
-            dict.set_item("max_binding_bytes", facts.max_binding_bytes)?;
-            Ok(dict)
-        })
-        .collect()
+pub fn adapters(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    to_python(py, &py.detach(list_adapters))
 }

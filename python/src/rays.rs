@@ -1,16 +1,16 @@
-//! Rays and pixels out of Python's arguments, and counts of rays for Python.
+//! Rays and pixels out of Python's arguments.
 
 use glam::DVec3;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Scene, schema};
-use kugelblitz::trace::{Ray, Rays, StageCounts};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use kugelblitz::trace::{Ray, Rays};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use crate::argument::{Crop, Pixel, Size};
 use crate::array::Numbers;
-use crate::camera::{Camera, usable_size};
+use crate::camera::Camera;
+use crate::error::{wrong_type, wrong_value};
 use crate::table::value_of;
 
 /// What is wrong where a picture has no camera.
@@ -33,17 +33,15 @@ pub fn pixels_of(
         (None, None) => return Err(no_camera()),
     };
     let of_scene = scene.image.map(|image| Size([image.width, image.height]));
-    let [width, height] = usable_size(size.or(of_scene).unwrap_or(Size([1280, 720])))?;
+    let Size([width, height]) = size.or(of_scene).unwrap_or(Size([1280, 720]));
     let whole = Pixels::whole(View::new(camera), width, height);
-    let Some(Crop([x, y, width, height])) = crop else { return Ok(whole) };
-    let part = Pixels { x, y, width, height, ..whole };
-    if part.is_empty() || !part.is_in_picture() {
-        return Err(PyValueError::new_err(format!(
+    let Some(Crop(crop @ [x, y, width, height])) = crop else { return Ok(whole) };
+    whole.part(crop).ok_or_else(|| {
+        PyValueError::new_err(format!(
             "crop: ({x}, {y}, {width}, {height}) is not a part of the picture of {}x{} pixels",
-            part.image_width, part.image_height
-        )));
-    }
-    Ok(part)
+            whole.image_width, whole.image_height
+        ))
+    })
 }
 
 /// The ray of a pixel (column, row), or the one given as (origin, direction).
@@ -57,24 +55,19 @@ pub fn one_ray(
     match (pixel, ray) {
         (Some(Pixel([x, y])), None) => {
             let whole = pixels_of(scene, camera, size, None)?;
-            let inside = |at: i64, n: u32| u32::try_from(at).ok().filter(|at| *at < n);
-            let (Some(x), Some(y)) = (inside(x, whole.width), inside(y, whole.height)) else {
-                return Err(PyValueError::new_err(format!(
+            whole.pixel([x, y]).map(Rays::Pixels).ok_or_else(|| {
+                PyValueError::new_err(format!(
                     "pixel: ({x}, {y}) is not in the picture of {}×{} pixels",
                     whole.width, whole.height
-                )));
-            };
-            Ok(Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..whole }))
+                ))
+            })
         }
         (None, Some((origin, direction))) => {
             let origin = value_of("ray", &origin, schema::point)?;
             let direction = value_of("ray", &direction, schema::direction)?;
             Ok(Rays::List(vec![Ray { origin, direction }]))
         }
-        _ => {
-            let message = "give a pixel (column, row) of a camera, or a ray (origin, direction)";
-            Err(PyTypeError::new_err(message))
-        }
+        _ => wrong_type("give a pixel (column, row) of a camera, or a ray (origin, direction)"),
     }
 }
 
@@ -85,17 +78,16 @@ pub fn one_ray(
 pub fn rays_of(origins: &Bound<'_, PyAny>, directions: &Bound<'_, PyAny>) -> PyResult<Vec<Ray>> {
     let origins = Numbers::new("origins", origins)?;
     let directions = Numbers::new("directions", directions)?;
-    let of_origins = origins.table(3, "origins are (N, 3)")?;
-    let of_directions = directions.table(3, "directions are (N, 3)")?;
-    if of_origins.len() != of_directions.len() {
-        let expected = format!("`origins` has {} rows", of_origins.len());
-        return Err(directions.wrong_shape(&expected));
+    let ways: Vec<[f64; 3]> = directions.rows("directions are (N, 3)", |_, way| way)?;
+    if let [n, _] = origins.shape()
+        && *n != ways.len()
+    {
+        return Err(directions.wrong_shape(&format!("`origins` has {n} rows")));
     }
-    let ray = |row, origin| {
-        let direction = of_directions.row(row);
-        Ray { origin: DVec3::from_array(origin), direction: DVec3::from_array(direction) }
-    };
-    let rays = of_origins.map("rays", ray)?;
+    let rays = origins.rows("origins are (N, 3)", |row, origin| Ray {
+        origin: DVec3::from_array(origin),
+        direction: DVec3::from_array(ways[row]),
+    })?;
     let is_ray = |ray: &Ray| {
         ray.origin.is_finite() && ray.direction.is_finite() && ray.direction != DVec3::ZERO
     };
@@ -107,16 +99,5 @@ pub fn rays_of(origins: &Bound<'_, PyAny>, directions: &Bound<'_, PyAny>) -> PyR
         _ => ("directions", direction, "it points nowhere"),
     };
     let [x, y, z] = numbers.to_array();
-    Err(PyValueError::new_err(format!(
-        "{name}: row {row} (counted from 0) is ({x:?}, {y:?}, {z:?}): {why}"
-    )))
-}
-
-/// A dictionary of how many rays each stage decided.
-pub fn counts_of(py: Python<'_>, counts: StageCounts) -> PyResult<Bound<'_, PyDict>> {
-    let dict = PyDict::new(py);
-    dict.set_item("f32", counts.f32)?;
-    dict.set_item("f64", counts.f64)?;
-    dict.set_item("exact", counts.exact)?;
-    Ok(dict)
+    wrong_value(format!("{name}: row {row} (counted from 0) is ({x:?}, {y:?}, {z:?}): {why}"))
 }

@@ -8,14 +8,17 @@ use kugelblitz::control::Control;
 use kugelblitz::cost::Cost;
 use kugelblitz::device::rays_of_picture;
 use kugelblitz::digest::scene_hash;
+use kugelblitz_judge::export::{self, Language};
+use kugelblitz_judge::figure::svg_of_colorings;
 use kugelblitz::generate::{Distribution, Recipe};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::hit_records;
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::n_steps;
+use kugelblitz::scene::schema::{self, CloudKeys};
 use kugelblitz::scene::{
-    self, Color, Coloring, ImageSize, Samples, SceneOverrides, compose_scene, is_cloud_file,
-    parse_scene, read_scene_with, schema,
+    self, Color, Coloring, SceneOverrides, compose_scene, is_cloud_file, parse_scene,
+    read_scene_with,
 };
 use kugelblitz::shade::{Background, Encoding, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
@@ -24,27 +27,25 @@ use kugelblitz_judge::export::{self, Language};
 use kugelblitz_judge::judge::Conventions;
 use kugelblitz_judge::show::{self, Entry, Show};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde_json::json;
 
-use crate::argument::{Crop, Pixel, Size, named};
-use crate::camera::{Camera, framing, usable_size};
-use crate::drawing::{Drawing, Tinted};
-use crate::error::exception;
+use crate::argument::{Crop, Pixel, Samples, Size, named};
+use crate::camera::{Camera, FRAMING, framing};
+use crate::drawing::{drawing, tinted};
+use crate::error::{exception, wrong_value};
 use crate::explain::{Explanation, explained};
-use crate::given::{
-    ambient_of, colored_by, lights_of, name_all, planes_of, sky_of, spheres_of, usable_samples,
-};
-use crate::judge::{self, Judgement};
+use crate::given::{OF_SCENE, OF_SPHERES, change, spheres_of};
+use crate::judge;
 use crate::pickle::{State, of_state, state_of};
 use crate::picture::Picture;
 use crate::place;
-use crate::rays::{counts_of, no_camera, one_ray, pixels_of, rays_of};
-use crate::session::{Sessions, Shared};
-use crate::table::{key, to_python, value_of};
-use crate::verify::{Asked, Verification};
-use crate::work;
+use crate::rays::{no_camera, one_ray, pixels_of, rays_of};
+use crate::session::Sessions;
+use crate::table::{Given, Keywords, keys_of, section, to_python};
+use crate::verify;
+use crate::work::{self, Steps};
 
 /// Spheres, planes and their light.
 ///
@@ -93,9 +94,8 @@ impl From<scene::Scene> for Scene {
 impl Scene {
     /// A scene of spheres that got their colours so.
     pub fn new_colored(scene: scene::Scene, coloring: Option<Coloring>) -> Scene {
-        let (of, sessions, keeps_surfaces) =
-            (Arc::new(scene), Sessions::default(), AtomicBool::new(false));
-        Scene { of, coloring, sessions, keeps_surfaces }
+        let (of, sessions) = (Arc::new(scene), Sessions::new());
+        Scene { of, coloring, sessions, keeps_surfaces: AtomicBool::new(false) }
     }
 
     /// How numbers became colours, of files and of arrays.
@@ -104,16 +104,22 @@ impl Scene {
         of_files.chain(&self.coloring)
     }
 
-    /// The session for so many rays.
-    pub fn session(
+    /// Does `work` of so many rays and steps with the scene's session on a device.
+    pub fn run<T: Send>(
         &self,
         py: Python<'_>,
-        device: &str,
-        kernel: Kernel,
-        n_rays: usize,
-    ) -> PyResult<Shared> {
+        (device, kernel, n_rays): (&str, Kernel, usize),
+        (progress, n_steps): (Given<'_>, u64),
+        work: impl FnOnce(&mut Session, &Control) -> kugelblitz::Result<T> + Send,
+    ) -> PyResult<T> {
         let device = place::device(py, device, kernel, self.of.spheres.len(), n_rays)?;
-        Ok(self.sessions.get(&self.of, device, kernel))
+        let session = self.sessions.get(py, &self.of, device, kernel);
+        work::run_with_session(py, progress, n_steps, &session, work)
+    }
+
+    /// Samples of a picture that is asked for so many.
+    fn n_samples(&self, asked: Option<Samples>) -> scene::Samples {
+        asked.map(|Samples(asked)| asked).or(self.of.samples).unwrap_or_default()
     }
 
     /// Has pictures keep depths and normals from now on: who wants them of one wants them of the next.
@@ -129,66 +135,29 @@ impl Scene {
     }
 }
 
+/// The keys of a cloud that [`Scene::open`] takes.
+const OF_DATA: [&str; 8] =
+    ["radius", "color", "color_by", "colormap", "range", "columns", "frame", "samples"];
+
 #[pymethods]
 impl Scene {
     #[new]
-    #[pyo3(signature = (
-        spheres = None, *, radius = None, color = None, color_by = None, colormap = None, range = None,
-        missing_color = None, names = None, planes = None, lights = None, sky = None, ambient = None,
-        background = None, camera = None
-    ))]
-    #[allow(clippy::too_many_arguments, reason = "Python's arguments have names")]
+    #[pyo3(
+        signature = (spheres = None, **keys),
+        text_signature = "(spheres=None, *, radius=None, color=None, color_by=None, colormap=None, \
+                          range=None, missing_color=None, names=None, planes=None, lights=None, \
+                          sky=None, ambient=None, background=None, camera=None, size=None, \
+                          samples=None)"
+    )]
     fn new(
         py: Python<'_>,
-        spheres: Option<&Bound<'_, PyAny>>,
-        radius: Option<&Bound<'_, PyAny>>,
-        color: Option<&Bound<'_, PyAny>>,
-        color_by: Option<&Bound<'_, PyAny>>,
-        colormap: Option<&Bound<'_, PyAny>>,
-        range: Option<&Bound<'_, PyAny>>,
-        missing_color: Option<&Bound<'_, PyAny>>,
-        names: Option<&Bound<'_, PyAny>>,
-        planes: Option<&Bound<'_, PyAny>>,
-        lights: Option<&Bound<'_, PyAny>>,
-        sky: Option<&Bound<'_, PyAny>>,
-        ambient: Option<&Bound<'_, PyAny>>,
-        background: Option<&Bound<'_, PyAny>>,
-        camera: Option<&Camera>,
+        spheres: Given<'_>,
+        keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Scene> {
-        let mut scene = scene::Scene::default();
-        let mut coloring = None;
-        if let Some(spheres) = spheres {
-            scene.spheres = spheres_of(py, spheres, radius, color)?;
-        } else if radius.is_some() || color.is_some() || color_by.is_some() || names.is_some() {
-            return Err(PyValueError::new_err(
-                "radius, color, color_by, names: there are no spheres that they are of",
-            ));
-        }
-        if let Some(color_by) = color_by {
-            if color.is_some() {
-                let message = "color: `color_by` gives each sphere its own; leave one of them out";
-                return Err(PyValueError::new_err(message));
-            }
-            let (spheres, made) =
-                colored_by(scene.spheres, color_by, [colormap, range, missing_color])?;
-            scene.spheres = spheres;
-            coloring = Some(made);
-        } else if colormap.is_some() || range.is_some() || missing_color.is_some() {
-            return Err(PyValueError::new_err(
-                "colormap, range, missing_color: they say how numbers are coloured; give them by `color_by`",
-            ));
-        }
-        if let Some(names) = names {
-            name_all(&mut scene.spheres, names)?;
-        }
-        scene.planes = planes_of(planes)?;
-        scene.lights = lights_of(lights)?;
-        scene.sky = sky_of(sky)?;
-        scene.ambient = ambient_of(ambient)?;
-        if let Some(background) = background {
-            scene.background = value_of("background", background, schema::color)?;
-        }
-        scene.camera = camera.map(|camera| camera.of_scene.clone());
+        let keys = Keywords::new(keys, &[&OF_SPHERES[..], &OF_SCENE].concat())?;
+        let (spheres, coloring) = spheres_of(py, spheres.as_ref(), &keys)?;
+        let mut scene = scene::Scene { spheres, ..scene::Scene::default() };
+        change(&mut scene, &keys)?;
         Ok(Scene::new_colored(scene, coloring))
     }
 
@@ -199,44 +168,25 @@ impl Scene {
     /// {"radius": "R"}) and `frame` (from 0) are for data, or for a scene's only cloud. `view`, `up`, `fov`,
     /// `height` and `margin` are those of `Camera.frame`; `size` and `samples` win over the file's.
     #[staticmethod]
-    #[pyo3(signature = (
-        path, *, radius = None, color = None, color_by = None, colormap = None, range = None, columns = None,
-        frame = None, view = None, up = None, fov = None, height = None, margin = None, size = None,
-        samples = None, progress = None
-    ))]
-    #[allow(clippy::too_many_arguments, reason = "Python's arguments have names")]
+    #[pyo3(
+        signature = (path, *, view = None, progress = None, **keys),
+        text_signature = "(path, *, radius=None, color=None, color_by=None, colormap=None, range=None, \
+                          columns=None, frame=None, view=None, up=None, fov=None, height=None, \
+                          margin=None, size=None, samples=None, progress=None)"
+    )]
     fn open(
         py: Python<'_>,
         path: PathBuf,
-        radius: Option<&Bound<'_, PyAny>>,
-        color: Option<&Bound<'_, PyAny>>,
-        color_by: Option<String>,
-        colormap: Option<&Bound<'_, PyAny>>,
-        range: Option<&Bound<'_, PyAny>>,
-        columns: Option<&Bound<'_, PyAny>>,
-        frame: Option<u32>,
         view: Option<&str>,
-        up: Option<&Bound<'_, PyAny>>,
-        fov: Option<&Bound<'_, PyAny>>,
-        height: Option<&Bound<'_, PyAny>>,
-        margin: Option<f64>,
-        size: Option<Size>,
-        samples: Option<u32>,
-        progress: Option<&Bound<'_, PyAny>>,
+        progress: Given<'_>,
+        keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Scene> {
+        let known = [&OF_DATA[..], &FRAMING].concat();
+        let keys = Keywords::new(keys, &known)?;
         let overrides = SceneOverrides {
-            samples: samples.map(usable_samples).transpose()?,
-            cloud: schema::CloudKeys {
-                radius: key("radius", radius, schema::radius)?,
-                color: key("color", color, schema::color)?,
-                columns: key("columns", columns, schema::table)?,
-                color_by: color_by.map(Into::into),
-                colormap: key("colormap", colormap, schema::colormap)?,
-                range: key("range", range, schema::range)?,
-                frame: frame.map(Into::into),
-                ..schema::CloudKeys::default()
-            },
-            ..framing(view, margin, [up, fov, height], size)?
+            cloud: section(&keys.table(keys_of::<CloudKeys>())?)?,
+            samples: keys.value("samples", schema::samples)?,
+            ..framing(view, &keys)?
         };
         // A file that needs nothing of this is only read: it may be of rays alone.
         let is_as_written = overrides == SceneOverrides::default() && !is_cloud_file(&path);
@@ -252,7 +202,7 @@ impl Scene {
         if let Err(missing) = std::fs::metadata(&path) {
             return Err(exception(Error::Io { path, source: missing }, ""));
         }
-        work::run_of_bytes(py, progress, read).map(Scene::from)
+        work::run_with_progress(py, progress, Steps::Bytes, read).map(Scene::from)
     }
 
     /// A cloud of spheres made up from a seed, the same on every machine, with a camera: `distribution` is
@@ -263,7 +213,7 @@ impl Scene {
         let all = Distribution::ALL;
         let distribution = named("distribution", distribution, all, Distribution::name)?;
         let recipe = Recipe { distribution, count, seed };
-        work::run(py, None, 0, |control| recipe.scene(control)).map(Scene::from)
+        work::run(py, |control| recipe.scene(control)).map(Scene::from)
     }
 
     /// The scene with some things changed: `camera`, `size`, `samples`, `planes`, `lights`, `sky`, `ambient` or
@@ -275,40 +225,7 @@ impl Scene {
     )]
     fn replace(&self, changes: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
         let mut scene = scene::Scene::clone(&self.of);
-        for (key, given) in changes.into_iter().flatten() {
-            let given = Some(given).filter(|given| !given.is_none());
-            let given = given.as_ref();
-            match &*key.extract::<String>()? {
-                "camera" => {
-                    let camera = given.map(|given| Ok::<_, PyErr>(given.cast::<Camera>()?.get()));
-                    scene.camera = camera.transpose()?.map(|camera| camera.of_scene.clone());
-                }
-                "size" => {
-                    let size = given.map(|given| usable_size(given.extract()?)).transpose()?;
-                    scene.image = size.map(|[width, height]| ImageSize { width, height });
-                }
-                "samples" => {
-                    scene.samples =
-                        given.map(|given| usable_samples(given.extract()?)).transpose()?;
-                }
-                "planes" => scene.planes = planes_of(given)?,
-                "lights" => scene.lights = lights_of(given)?,
-                "sky" => scene.sky = sky_of(given)?,
-                "ambient" => scene.ambient = ambient_of(given)?,
-                "background" => {
-                    let color = given
-                        .map(|given| value_of("background", given, schema::color))
-                        .transpose()?;
-                    scene.background = color.unwrap_or_default();
-                }
-                other => {
-                    return Err(PyTypeError::new_err(format!(
-                        "{other}: this can't be changed; give camera, size, samples, planes, lights, sky, \
-                         ambient or background"
-                    )));
-                }
-            }
-        }
+        change(&mut scene, &Keywords::new(changes, &OF_SCENE)?)?;
         Ok(Scene::new_colored(scene, self.coloring.clone()))
     }
 
@@ -316,12 +233,12 @@ impl Scene {
     #[staticmethod]
     #[pyo3(signature = (text, path = PathBuf::from("scene.toml")))]
     fn parse(py: Python<'_>, text: &str, path: PathBuf) -> PyResult<Scene> {
-        work::run(py, None, 0, |_| parse_scene(text, &path)).map(Scene::from)
+        work::run(py, |_| parse_scene(text, &path)).map(Scene::from)
     }
 
     /// Writes the scene into a `.toml` file, and many spheres into an `.npy` file beside it.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        work::run(py, None, 0, |control| self.of.save(&path, control))
+        work::run(py, |control| self.of.save(&path, control))
     }
 
     /// Number of spheres.
@@ -366,7 +283,7 @@ impl Scene {
     /// Samples across and down a pixel that the scene asks for, if it does.
     #[getter]
     fn samples(&self) -> Option<u32> {
-        self.of.samples.map(Samples::across)
+        self.of.samples.map(scene::Samples::across)
     }
 
     /// Whether anything lights the objects; else they have their colours as they are.
@@ -376,15 +293,14 @@ impl Scene {
     }
 
     /// Which colours stand for which numbers: a `Drawing`, or `None` where nothing is coloured by numbers.
-    fn legend(&self) -> Option<Drawing> {
-        let svg = kugelblitz_judge::figure::svg_of_colorings(self.colorings())?;
-        Some(Drawing { svg })
+    fn legend<'py>(&self, py: Python<'py>) -> PyResult<Given<'py>> {
+        svg_of_colorings(self.colorings()).map(|svg| drawing(py, svg)).transpose()
     }
 
     /// One hash of what the scene holds, but for its camera, size, samples and names: pictures tell it in their
     /// metadata.
     fn hash(&self, py: Python<'_>) -> PyResult<String> {
-        work::run(py, None, 0, |_| Ok(scene_hash(&self.of)))
+        work::run(py, |_| Ok(scene_hash(&self.of)))
     }
 
     /// What the scene holds and what a picture of it takes: a dictionary with the keys of
@@ -398,12 +314,10 @@ impl Scene {
     ) -> PyResult<Bound<'py, PyAny>> {
         let has_camera = camera.is_some() || self.of.camera.is_some();
         let pixels = has_camera.then(|| pixels_of(&self.of, camera, size, None)).transpose()?;
-        let cost = work::run(py, None, 0, |control| Cost::new(&self.of, pixels.as_ref(), control))?;
+        let cost = work::run(py, |control| Cost::new(&self.of, pixels.as_ref(), control))?;
         let dict = to_python(py, &cost)?;
-        let objects = PyDict::new(py);
-        objects.set_item("spheres", self.n_spheres())?;
-        objects.set_item("planes", self.n_planes())?;
-        dict.set_item("objects", objects)?;
+        let objects = json!({ "spheres": self.n_spheres(), "planes": self.n_planes() });
+        dict.set_item("objects", to_python(py, &objects)?)?;
         Ok(dict)
     }
 
@@ -421,7 +335,7 @@ impl Scene {
         let language = named("language", language, Language::ALL, Language::name)?;
         let Pixels { view, width, height, .. } = pixels_of(&self.of, camera, size, None)?;
         let palette: Vec<Color> = self.of.colors().collect();
-        work::run(py, None, 0, |control| {
+        work::run(py, |control| {
             let mut file = OutputFile::create(&path, false)?;
             let color_of = |id: u32| palette[id as usize];
             export::write(language, &self.of, &view, [width, height], color_of, &mut file)
@@ -439,7 +353,6 @@ impl Scene {
         camera = None, pixel = None, *, ray = None, size = None, samples = None, all = false, lang = "en",
         digits = 6, device = "cpu"
     ))]
-    #[allow(clippy::too_many_arguments, reason = "Python's arguments have names")]
     fn explain(
         &self,
         py: Python<'_>,
@@ -447,14 +360,14 @@ impl Scene {
         pixel: Option<Pixel>,
         ray: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
         size: Option<Size>,
-        samples: Option<u32>,
+        samples: Option<Samples>,
         all: bool,
         lang: &str,
         digits: usize,
         device: &str,
     ) -> PyResult<Explanation> {
         let ray = one_ray(&self.of, camera, size, pixel, ray)?;
-        let scene = match samples.map(usable_samples).transpose()? {
+        let scene = match samples.map(|Samples(samples)| samples) {
             samples @ Some(_) if samples != self.of.samples => {
                 Arc::new(scene::Scene { samples, ..scene::Scene::clone(&self.of) })
             }
@@ -475,81 +388,21 @@ impl Scene {
     /// unit of depth; `normals` are "facing", "outward" or "either", in the axes of the "world" or the "camera"
     /// (`normal_space`). `allow` is what may be wrong, e.g. "ids=0.01%,silhouettes=5%,t=2ulp,normal=0.1"; without
     /// it what `certified` itself promises. `worst` errors of each kind are shown.
-    #[pyo3(signature = (
-        camera_or_rays = None, *, id = None, t = None, distance = None, zbuffer = None, normal = None,
-        color = None, against = None, size = None, crop = None, id_offset = 0, no_hit = None,
-        background = None, scale = 1.0, near = None, far = None, normals = "facing", normal_space = "world",
-        color_tolerance = 1, rows_from_below = false, allow = None, worst = 3, device = "auto",
-        progress = None
-    ))]
-    #[allow(clippy::too_many_arguments, reason = "Python's arguments have names")]
+    #[pyo3(
+        signature = (camera_or_rays = None, **keys),
+        text_signature = "($self, camera_or_rays=None, *, id=None, t=None, distance=None, zbuffer=None, \
+                          normal=None, color=None, against=None, size=None, crop=None, id_offset=0, \
+                          no_hit=None, background=None, scale=1.0, near=None, far=None, \
+                          normals='facing', normal_space='world', color_tolerance=1, \
+                          rows_from_below=False, allow=None, worst=3, device='auto', progress=None)"
+    )]
     fn judge<'py>(
         &self,
         py: Python<'py>,
         camera_or_rays: Option<&Bound<'py, PyAny>>,
-        id: Option<&Bound<'py, PyAny>>,
-        t: Option<&Bound<'py, PyAny>>,
-        distance: Option<&Bound<'py, PyAny>>,
-        zbuffer: Option<&Bound<'py, PyAny>>,
-        normal: Option<&Bound<'py, PyAny>>,
-        color: Option<&Bound<'py, PyAny>>,
-        against: Option<&Bound<'py, PyAny>>,
-        size: Option<Size>,
-        crop: Option<Crop>,
-        id_offset: i64,
-        no_hit: Option<i64>,
-        background: Option<f64>,
-        scale: f64,
-        near: Option<f64>,
-        far: Option<f64>,
-        normals: &str,
-        normal_space: &str,
-        color_tolerance: u8,
-        rows_from_below: bool,
-        allow: Option<&str>,
-        worst: usize,
-        device: &str,
-        progress: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Judgement> {
-        if !(scale.is_finite() && scale != 0.0) {
-            return Err(PyValueError::new_err(format!("scale: {scale:?} is no length but 0")));
-        }
-        let (normal_side, normal_space) = judge::normals(normals, normal_space)?;
-        let conventions = Conventions {
-            quantities: Vec::new(),
-            channel: None,
-            id_offset,
-            no_hit,
-            background,
-            scale,
-            near_far: judge::planes(near, far)?,
-            normal_side,
-            normal_space,
-            color_tolerance,
-            rows_from_below,
-        };
-        let arrays = [
-            ("id", id),
-            ("t", t),
-            ("distance", distance),
-            ("zbuffer", zbuffer),
-            ("normal", normal),
-            ("color", color),
-        ];
-        let (allow, n_worst) = (allow, worst);
-        let given = judge::Given {
-            camera_or_rays,
-            arrays,
-            against,
-            size,
-            crop,
-            conventions,
-            allow,
-            n_worst,
-            device,
-            progress,
-        };
-        given.judge(py, self)
+        keys: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        judge::judge(py, self, camera_or_rays, keys)
     }
 
     /// Holds a kernel's picture, on a device and on the CPU, against exact arithmetic at `samples` pixels, drawn
@@ -558,10 +411,9 @@ impl Scene {
         camera = None, size = None, *, crop = None, samples = None, seed = 0, kernel = "certified",
         device = "auto", progress = None
     ))]
-    #[allow(clippy::too_many_arguments, reason = "Python's arguments have names")]
-    fn verify(
+    fn verify<'py>(
         &self,
-        py: Python<'_>,
+        py: Python<'py>,
         camera: Option<&Camera>,
         size: Option<Size>,
         crop: Option<Crop>,
@@ -569,31 +421,29 @@ impl Scene {
         seed: u64,
         kernel: &str,
         device: &str,
-        progress: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Verification> {
-        let asked = Asked { camera, size, crop, samples, seed, kernel, device, progress };
-        asked.verify(py, self)
+        progress: Given<'py>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let pixels = pixels_of(&self.of, camera, size, crop)?;
+        verify::verify(py, self, &pixels, (samples, seed), (kernel, device), progress)
     }
 
     /// The digest of a picture, band by band: the same on every device, and that of `render(…).digest()`.
     #[pyo3(signature = (camera = None, size = None, *, samples = None, crop = None, device = "auto", progress = None))]
-    #[allow(clippy::too_many_arguments, reason = "Python's arguments have names")]
     fn digest(
         &self,
         py: Python<'_>,
         camera: Option<&Camera>,
         size: Option<Size>,
-        samples: Option<u32>,
+        samples: Option<Samples>,
         crop: Option<Crop>,
         device: &str,
-        progress: Option<&Bound<'_, PyAny>>,
+        progress: Given<'_>,
     ) -> PyResult<String> {
         let pixels = pixels_of(&self.of, camera, size, crop)?;
-        let n_samples =
-            samples.map(usable_samples).transpose()?.or(self.of.samples).unwrap_or_default();
-        let session = self.session(py, device, Kernel::Certified, pixels.len())?;
+        let n_samples = self.n_samples(samples);
         let n_steps = n_steps(&pixels, n_samples, self.of.is_lit());
-        work::run_with_session(py, progress, n_steps, &session, |session, control| {
+        let on = (device, Kernel::Certified, pixels.len());
+        self.run(py, on, (progress, n_steps), |session, control| {
             session.digest(&pixels, n_samples, control)
         })
     }
@@ -604,31 +454,30 @@ impl Scene {
         what, camera = None, size = None, *, crop = None, device = "auto", kernel = "certified",
         progress = None
     ))]
-    #[allow(clippy::too_many_arguments, reason = "Python's arguments have names")]
-    fn show(
+    fn show<'py>(
         &self,
-        py: Python<'_>,
+        py: Python<'py>,
         what: &str,
         camera: Option<&Camera>,
         size: Option<Size>,
         crop: Option<Crop>,
         device: &str,
         kernel: &str,
-        progress: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Tinted> {
+        progress: Given<'py>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let all = Show::ALL.into_iter().filter(|show| *show != Show::Color);
         let show = named("what", what, all, Show::name)?;
         let kernel = place::kernel(kernel)?;
         let pixels = pixels_of(&self.of, camera, size, crop)?;
-        let session = self.session(py, device, kernel, pixels.len())?;
-        let n_steps = show::n_steps(show, &pixels);
-        let (shown, colors) =
-            work::run_with_session(py, progress, n_steps, &session, |session, control| {
-                show::keep(session, show, &pixels, control)
-            })?;
-        let entry = |(i, entry): (usize, Entry)| (entry.color, entry.meaning, shown.tally.count(i));
-        let legend = shown.legend.clone().into_iter().enumerate().map(entry).collect();
-        Ok(Tinted { size: [pixels.width, pixels.height], colors, legend })
+        let (on, n_steps) = ((device, kernel, pixels.len()), show::n_steps(show, &pixels));
+        let (shown, colors) = self.run(py, on, (progress, n_steps), |session, control| {
+            show::keep(session, show, &pixels, control)
+        })?;
+        let entry = |(i, entry): (usize, &Entry)| {
+            (scene::hex(entry.color), entry.meaning.clone(), shown.tally.count(i))
+        };
+        let legend = shown.legend.iter().enumerate().map(entry).collect();
+        tinted(py, [pixels.width, pixels.height], &colors, legend)
     }
 
     /// The camera of the scene's file, if it has one.
@@ -656,12 +505,11 @@ impl Scene {
         directions: &Bound<'py, PyAny>,
         device: &str,
         kernel: &str,
-        progress: Option<&Bound<'py, PyAny>>,
+        progress: Given<'py>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let kernel = place::kernel(kernel)?;
         let rays = rays_of(origins, directions)?;
         let n_rays = rays.len();
-        let session = self.session(py, device, kernel, n_rays)?;
         let rays = Rays::List(rays);
         let wants = Wants { surface: true, level: true };
         let trace = |session: &mut Session, control: &Control| {
@@ -670,9 +518,9 @@ impl Scene {
             Ok((hit_records(&hits), hits.counts))
         };
         let (records, counts) =
-            work::run_with_session(py, progress, n_rays as u64, &session, trace)?;
+            self.run(py, (device, kernel, n_rays), (progress, n_rays as u64), trace)?;
         let records = PyArray1::from_vec(py, records);
-        py.import("kugelblitz._hits")?.call_method1("hits", (records, counts_of(py, counts)?))
+        py.import("kugelblitz._hits")?.call_method1("hits", (records, to_python(py, &counts)?))
     }
 
     /// Draws a picture into memory.
@@ -685,45 +533,41 @@ impl Scene {
         camera = None, size = None, *, samples = None, crop = None, transparent = false,
         device = "auto", kernel = "certified", epsilon = 0.0, progress = None
     ))]
-    #[allow(clippy::too_many_arguments, reason = "Python's arguments have names")]
     fn render(
         slf: &Bound<'_, Scene>,
         py: Python<'_>,
         camera: Option<&Camera>,
         size: Option<Size>,
-        samples: Option<u32>,
+        samples: Option<Samples>,
         crop: Option<Crop>,
         transparent: bool,
         device: &str,
         kernel: &str,
         epsilon: f64,
-        progress: Option<&Bound<'_, PyAny>>,
+        progress: Given<'_>,
     ) -> PyResult<Picture> {
         let this = slf.get();
         let kernel = place::kernel(kernel)?;
         if !(epsilon.is_finite() && epsilon >= 0.0) {
-            return Err(PyValueError::new_err(format!(
-                "epsilon: {epsilon:?} is no distance, 0 or more"
-            )));
+            return wrong_value(format!("epsilon: {epsilon:?} is no distance, 0 or more"));
         }
         if epsilon != 0.0 && kernel == Kernel::Certified {
-            return Err(PyValueError::new_err(
+            return wrong_value(
                 "epsilon: certified decides exactly what is in a light's way and needs none; leave it \
                  out, or choose another kernel",
-            ));
+            );
         }
         let pixels = pixels_of(&this.of, camera, size, crop)?;
-        let n_samples =
-            samples.map(usable_samples).transpose()?.or(this.of.samples).unwrap_or_default();
+        let n_samples = this.n_samples(samples);
         let background = if transparent { Background::LeftOut } else { Background::Shown };
         let style = Style { encoding: Encoding::Srgb8, n_samples, epsilon, background };
         let n_rays = rays_of_picture(&this.of, pixels.len(), n_samples);
-        let session = this.session(py, device, kernel, n_rays)?;
         let n_steps = n_steps(&pixels, n_samples, this.of.is_lit());
         let wants = this.kept_of_hits(kernel);
-        let keep =
-            |session: &mut Session, control: &Control| session.keep(&pixels, style, wants, control);
-        let (kept, _) = work::run_with_session(py, progress, n_steps, &session, keep)?;
+        let (kept, _) =
+            this.run(py, (device, kernel, n_rays), (progress, n_steps), |session, control| {
+                session.keep(&pixels, style, wants, control)
+            })?;
         let camera = camera.map(|camera| &camera.of_scene).or(this.of.camera.as_ref());
         let camera = camera.cloned().ok_or_else(no_camera)?;
         Ok(Picture::new(slf.clone().unbind(), (device, kernel), (camera, pixels), style, kept))

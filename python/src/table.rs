@@ -4,27 +4,121 @@
 use std::path::Path;
 
 use kugelblitz::Error;
-use kugelblitz::scene::schema::{Reader, Spanned, read_value};
+use kugelblitz::scene::schema::{self, Reader, Section, read_value};
 use kugelblitz::scene::{Scene, parse_scene};
+use kugelblitz::words::did_you_mean_at_end;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyInt, PyString};
+use pyo3::types::PyDict;
 use serde::Serialize;
-use toml::{Table, Value};
 
-use crate::error::SceneError;
+use crate::error::{SceneError, exception};
+
+/// An argument that may be left out.
+pub type Given<'py> = Option<Bound<'py, PyAny>>;
+
+/// The keyword arguments of a call, which its signature names.
+pub struct Keywords<'py>(Vec<(&'static str, Bound<'py, PyAny>)>);
+
+impl<'py> Keywords<'py> {
+    /// # Errors
+    /// `TypeError` for a name that is none of `known`.
+    pub fn new(
+        given: Option<&Bound<'py, PyDict>>,
+        known: &[&'static str],
+    ) -> PyResult<Keywords<'py>> {
+        let keyword = |(name, value): (Bound<'py, PyAny>, _)| {
+            let name: String = name.extract()?;
+            let found = known.iter().find(|known| **known == name);
+            found.map(|known| (*known, value)).ok_or_else(|| {
+                let (all, near) = (known.join(", "), did_you_mean_at_end(known.to_vec(), &name));
+                PyTypeError::new_err(format!("{name}: no such argument; there are {all}{near}"))
+            })
+        };
+        given.into_iter().flatten().map(keyword).collect::<PyResult<_>>().map(Keywords)
+    }
+
+    /// Each that is there, `None` for Python's None.
+    pub fn each(&self) -> impl Iterator<Item = (&'static str, Option<&Bound<'py, PyAny>>)> {
+        self.0.iter().map(|(name, value)| (*name, Some(value).filter(|value| !value.is_none())))
+    }
+
+    /// What stands there, but for Python's None.
+    pub fn get(&self, name: &str) -> Option<&Bound<'py, PyAny>> {
+        self.each().find(|(key, _)| *key == name).and_then(|(_, value)| value)
+    }
+
+    /// What stands there, as something that no scene file has.
+    ///
+    /// # Errors
+    /// Those of the conversion, with the name before them.
+    pub fn extract<T: FromPyObjectOwned<'py>>(&self, name: &str) -> PyResult<Option<T>> {
+        let Some(given) = self.get(name) else { return Ok(None) };
+        given.extract().map(Some).map_err(|error: T::Error| {
+            let (error, py): (PyErr, _) = (error.into(), given.py());
+            PyErr::from_type(error.get_type(py), format!("{name}: {}", error.value(py)))
+        })
+    }
+
+    /// What stands there, as the value of a scene's key.
+    ///
+    /// # Errors
+    /// As [`value_of`].
+    pub fn value<T>(&self, name: &'static str, read: Reader<T>) -> PyResult<Option<T>> {
+        self.get(name).map(|given| value_of(name, given, read)).transpose()
+    }
+
+    /// Those of these names that are there, with their values as a scene file has them.
+    ///
+    /// # Errors
+    /// As [`value`].
+    pub fn table(&self, names: impl IntoIterator<Item = &'static str>) -> PyResult<Table> {
+        let given = names.into_iter().filter_map(|name| Some((name, self.get(name)?)));
+        given.map(|(name, given)| Ok((name, value(name, given)?))).collect()
+    }
+}
+
+/// Keys with their values in TOML.
+pub type Table = Vec<(&'static str, String)>;
+
+/// A table, a line for each key.
+pub fn lines(table: &Table) -> String {
+    table.iter().map(|(key, value)| format!("{key} = {value}\n")).collect()
+}
+
+/// A table in a line.
+pub fn inline(table: &Table) -> String {
+    format!("{{ {} }}", lines(table).trim_end().replace('\n', ", "))
+}
+
+/// The names of the keys of a table of scene files.
+pub fn keys_of<S: Section>() -> impl Iterator<Item = &'static str> {
+    S::INFO.keys.iter().map(|key| key.name)
+}
+
+/// What keys of a table of scene files say.
+///
+/// # Errors
+/// As [`scene_of`].
+pub fn section<S: Section>(keys: &Table) -> PyResult<S> {
+    if keys.is_empty() {
+        return Ok(S::default());
+    }
+    read_value(S::INFO.header, &inline(keys), schema::table)
+        .map_err(|[found, help]| SceneError::new_err(format!("{found}; {help}")))
+}
 
 /// A scene of one table: `key` and what stands there. `subject` names the argument in errors.
 ///
 /// # Errors
 /// `TypeError` for a value that a scene file can't hold; [`SceneError`] as the reader finds it.
-pub fn scene_of(subject: &str, key: &str, value: Value) -> PyResult<Scene> {
-    let text = Table::from_iter([(key.to_string(), value)]).to_string();
+pub fn scene_of(subject: &str, key: &str, value: &str) -> PyResult<Scene> {
+    let text = format!("{key} = {value}");
     parse_scene(&text, Path::new(subject)).map_err(|error| match error {
         Error::Scene(fault) => {
             SceneError::new_err(format!("{subject}: {}; {}", fault.message, fault.help))
         }
-        other => crate::error::exception(other, subject),
+        other => exception(other, subject),
     })
 }
 
@@ -33,60 +127,20 @@ pub fn scene_of(subject: &str, key: &str, value: Value) -> PyResult<Scene> {
 /// # Errors
 /// As [`scene_of`].
 pub fn value_of<T>(name: &'static str, given: &Bound<'_, PyAny>, read: Reader<T>) -> PyResult<T> {
-    read_value(name, &value(name, given)?.to_string(), read)
+    read_value(name, &value(name, given)?, read)
         .map_err(|[found, help]| SceneError::new_err(format!("{name}: {found}; {help}")))
 }
-
-/// The key of a scene file that the argument `name` gives, where it is given.
-///
-/// # Errors
-/// As [`scene_of`].
-pub fn key<T>(
-    name: &'static str,
-    given: Option<&Bound<'_, PyAny>>,
-    read: Reader<T>,
-) -> PyResult<Option<Spanned<T>>> {
-    given.map(|given| value_of(name, given, read).map(Into::into)).transpose()
-}
-
-/// The value of a scene file that an object stands for.
+/// The value of a scene file that an object stands for, in TOML.
 ///
 /// # Errors
 /// `TypeError` for what a scene file can't hold.
-pub fn value(subject: &str, given: &Bound<'_, PyAny>) -> PyResult<Value> {
-    if given.is_instance_of::<PyBool>() {
-        return Ok(Value::Boolean(given.extract()?));
-    }
-    if given.is_instance_of::<PyString>() {
-        return Ok(Value::String(given.extract()?));
-    }
-    if given.is_instance_of::<PyInt>() {
-        return given.extract().map(Value::Integer).map_err(|_| {
-            PyValueError::new_err(format!("{subject}: an integer that does not fit in 64 bits"))
-        });
-    }
-    if given.is_instance_of::<PyFloat>() {
-        return Ok(Value::Float(given.extract()?));
-    }
-    if let Ok(dict) = given.cast::<PyDict>() {
-        let mut table = Table::new();
-        for (key, entry) in dict {
-            let key: String = key.extract().map_err(|_| unknown(subject, &key))?;
-            let entry = value(&format!("{subject}, {key}"), &entry)?;
-            table.insert(key, entry);
-        }
-        return Ok(Value::Table(table));
-    }
-    if given.is_instance_of::<PyBytes>() || given.is_instance_of::<PyByteArray>() {
-        return Err(unknown(subject, given));
-    }
-    // Arrays and scalars of numpy.
-    if let Ok(list) = given.call_method0("tolist") {
-        return value(subject, &list);
-    }
-    let Ok(entries) = given.try_iter() else { return Err(unknown(subject, given)) };
-    let entries = entries.map(|entry| value(subject, &entry?));
-    Ok(Value::Array(entries.collect::<PyResult<_>>()?))
+pub fn value(subject: &str, it: &Bound<'_, PyAny>) -> PyResult<String> {
+    helpers(it.py())?.call_method1("toml", (subject, it))?.extract()
+}
+
+/// What reads arguments, in Python.
+pub fn helpers(py: Python<'_>) -> PyResult<Bound<'_, PyModule>> {
+    py.import("kugelblitz._given")
 }
 
 /// What serde writes, as Python's dictionaries, lists and numbers: by JSON.
@@ -94,14 +148,18 @@ pub fn value(subject: &str, given: &Bound<'_, PyAny>) -> PyResult<Value> {
 /// # Errors
 /// `ValueError` for what JSON can't hold.
 pub fn to_python<'py>(py: Python<'py>, all: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
-    let text =
-        serde_json::to_string(all).map_err(|error| PyValueError::new_err(error.to_string()))?;
-    py.import("json")?.call_method1("loads", (text,))
+    of_json(py, &json(all)?)
 }
 
-fn unknown(subject: &str, given: &Bound<'_, PyAny>) -> PyErr {
-    let kind = given.get_type().name().map_or("object".into(), |name| name.to_string());
-    PyTypeError::new_err(format!(
-        "{subject}: a {kind} has no meaning here; give numbers, texts, lists or dictionaries"
-    ))
+/// What serde writes, as JSON.
+///
+/// # Errors
+/// `ValueError` for what JSON can't hold.
+pub fn json(all: &impl Serialize) -> PyResult<String> {
+    serde_json::to_string(all).map_err(|error| PyValueError::new_err(error.to_string()))
+}
+
+/// JSON as Python's dictionaries, lists and numbers.
+pub fn of_json<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
+    py.import("json")?.call_method1("loads", (text,))
 }

@@ -1,5 +1,7 @@
 import os
 import shutil
+import subprocess
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -27,9 +29,30 @@ def ball():
 
 
 @pytest.fixture(scope="session")
-def program():
-    """The command line: KUGELBLITZ names it, else it is what `cargo build --release` built."""
+def run():
+    """Calls the command line, and gives what it prints. KUGELBLITZ names it, else it is what `cargo build --release`
+    built."""
     built = ROOT / "target/release/kugelblitz"
-    path = os.environ.get("KUGELBLITZ") or (built if built.exists() else shutil.which("kugelblitz"))
-    assert path, "build the program (cargo build --release), or name it by KUGELBLITZ=PATH"
-    return str(path)
+    program = os.environ.get("KUGELBLITZ") or (built if built.exists() else shutil.which("kugelblitz"))
+    assert program, "build the program (cargo build --release), or name it by KUGELBLITZ=PATH"
+
+    def run(*arguments, code=0):
+        done = subprocess.run([program, *map(str, arguments)], capture_output=True, timeout=120)
+        assert done.returncode == code, done.stderr.decode()
+        return done.stdout.decode()
+
+    return run
+
+
+def refuses(call, error, *cases):
+    """Each call with such arguments is refused by words."""
+    for given, words in cases:
+        with pytest.raises(error, match=words):
+            call(**given)
+
+
+def in_threads(n, work):
+    """Each of `n` threads does it, given its number."""
+    threads = [threading.Thread(target=work, args=(number,)) for number in range(n)]
+    [thread.start() for thread in threads]
+    [thread.join() for thread in threads]

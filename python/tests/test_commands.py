@@ -1,21 +1,14 @@
 """What the program has besides `render` and `trace`: the package gives the same words, numbers and files."""
 
 import json
-import subprocess
 
 import kugelblitz as kb
 import numpy as np
 import pytest
-from conftest import ROOT, cloud
+from conftest import ROOT, cloud, refuses
 
 SCENES = ROOT / "scenes"
 SIZE = (96, 54)
-
-
-def run(program, *arguments, code=0):
-    done = subprocess.run([program, *map(str, arguments)], capture_output=True, timeout=120)
-    assert done.returncode == code, done.stderr.decode()
-    return done.stdout.decode()
 
 
 def assert_in(ours, theirs, name=""):
@@ -39,40 +32,39 @@ def other(tmp_path_factory):
 
 @pytest.mark.parametrize("name, pixel", [("figure5", (640, 360)), ("figure1", (700, 300)), ("lit/figure1", (400, 500))])
 @pytest.mark.parametrize("lang", ["en", "de"])
-def test_explain(program, name, pixel, lang):
+def test_explain(run, name, pixel, lang):
     path = SCENES / f"{name}.toml"
     scene = kb.Scene.open(path)
     given = ["explain", path, "--pixel", f"{pixel[0]},{pixel[1]}", "-q", "--device", "cpu", "--lang", lang]
     explanation = scene.explain(pixel=pixel, lang=lang)
-    assert str(explanation).strip() == run(program, *given).strip()
-    assert explanation.latex().strip() == run(program, *given, "--latex").strip()
-    assert explanation.to_dict() == json.loads(run(program, *given, "--json"))["explanation"]
+    assert str(explanation).strip() == run(*given).strip()
+    assert explanation.latex().strip() == run(*given, "--latex").strip()
+    assert explanation.to_dict() == json.loads(run(*given, "--json"))["explanation"]
     assert explanation.id == scene.render(crop=(*pixel, 1, 1)).id[0, 0]
     assert explanation._repr_latex_().startswith("\\begin{align*}")
     many = scene.explain(pixel=pixel, lang=lang, digits=12, all=True)
-    assert str(many).strip() == run(program, *given, "--digits", 12, "--all").strip()
+    assert str(many).strip() == run(*given, "--digits", 12, "--all").strip()
 
 
-def test_explain_a_ray(program):
+def test_explain_a_ray(run):
     path = SCENES / "figure2.toml"
-    explanation = kb.Scene.open(path).explain(ray=((0, 0, 0), np.array([0, 0, -1])))
-    theirs = run(program, "explain", path, "--ray", "0,0,0,0,0,-1", "-q", "--device", "cpu")
-    assert str(explanation).strip() == theirs.strip()
     scene = kb.Scene.open(path)
-    for given, word in [
+    explanation = scene.explain(ray=((0, 0, 0), np.array([0, 0, -1])))
+    theirs = run("explain", path, "--ray", "0,0,0,0,0,-1", "-q", "--device", "cpu")
+    assert str(explanation).strip() == theirs.strip()
+    refuses(
+        scene.explain, (ValueError, TypeError),
         (dict(), "pixel"), (dict(pixel=(5000, 2)), "5000"), (dict(pixel=(-1, 2)), "pixel"),
         (dict(ray=((0, 0, 0), (0, 0, 0))), "ray"), (dict(ray=((0, 0, 0), (0, np.nan, 0))), "ray"),
         (dict(pixel=(1, 1), lang="fr"), "lang"), (dict(pixel=(1, 1), digits=0), "digits"),
-    ]:
-        with pytest.raises((ValueError, TypeError), match=word):
-            scene.explain(**given)
+    )
 
 
-def test_judge(program, other):
+def test_judge(run, other):
     path = SCENES / "hard/distant_1e4.toml"
     scene = kb.Scene.open(path)
     judgement = scene.judge(against=other)
-    theirs = json.loads(run(program, "judge", path, "--against", other, "--json", "-q", code=6))
+    theirs = json.loads(run("judge", path, "--against", other, "--json", "-q", code=6))
     ours = judgement.to_dict()
     for key in ["size", "rays", "judged", "allowed", "away", "silhouettes", "broken"]:
         assert ours[key] == theirs[key], key
@@ -107,10 +99,10 @@ def test_judge_finds_what_is_planted():
     assert set(judgement.wrong) == {*missed, *other, *deep}
 
 
-def test_compare(program, other, tmp_path):
+def test_compare(run, other, tmp_path):
     exact = kb.Scene.open(SCENES / "hard/distant_1e4.toml").render(size=SIZE)
     exact.save(tmp_path / "exact.npy")
-    theirs = json.loads(run(program, "compare", tmp_path / "exact.npy", other, "--json", "-q", code=6))
+    theirs = json.loads(run("compare", tmp_path / "exact.npy", other, "--json", "-q", code=6))
     difference = kb.compare(tmp_path / "exact.npy", other)
     ours = difference.to_dict()
     for key in ["allowed", "pixels", "differing", "beyond", "first", "channels"]:
@@ -125,8 +117,8 @@ def test_compare(program, other, tmp_path):
 
 @pytest.mark.parametrize("number", [3, 4])
 @pytest.mark.parametrize("lang", ["en", "de"])
-def test_figure(program, number, lang, tmp_path):
-    run(program, "figure", number, "--lang", lang, "-o", tmp_path / "theirs.svg", "-q")
+def test_figure(run, number, lang, tmp_path):
+    run("figure", number, "--lang", lang, "-o", tmp_path / "theirs.svg", "-q")
     figure = kb.figure(number, lang=lang)
     figure.save(tmp_path / "ours.svg")
     assert (tmp_path / "ours.svg").read_bytes() == (tmp_path / "theirs.svg").read_bytes()
@@ -136,39 +128,39 @@ def test_figure(program, number, lang, tmp_path):
 
 
 @pytest.mark.parametrize("language, ending", [("pov", "pov"), ("tachyon", "dat")])
-def test_export(program, language, ending, tmp_path):
+def test_export(run, language, ending, tmp_path):
     path = SCENES / "figure1.toml"
-    run(program, "export", language, path, "--size", "96x54", "-o", tmp_path / "theirs", "-q")
+    run("export", language, path, "--size", "96x54", "-o", tmp_path / "theirs", "-q")
     kb.Scene.open(path).export(tmp_path / f"ours.{ending}", language, size=SIZE)
     assert (tmp_path / f"ours.{ending}").read_text().splitlines()[3:] == (tmp_path / "theirs").read_text().splitlines()[3:]
 
 
 @pytest.mark.parametrize("distribution", ["uniform", "lattice", "packing"])
-def test_generate(program, distribution, tmp_path):
+def test_generate(run, distribution, tmp_path):
     path = tmp_path / "cloud.npy"
-    run(program, "generate", "cloud", "--count", 300, "--distribution", distribution, "--seed", 7, "-o", path, "-q")
+    run("generate", "cloud", "--count", 300, "--distribution", distribution, "--seed", 7, "-o", path, "-q")
     scene = kb.Scene.generate(300, distribution, seed=7)
     assert (scene.spheres == np.load(path)[:, :4]).all()
     if np.load(path).shape[1] == 7:
         assert (scene.colors == np.load(path)[:, 4:]).all()
 
 
-def test_digest_info_and_check(program, tmp_path):
+def test_digest_info_and_check(run, tmp_path):
     path = SCENES / "lit/figure1.toml"
     scene = kb.Scene.open(path)
-    assert scene.digest(size=SIZE) == run(program, "digest", path, "--size", "96x54", "-q").split()[0]
+    assert scene.digest(size=SIZE) == run("digest", path, "--size", "96x54", "-q").split()[0]
     assert scene.digest(size=SIZE) == scene.render(size=SIZE).digest()
     scene.render(size=SIZE).save(tmp_path / "p.png")
-    theirs = json.loads(run(program, "info", tmp_path / "p.png", "--json", "-q"))
+    theirs = json.loads(run("info", tmp_path / "p.png", "--json", "-q"))
     assert_in(kb.info(tmp_path / "p.png"), theirs)
-    theirs = json.loads(run(program, "check", path, "--json", "-q"))
+    theirs = json.loads(run("check", path, "--json", "-q"))
     ours = scene.check()
     assert ours["objects"] == theirs["objects"] and ours["light"] == theirs["light"]
 
 
-def test_verify(program):
+def test_verify(run):
     path = SCENES / "hard/distant_1e4.toml"
-    theirs = json.loads(run(program, "verify", path, "--size", "96x54", "--json", "-q"))
+    theirs = json.loads(run("verify", path, "--size", "96x54", "--json", "-q"))
     verification = kb.Scene.open(path).verify(size=SIZE, device="gpu")
     assert verification
     ours = verification.to_dict()["kernels"][0]
@@ -177,9 +169,9 @@ def test_verify(program):
 
 
 @pytest.mark.parametrize("what", ["depth", "normal", "id", "side", "stage"])
-def test_show(program, what, tmp_path):
+def test_show(run, what, tmp_path):
     path = SCENES / "figure1.toml"
-    run(program, "render", path, "--size", "96x54", "--show", what, "--device", "cpu", "-o", tmp_path / "theirs.png", "-q")
+    run("render", path, "--size", "96x54", "--show", what, "--device", "cpu", "-o", tmp_path / "theirs.png", "-q")
     shown = kb.Scene.open(path).show(what, size=SIZE, device="cpu")
     shown.save(tmp_path / "ours.png")
     assert kb.compare(tmp_path / "ours.png", tmp_path / "theirs.png")
@@ -187,11 +179,11 @@ def test_show(program, what, tmp_path):
 
 
 @pytest.mark.parametrize("options", [{}, {"view": "iso"}, {"view": "-x", "fov": 30}, {"view": "y", "height": "auto", "up": (0, 0, 1)}])
-def test_frame_places_the_camera_where_the_program_does(program, tmp_path, options):
+def test_frame_places_the_camera_where_the_program_does(run, tmp_path, options):
     scene = cloud(200)
     np.save(tmp_path / "cloud.npy", scene.spheres)
     given = [f"--{key}={','.join(map(str, value)) if isinstance(value, tuple) else value}" for key, value in options.items()]
-    text = run(program, "render", tmp_path / "cloud.npy", "--print-scene", "--size", "96x54", *given, "-q")
+    text = run("render", tmp_path / "cloud.npy", "--print-scene", "--size", "96x54", *given, "-q")
     (tmp_path / "theirs.toml").write_text(text)
     theirs = kb.Scene.open(tmp_path / "theirs.toml")
     ours = kb.Camera.frame(scene, size=SIZE, **options)
@@ -200,10 +192,10 @@ def test_frame_places_the_camera_where_the_program_does(program, tmp_path, optio
     assert same.render().digest() == theirs.render().digest()
 
 
-def test_films(program, tmp_path):
+def test_films(run, tmp_path):
     path = SCENES / "figure1.toml"
     scene = kb.Scene.open(path)
-    run(program, "render", path, "--size", "96x54", "--turntable", 3, "-o", tmp_path / "film.png", "-q")
+    run("render", path, "--size", "96x54", "--turntable", 3, "-o", tmp_path / "film.png", "-q")
     frames = [scene.render(camera, SIZE) for camera in scene.camera.turntable(3)]
     for number, frame in enumerate(frames, 1):
         assert kb.compare(frame.rgb8, tmp_path / f"film-{number:04}.png")
@@ -211,7 +203,7 @@ def test_films(program, tmp_path):
     assert [c.position for c in scene.camera.path(tmp_path / "path.csv")] == [[0, 1, 6], [1, 1, 6]]
 
 
-def test_colours_by_numbers(program, tmp_path):
+def test_colours_by_numbers(run, tmp_path):
     rng = np.random.default_rng(10)
     centers, speed = rng.random((100, 3)), rng.random(100)
     speed[3] = np.nan
@@ -225,15 +217,15 @@ def test_colours_by_numbers(program, tmp_path):
     assert (scene.colors[keep] == theirs.colors[keep]).all() and len(np.unique(scene.colors, axis=0)) > 20
     assert scene.colors[3].tolist() == [1, 0, 1]
     assert scene.legend()._repr_svg_().startswith("<svg")
-    for wrong, word in [(speed[:5], "color_by"), (speed[:, None] * [1, 1], "color_by"), (["a"] * 100, "color_by")]:
-        with pytest.raises((ValueError, TypeError), match=word):
+    for wrong in [speed[:5], speed[:, None] * [1, 1], ["a"] * 100]:
+        with pytest.raises((ValueError, TypeError), match="color_by"):
             kb.Scene(centers, radius=0.05, color_by=wrong)
 
 
-def test_data_files_are_read_as_the_program_reads_them(program, tmp_path):
+def test_data_files_are_read_as_the_program_reads_them(run, tmp_path):
     (tmp_path / "water.xyz").write_text("3\nwater\nO 0 0 0\nH 0.96 0 0\nH -0.24 0.93 0\n")
     scene = kb.Scene.open(tmp_path / "water.xyz", size=SIZE)
-    text = run(program, "render", tmp_path / "water.xyz", "--print-scene", "--size", "96x54", "-q")
+    text = run("render", tmp_path / "water.xyz", "--print-scene", "--size", "96x54", "-q")
     (tmp_path / "theirs.toml").write_text(text)
     assert scene.digest() == kb.Scene.open(tmp_path / "theirs.toml").digest()
     assert scene.n_spheres == 3

@@ -84,7 +84,7 @@ def test_bands_are_the_picture(client, camera):
 
 def test_wrong_arguments_are_named_before_any_work(camera):
     scene = cloud(5)
-    for call, word in [
+    for call, words in [
         (lambda: kd.render(scene, camera, SIZE, field="rgb9"), "rgb9.*rgb8"),
         (lambda: kd.render(scene, camera, SIZE, rows=0), "rows"),
         (lambda: kd.render(scene, None, SIZE), "camera"),
@@ -104,7 +104,7 @@ def test_wrong_arguments_are_named_before_any_work(camera):
         (lambda: kd.trace(scene, np.zeros((2, 3)), np.ones((2, 3)), kernel="all"), "kernel"),
         (lambda: kd.trace(scene, np.zeros((2, 3)), np.ones((2, 3)), progress=True), "progress"),
     ]:
-        with pytest.raises((ValueError, TypeError), match=word):
+        with pytest.raises((ValueError, TypeError), match=words):
             call()
 
 

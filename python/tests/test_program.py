@@ -1,7 +1,6 @@
 """The package against the program: the same bytes and digests."""
 
 import re
-import subprocess
 
 import kugelblitz as kb
 import numpy as np
@@ -9,12 +8,6 @@ import pytest
 from conftest import ROOT, cloud
 
 DIGESTS = dict(re.findall(r'^"(.+)" = "(.+)"$', (ROOT / "tests/digests.toml").read_text(), re.M))
-
-
-def run(program, *arguments):
-    done = subprocess.run([program, *map(str, arguments)], capture_output=True, timeout=120)
-    assert done.returncode == 0, done.stderr.decode()
-    return done.stdout.decode()
 
 
 @pytest.mark.parametrize("name", DIGESTS)
@@ -36,7 +29,7 @@ def test_digests_tell_pictures_apart(ball, camera):
 
 
 @pytest.mark.parametrize("ending", ["png", "ppm", "npy", "exr"])
-def test_files_are_those_of_the_program(program, tmp_path, ending):
+def test_files_are_those_of_the_program(run, tmp_path, ending):
     scene = cloud(300, planes=[dict(point=[0, 0, 0], normal=[0, 1, 0], color="#8c8c8c")], sky=dict(intensity=1))
     scene.save(tmp_path / "scene.toml")
     scene = kb.Scene.open(tmp_path / "scene.toml")
@@ -45,7 +38,7 @@ def test_files_are_those_of_the_program(program, tmp_path, ending):
     (tmp_path / "scene.toml").write_text(camera + text)
     scene = kb.Scene.open(tmp_path / "scene.toml")
     theirs = tmp_path / f"theirs.{ending}"
-    run(program, "render", tmp_path / "scene.toml", "--size", "80x60", "--samples", 2, "-o", theirs, "-q")
+    run("render", tmp_path / "scene.toml", "--size", "80x60", "--samples", 2, "-o", theirs, "-q")
     picture = scene.render(size=(80, 60), samples=2)
     picture.save(tmp_path / f"ours.{ending}")
     if ending == "npy":
@@ -53,18 +46,18 @@ def test_files_are_those_of_the_program(program, tmp_path, ending):
         assert ours.dtype == array.dtype and ours.tobytes() == array.tobytes()
     else:
         assert (tmp_path / f"ours.{ending}").read_bytes() == theirs.read_bytes()
-    run(program, "compare", tmp_path / f"ours.{ending}", theirs)
-    digest = run(program, "digest", tmp_path / "scene.toml", "--size", "80x60", "--samples", 2)
+    run("compare", tmp_path / f"ours.{ending}", theirs)
+    digest = run("digest", tmp_path / "scene.toml", "--size", "80x60", "--samples", 2)
     assert picture.digest() in digest
 
 
-def test_hits_are_those_of_the_program(program, tmp_path):
+def test_hits_are_those_of_the_program(run, tmp_path):
     scene = cloud(2000)
     scene.save(tmp_path / "scene.toml")
     rng = np.random.default_rng(8)
     rays = np.hstack([rng.normal(0.5, 1, (3000, 3)), rng.normal(0, 1, (3000, 3))])
     np.save(tmp_path / "rays.npy", rays)
-    run(program, "trace", tmp_path / "scene.toml", "--rays", tmp_path / "rays.npy", "-o", tmp_path / "hits.npy")
+    run("trace", tmp_path / "scene.toml", "--rays", tmp_path / "rays.npy", "-o", tmp_path / "hits.npy")
     theirs = np.load(tmp_path / "hits.npy")
     for scene in [scene, kb.Scene.open(tmp_path / "scene.toml")]:
         ours = scene.trace(rays[:, :3], rays[:, 3:])

@@ -13,7 +13,9 @@ from functools import partial
 import kugelblitz as kb
 import numpy as np
 import pytest
-from conftest import cloud
+from conftest import cloud, in_threads, refuses
+
+FORK = multiprocessing.get_context("fork")
 
 
 def test_files_hold_what_arrays_hold(tmp_path, camera):
@@ -37,15 +39,15 @@ def test_files_hold_what_arrays_hold(tmp_path, camera):
 def test_wrong_options_change_no_file(tmp_path, camera, ball):
     picture = ball.render(camera, (8, 8))
     (tmp_path / "p.png").write_text("old")
-    for given, word in [
-        (dict(path="p.jpg"), "jpg"),
-        (dict(path="p.png", bits=12), "12"),
-        (dict(path="p.png", certificates=True), "certificates"),
-    ]:
-        with pytest.raises(ValueError, match=word):
-            picture.save(tmp_path / given.pop("path"), **given)
+    refuses(
+        picture.save, ValueError,
+        (dict(path=tmp_path / "p.jpg"), "jpg"),
+        (dict(path=tmp_path / "p.png", bits=12), "12"),
+        (dict(path=tmp_path / "p.png", certificates=True), "certificates"),
+    )
     assert (tmp_path / "p.png").read_text() == "old" and os.listdir(tmp_path) == ["p.png"]
-    for given, word in [
+    refuses(
+        partial(ball.render, camera, size=(8, 8)), ValueError,
         (dict(size=(0, 5)), "size"),
         (dict(size=(10**6, 5)), "size"),
         (dict(crop=(5, 5, 5, 5)), "crop"),
@@ -57,13 +59,9 @@ def test_wrong_options_change_no_file(tmp_path, camera, ball):
         (dict(epsilon=1e-3), "epsilon"),
         (dict(epsilon=float("nan"), kernel="stable"), "epsilon"),
         (dict(device=""), "device"),
-    ]:
-        with pytest.raises(ValueError, match=word):
-            ball.render(camera, **{"size": (8, 8), **given})
-    with pytest.raises(ValueError, match="camera"):
-        ball.render()
-    with pytest.raises(kb.NoAdapterError, match="nobody's card"):
-        ball.render(camera, device="nobody's card")
+    )
+    refuses(ball.render, ValueError, ({}, "camera"))
+    refuses(ball.render, kb.NoAdapterError, (dict(camera=camera, device="nobody's card"), "nobody's card"))
 
 
 def test_parts_and_transparency(camera):
@@ -105,12 +103,10 @@ def test_depths_are_the_same_whenever_they_are_traced(camera, device, kernel):
 def test_threads_and_a_fork_ask_for_depths(camera):
     expected = cloud(3000).render(camera, (160, 120)).t
     picture, found = cloud(3000).render(camera, (160, 120)), []
-    queue = multiprocessing.get_context("fork").Queue()
-    child = multiprocessing.get_context("fork").Process(target=lambda: queue.put(picture.t))
+    queue = FORK.Queue()
+    child = FORK.Process(target=lambda: queue.put(picture.t))
     child.start()
-    threads = [threading.Thread(target=lambda: found.append(picture.t)) for _ in range(4)]
-    [thread.start() for thread in threads]
-    [thread.join() for thread in threads]
+    in_threads(4, lambda _: found.append(picture.t))
     found.append(queue.get(timeout=60))
     child.join(60)
     assert len(found) == 5 and all((t == expected).all() for t in found)
@@ -133,14 +129,14 @@ def test_rays_see_what_pixels_see(camera):
     for field in ["id", "t", "normal"]:
         assert (hits[field] == on_device[field]).all()
     assert len(scene.trace(np.zeros((0, 3)), np.zeros((0, 3)))) == 0
-    for origin, direction, word in [
-        (np.zeros((2, 3)), np.ones((3, 3)), "directions"),
-        (np.zeros((2, 2)), np.ones((2, 3)), "origins"),
-        (np.zeros((2, 3)), [[1, 1, 1], [0, 0, 0]], "row 1"),
-        (np.full((2, 3), np.inf), np.ones((2, 3)), "finite"),
-    ]:
-        with pytest.raises(ValueError, match=word):
-            scene.trace(origin, direction)
+    origins, directions = np.zeros((2, 3)), np.ones((2, 3))
+    refuses(
+        partial(scene.trace, origins=origins, directions=directions), ValueError,
+        (dict(directions=np.ones((3, 3))), "directions"),
+        (dict(origins=np.zeros((2, 2))), "origins"),
+        (dict(directions=[[1, 1, 1], [0, 0, 0]]), "row 1"),
+        (dict(origins=np.full((2, 3), np.inf)), "finite"),
+    )
 
 
 def test_2_to_the_32_rows_are_refused_or_run_out_of_memory(ball):
@@ -246,9 +242,7 @@ def test_two_threads_draw_two_scenes(camera):
         for _ in range(5):
             found.setdefault(n, set()).add(scenes[n % 2].render(camera, (80, 60)).digest())
 
-    threads = [threading.Thread(target=draw, args=(n,)) for n in range(4)]
-    [thread.start() for thread in threads]
-    [thread.join() for thread in threads]
+    in_threads(4, draw)
     assert [found[n] for n in range(4)] == [{alone[n % 2]} for n in range(4)]
 
 
@@ -303,9 +297,8 @@ def _draw(scene, camera, device, queue):
 def test_a_fork_draws_too(camera, device):
     scene = cloud(1000)
     digest = scene.render(camera, (64, 48), device=device).digest()
-    context = multiprocessing.get_context("fork")
-    queue = context.Queue()
-    process = context.Process(target=_draw, args=(scene, camera, device, queue))
+    queue = FORK.Queue()
+    process = FORK.Process(target=_draw, args=(scene, camera, device, queue))
     process.start()
     assert queue.get(timeout=60) == digest
     process.join(60)
@@ -319,11 +312,8 @@ def test_a_fork_amid_the_work_of_a_thread(camera):
     thread = threading.Thread(target=lambda: scene.render(camera, (640, 480), device="cpu"))
     thread.start()
     time.sleep(0.05)
-    queue = multiprocessing.get_context("fork").Queue()
-    children = [
-        multiprocessing.get_context("fork").Process(target=_draw, args=(scene, camera, device, queue))
-        for device in ["cpu", "gpu"]
-    ]
+    queue = FORK.Queue()
+    children = [FORK.Process(target=_draw, args=(scene, camera, device, queue)) for device in ["cpu", "gpu"]]
     [child.start() for child in children]
     try:
         assert [queue.get(timeout=60) for _ in children] == [digest] * 2

@@ -9,7 +9,10 @@ from pathlib import Path
 
 import kugelblitz as kb
 import pytest
+from conftest import ROOT
 
+#: Modules with types beside the stubs.
+TYPED = ["testing", "dask", "_drawings", "_given", "_verdicts"]
 PACKAGE = Path(kb.__file__).parent
 STUBS = ast.parse((PACKAGE / "__init__.pyi").read_text())
 
@@ -36,6 +39,44 @@ def found(function):
     return [row for row in rows if row[0] not in ("self", "cls")]
 
 
+def known(section):
+    """The keys that a table of scene files may have."""
+    with pytest.raises(kb.SceneError, match="unknown key") as raised:
+        kb.Scene.parse(section.replace("KEY", "nonsense = 1"))
+    return str(raised.value).rpartition("known keys here: ")[2].split(", ")
+
+
+@pytest.mark.parametrize("name, section", [
+    ("_Plane", "plane = [{ KEY }]"), ("_Light", "light = [{ KEY }]"), ("_Sky", "sky = { KEY }"),
+    ("_Columns", "spheres = [{ columns = { KEY } }]"),
+])
+def test_dictionaries_have_the_keys_of_a_scene_file(name, section):
+    assert sorted(node.target.id for node in named(STUBS.body)[name].body) == sorted(known(section))
+
+
+def test_arguments_are_the_keys_of_a_scene_file():
+    camera, cloud = known("camera = { KEY }"), known("spheres = [{ KEY }]")
+    assert [name for name, *_ in found(kb.Camera)] == camera
+    assert {*camera} - {"position"} <= {name for name, *_ in found(kb.Camera.frame)}
+    assert {*cloud} - {"file", "missing_color"} <= {name for name, *_ in found(kb.Scene.open)}
+    assert {*cloud} - {"file", "columns", "frame"} <= {name for name, *_ in found(kb.Scene)}
+
+
+BALL = kb.Scene([[0, 0, 0, 1]], camera=kb.Camera((0, 0, 5), (0, 0, 0)), size=(4, 3))
+
+
+@pytest.mark.parametrize("call, given", [
+    (kb.Scene, {}), (kb.Scene.open, dict(path=ROOT / "scenes/figure1.toml")), (kb.Camera.frame, dict(scene=BALL)),
+    (BALL.replace, {}), (BALL.judge, dict(id=BALL.render().id)),
+], ids=["Scene", "open", "frame", "replace", "judge"])
+def test_a_signature_has_what_the_call_takes(call, given):
+    there = {key: p.default for key, p in inspect.signature(call).parameters.items() if p.default is not p.empty}
+    call(**{**{key: None if default is ... else default for key, default in there.items()}, **given})
+    with pytest.raises(TypeError, match="nonsense: no such argument") as raised:
+        call(**given, nonsense=1)
+    assert {*str(raised.value).rpartition("there are ")[2].split(", ")} <= there.keys()
+
+
 def test_the_package_is_whole():
     assert (PACKAGE / "py.typed").exists()
     for name in ["dask.py", "testing.py"]:
@@ -43,14 +84,13 @@ def test_the_package_is_whole():
 
 
 def test_every_public_name_is_in_the_stubs():
-    stubs = named(STUBS.body)
-    assert set(kb.__all__) - {"__version__"} <= set(stubs)
-    for name, node in stubs.items():
-        if not name.startswith("_"):
-            assert name in kb.__all__ and hasattr(kb, name), name
+    of_python = {alias.asname for node in STUBS.body if isinstance(node, ast.ImportFrom) for alias in node.names}
+    stubs = {name for name in named(STUBS.body) if not name.startswith("_")} | of_python - {None}
+    assert stubs | {"__version__"} == {*kb.__all__} and all(hasattr(kb, name) for name in stubs)
 
 
-@pytest.mark.parametrize("name", [name for name in kb.__all__ if inspect.isclass(getattr(kb, name))])
+@pytest.mark.parametrize("name", [name for name in kb.__all__ if inspect.isclass(getattr(kb, name))
+                                  and name in named(STUBS.body)])
 def test_methods_have_the_parameters_of_the_stubs(name):
     kind, stub = getattr(kb, name), named(STUBS.body)[name]
     members = named(stub.body)
@@ -60,8 +100,8 @@ def test_methods_have_the_parameters_of_the_stubs(name):
     assert there == {key for key in members if not key.startswith("_")}
     for key, node in members.items():
         if any(getattr(d, "id", getattr(d, "attr", "")) in ("property", "setter") for d in node.decorator_list):
-            assert inspect.isgetsetdescriptor(vars(kind)[key]), key
-        elif key == "__init__":
+            assert inspect.isdatadescriptor(vars(kind)[key]), key
+        elif key == "__new__":
             assert found(kind) == parameters(node)
         elif not key.startswith("__"):
             assert found(getattr(kind, key)) == parameters(node), key
@@ -83,7 +123,7 @@ def test_everything_says_what_it_is():
 
 
 def test_the_package_is_typed():
-    command = [sys.executable, "-m", "mypy", "--strict", "-p", "kugelblitz.testing", "-p", "kugelblitz.dask"]
+    command = [sys.executable, "-m", "mypy", "--strict", *(part for name in TYPED for part in ("-p", f"kugelblitz.{name}"))]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stdout + done.stderr
 

@@ -28,7 +28,7 @@ pub use format::{Bits, Format};
 pub use metadata::{Metadata, Origin};
 pub use png::rgb8_file;
 pub use rays::{STDIN, hit_records, read_rays, write_hits};
-pub use read::{Channel, Image, Samples, read_bytes, read_image};
+pub use read::{Channel, ChannelFacts, Image, ImageFacts, Samples, read_bytes, read_image};
 
 /// The maker that every file names.
 const SOFTWARE: &str = concat!("kugelblitz ", env!("CARGO_PKG_VERSION"));

@@ -153,6 +153,23 @@ impl Pixels {
         Pixels { y: self.y + first, height: n, ..*self }
     }
 
+    /// The part of the picture with this left column, top row, width and height; `None` where it is empty, or reaches
+    /// beyond the picture.
+    pub fn part(&self, [x, y, width, height]: [u32; 4]) -> Option<Pixels> {
+        let part = Pixels { x, y, width, height, ..*self };
+        Some(part).filter(|part| !part.is_empty() && part.is_in_picture())
+    }
+
+    /// The pixel in this column and row of the picture alone; `None` where it is outside the rectangle.
+    pub fn pixel(&self, [x, y]: [i64; 2]) -> Option<Pixels> {
+        let inside = |at: i64, first: u32, n: u32| {
+            let at = u32::try_from(at).ok()?;
+            at.checked_sub(first).filter(|at| *at < n).map(|_| at)
+        };
+        let (x, y) = inside(x, self.x, self.width).zip(inside(y, self.y, self.height))?;
+        Some(Pixels { x, y, width: 1, height: 1, ..*self })
+    }
+
     /// Picture column and row of the `index`-th pixel of the rectangle.
     pub fn xy(&self, index: usize) -> (u32, u32) {
         let width = self.width as usize;
@@ -306,6 +323,26 @@ mod tests {
                 }
                 assert_eq!(pixels.seen_at(ray.origin - ray.direction), None);
             }
+        }
+    }
+
+    /// Nothing beyond an edge is a part of a picture, or a pixel of a part.
+    #[test]
+    fn parts_and_pixels_end_at_the_edges() {
+        let camera = Camera::new(DVec3::Z, DVec3::ZERO);
+        let whole = Pixels::whole(View::new(&camera), 6, 4);
+        let part = whole.part([2, 1, 4, 3]).unwrap();
+        assert_eq!((part.x, part.y, part.len()), (2, 1, 12));
+        for crop in [[2, 1, 5, 3], [2, 1, 4, 4], [2, 1, 0, 3], [6, 0, 1, 1], [u32::MAX, 0, 2, 2]] {
+            assert!(whole.part(crop).is_none(), "{crop:?}");
+        }
+        for at @ [x, y] in [[2, 1], [5, 3]] {
+            let pixel = part.pixel(at).unwrap();
+            assert_eq!([pixel.xy(0).0, pixel.xy(0).1].map(i64::from), [x, y]);
+            assert_eq!(pixel.len(), 1);
+        }
+        for at in [[1, 1], [2, 0], [6, 3], [5, 4], [-1, 2], [2, i64::MIN], [1 << 32, 1]] {
+            assert!(part.pixel(at).is_none(), "{at:?}");
         }
     }
 }

@@ -65,20 +65,15 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<()> {
 
 /// The pixel alone, as part of its picture.
 fn one_pixel(pixels: Pixels, [x, y]: [i64; 2]) -> Result<Pixels> {
-    let inside = |at: i64, start: u32, length: u32| {
-        let end = i64::from(start) + i64::from(length);
-        (i64::from(start)..end).contains(&at).then_some(at as u32)
-    };
-    match (inside(x, pixels.x, pixels.width), inside(y, pixels.y, pixels.height)) {
-        (Some(x), Some(y)) => Ok(Pixels { x, y, width: 1, height: 1, ..pixels }),
-        _ => Err(Error::Usage(format!(
+    pixels.pixel([x, y]).ok_or_else(|| {
+        Error::Usage(format!(
             "--pixel {x},{y} is not in the picture: X goes from {} to {}, Y from {} to {}",
             pixels.x,
             u64::from(pixels.x) + u64::from(pixels.width) - 1,
             pixels.y,
             u64::from(pixels.y) + u64::from(pixels.height) - 1
-        ))),
-    }
+        ))
+    })
 }
 
 fn usable(ray: Ray) -> Result<Ray> {

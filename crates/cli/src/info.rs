@@ -1,15 +1,13 @@
 //! `kugelblitz info`
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::Args;
 use kugelblitz::Result;
-use kugelblitz::picture::{Channel, Image, read_image};
+use kugelblitz::picture::{Channel, Image, ImageFacts, read_image};
 use kugelblitz::plain::Shown;
 use kugelblitz::trace::StageCounts;
 use kugelblitz::words::count;
-use serde::Serialize;
 
 use crate::args::TalkArgs;
 use crate::head::Done;
@@ -29,40 +27,16 @@ pub struct InfoArgs {
     pub talk: TalkArgs,
 }
 
-#[derive(Serialize)]
-pub struct Summary {
-    file: String,
-    format: &'static str,
-    size: [usize; 2],
-    /// Left column, top row, width and height of a part, and the size of the whole.
-    window: Option<[i64; 4]>,
-    whole: [usize; 2],
-    is_list: bool,
-    channels: Vec<OfChannel>,
-    metadata: BTreeMap<String, String>,
-    /// Pixels that each stage decided, of files with `level`.
-    levels: Option<StageCounts>,
-}
-
-#[derive(Serialize)]
-struct OfChannel {
-    name: String,
-    #[serde(rename = "type")]
-    kind: &'static str,
-}
-
 /// Tells what a file says of itself.
-pub fn run(args: &InfoArgs) -> Result<Done<Summary>> {
+pub fn run(args: &InfoArgs) -> Result<Done<ImageFacts>> {
     let image = read_image(&args.file)?;
-    let levels = image.stage_counts();
-    let is_part = image.whole != [image.width, image.height] || image.first != [0, 0];
+    let facts = image.facts(&args.file);
     let mut text = format!("{}: {}\n", args.file.shown(), shape(&image));
-    if is_part {
-        let ([w, h], [x, y]) = (image.whole, image.first);
+    if let (Some([x, y, ..]), [w, h]) = (facts.window, image.whole) {
         text += &format!("part: at {x},{y} of {w}×{h}\n");
     }
     text += &format!("channels: {}\n", channels(&image));
-    if let Some(StageCounts { f32, f64, exact }) = levels {
+    if let Some(StageCounts { f32, f64, exact }) = facts.levels {
         text += &format!("decided: {f32} in f32, {f64} in f64, {exact} exactly\n");
     }
     for (name, words) in &image.texts {
@@ -76,20 +50,7 @@ pub fn run(args: &InfoArgs) -> Result<Done<Summary>> {
     if image.texts.is_empty() {
         text += "it says nothing of how it was made\n";
     }
-    let window = [image.first[0], image.first[1], image.width as i64, image.height as i64];
-    let of_channel = |c: Channel| OfChannel { kind: c.samples.kind(), name: c.name };
-    let summary = Summary {
-        file: args.file.display().to_string(),
-        format: image.format,
-        size: [image.width, image.height],
-        window: is_part.then_some(window),
-        whole: image.whole,
-        is_list: image.is_list,
-        channels: image.channels.into_iter().map(of_channel).collect(),
-        metadata: image.texts.into_iter().collect(),
-        levels,
-    };
-    Ok(Done::in_words(summary, text))
+    Ok(Done::in_words(facts, text))
 }
 
 /// `PNG, 1280×720`, or `NPY, 12 results`.

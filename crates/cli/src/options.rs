@@ -131,17 +131,13 @@ impl SizeArgs {
     /// # Errors
     /// [`Error::Usage`] when it reaches beyond the picture.
     fn cut(&self, pixels: Pixels) -> Result<Pixels> {
-        let Some([x, y, width, height]) = self.crop else { return Ok(pixels) };
-        let fits = |start: u32, length: u32, whole: u32| {
-            start.checked_add(length).is_some_and(|end| end <= whole)
-        };
-        if !fits(x, width, pixels.image_width) || !fits(y, height, pixels.image_height) {
-            return Err(Error::Usage(format!(
+        let Some(crop @ [x, y, width, height]) = self.crop else { return Ok(pixels) };
+        pixels.part(crop).ok_or_else(|| {
+            Error::Usage(format!(
                 "--crop {x},{y},{width},{height} is not inside the picture of {}x{} pixels",
                 pixels.image_width, pixels.image_height
-            )));
-        }
-        Ok(Pixels { x, y, width, height, ..pixels })
+            ))
+        })
     }
 
     /// The pixels that the options, else the scene at `path`, ask for.

@@ -4,7 +4,10 @@ mod exr;
 mod npy;
 mod others;
 
+use std::collections::BTreeMap;
 use std::path::Path;
+
+use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::input;
@@ -139,7 +142,59 @@ impl Samples {
     }
 }
 
+/// What a picture's file says of itself.
+#[derive(Clone, Debug, Serialize)]
+pub struct ImageFacts {
+    /// Its path.
+    pub file: String,
+    /// Its format.
+    pub format: &'static str,
+    /// Columns and rows.
+    pub size: [usize; 2],
+    /// Left column, top row, width and height of a part.
+    pub window: Option<[i64; 4]>,
+    /// Columns and rows of the whole picture.
+    pub whole: [usize; 2],
+    /// As [`Image::is_list`].
+    pub is_list: bool,
+    /// The channels, in the order of the file.
+    pub channels: Vec<ChannelFacts>,
+    /// What it says of how it was made.
+    pub metadata: BTreeMap<String, String>,
+    /// Pixels that each stage decided, of files with `level`.
+    pub levels: Option<StageCounts>,
+}
+
+/// What a channel is.
+#[derive(Clone, Debug, Serialize)]
+pub struct ChannelFacts {
+    /// Its name.
+    pub name: String,
+    /// The type of its numbers, as [`Samples::kind`].
+    #[serde(rename = "type")]
+    pub kind: &'static str,
+}
+
 impl Image {
+    /// What the file at `path`, from which it was read, says of itself.
+    pub fn facts(&self, path: &Path) -> ImageFacts {
+        let ([width, height], [x, y]) = ([self.width, self.height], self.first);
+        let is_part = self.whole != [width, height] || self.first != [0, 0];
+        let of_channel =
+            |c: &Channel| ChannelFacts { name: c.name.clone(), kind: c.samples.kind() };
+        ImageFacts {
+            file: path.display().to_string(),
+            format: self.format,
+            size: [width, height],
+            window: is_part.then_some([x, y, width as i64, height as i64]),
+            whole: self.whole,
+            is_list: self.is_list,
+            channels: self.channels.iter().map(of_channel).collect(),
+            metadata: self.texts.iter().cloned().collect(),
+            levels: self.stage_counts(),
+        }
+    }
+
     /// The channel of this name.
     pub fn channel(&self, name: &str) -> Option<&Samples> {
         self.channels.iter().find(|channel| channel.name == name).map(|channel| &channel.samples)

@@ -4,6 +4,7 @@ use std::str::FromStr;
 
 use kugelblitz::words::did_you_mean_at_end;
 use kugelblitz::{Error, Result};
+use serde::Deserialize;
 
 /// What a channel tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,7 +60,8 @@ impl FromStr for Quantity {
 }
 
 /// Which of its two directions a normal has.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
 pub enum NormalSide {
     /// The one that faces the ray.
     #[default]
@@ -71,7 +73,8 @@ pub enum NormalSide {
 }
 
 /// The axes that normals are told in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
 pub enum NormalSpace {
     /// The world's.
     #[default]
@@ -81,9 +84,12 @@ pub enum NormalSpace {
 }
 
 /// What the numbers of another renderer mean; by default they mean what this program's own do.
-#[derive(Clone, Debug, PartialEq)]
+/// Read by serde, it has the names of the command line's options.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(default, deny_unknown_fields)]
 pub struct Conventions {
     /// What is judged; nothing: all that the names of the channels tell.
+    #[serde(skip)]
     pub quantities: Vec<Quantity>,
     /// The channel to be judged, where its name tells nothing; of normals what stands before `.X`.
     pub channel: Option<String>,
@@ -99,6 +105,7 @@ pub struct Conventions {
     /// buffer is reversed.
     pub near_far: Option<[f64; 2]>,
     /// The direction of normals.
+    #[serde(rename = "normals")]
     pub normal_side: NormalSide,
     /// The axes of normals.
     pub normal_space: NormalSpace,
