@@ -11,6 +11,8 @@ from typing import Any, SupportsIndex
 import numpy as np
 from numpy.typing import NDArray
 
+from ._kugelblitz import Picture
+
 #: Lists and dictionaries within each other that a value of a scene file may have.
 MAX_DEPTH = 4
 
@@ -63,6 +65,46 @@ def array(name: str, given: Any) -> NDArray[Any]:
         raise TypeError(f"{name}: the array has the dtype {made.dtype}, but numbers are wanted: float64, float32 or "
                         "integers")
     return made
+
+
+#: The channels of what is called so in pictures, hits and arguments, where they have other names: one, or three along an
+#: array's last axis.
+CHANNELS = {
+    "t": ["Z"], "zbuffer": ["Z"], "normal": ["N.X", "N.Y", "N.Z"],
+    **dict.fromkeys(["rgb", "rgb8", "color"], ["R", "G", "B"]),
+}
+
+#: What an array is called in errors, and in its picture; and the array.
+Part = tuple[str, str, Any]
+
+
+def parts(name: str, given: Any) -> list[Part]:
+    """Colours, where they are one array; the fields of a structured array, a picture or hits."""
+    is_picture = isinstance(given, Picture)
+    fields = ["rgb8", "id", "t", "normal"] if is_picture else getattr(getattr(given, "dtype", None), "names", None)
+    if not fields:
+        return [(name, "rgb", given)]
+    return [(f'{name}["{field}"]', field, getattr(given, field) if is_picture else given[field]) for field in fields]
+
+
+def channels(parts: list[Part]) -> tuple[tuple[int, ...], list[tuple[str, NDArray[Any]]]]:
+    """The axes that all parts have, (height, width) or (N,), and the numbers of each channel."""
+    common: tuple[int, ...] = ()
+    found: list[tuple[str, NDArray[Any]]] = []
+    for name, field, given in parts:
+        made, names = array(name, given), CHANNELS.get(field, [field])
+        n_axes = made.ndim - (len(names) > 1)
+        axes, last = made.shape[:n_axes], made.shape[n_axes:]
+        wrong = f"{name}: the shape is {[*made.shape]}, but"
+        if n_axes not in (1, 2) or last not in ((), (len(names),)):
+            inner = ", 3" if len(names) > 1 else ""
+            raise ValueError(f"{wrong} it is (height, width{inner}) for a picture, (N{inner}) for rays")
+        common = common or axes
+        if axes != common:
+            lengths = ["{} rays", "{} rows and {} columns"][len(common) - 1].format(*common)
+            raise ValueError(f"{wrong} there are {lengths}")
+        found += [(channel, made[..., n] if last else made) for n, channel in enumerate(names)]
+    return common, found
 
 
 def filled(numbers: Any) -> Any:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import Explanation, Tinted
+from . import Picture as Picture
 from ._verdicts import Finding
 
 class Compared:

@@ -27,15 +27,6 @@ fn require<T>(name: &str, n: usize) -> PyResult<()> {
     memory::require(format!("{name}: {n} rows"), bytes, "give fewer").map_err(error::of(""))
 }
 
-/// Anything that numpy makes an array of numbers of, as an array.
-///
-/// # Errors
-/// `TypeError` for anything else, `ValueError` where values are masked.
-pub fn untyped<'py>(name: &str, it: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
-    let array = helpers(it.py())?.call_method1("array", (name, it))?;
-    Ok(array.cast_into()?)
-}
-
 enum Kind<'py> {
     F64(PyReadonlyArrayDyn<'py, f64>),
     F32(PyReadonlyArrayDyn<'py, f32>),
@@ -45,9 +36,10 @@ impl<'py> Numbers<'py> {
     /// Anything that numpy makes an array of numbers of.
     ///
     /// # Errors
-    /// `TypeError` for anything else.
+    /// `TypeError` for anything else, `ValueError` where values are masked.
     pub fn new(name: &'static str, given: &Bound<'py, PyAny>) -> PyResult<Numbers<'py>> {
-        let array = untyped(name, given)?;
+        let array = helpers(given.py())?.call_method1("array", (name, given))?;
+        let array = array.cast_into::<PyUntypedArray>()?;
         let descr = array.dtype();
         let is_bytes = descr.getattr("name")?.extract::<String>()? == "uint8";
         if let Ok(floats) = array.cast::<PyArrayDyn<f32>>()

@@ -9,11 +9,10 @@ use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::rgb8_file;
 use kugelblitz::scene::{self, parse_scene};
 use numpy::{PyArray1, PyArrayMethods};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::argument::Size;
+use crate::argument::{Size, named};
 use crate::camera::Camera;
 use crate::error;
 use crate::rays::pixels_of;
@@ -74,10 +73,7 @@ pub fn figure<'py>(
     lang: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
     let number = number.str()?.to_string();
-    let figure = Figure::ALL.into_iter().find(|figure| figure.number() == number);
-    let figure = figure.ok_or_else(|| {
-        PyValueError::new_err(format!("number: there is no figure {number}; give 3 or 4"))
-    })?;
+    let figure = named("number", &number, Figure::ALL, Figure::number)?;
     let own: scene::Scene;
     let scene = match scene {
         Some(scene) => &scene.of,

@@ -21,10 +21,10 @@ use crate::camera::Camera;
 use crate::drawing::tinted;
 use crate::error::{self, wrong_type, wrong_value};
 use crate::explain::{Explanation, explained};
-use crate::image::{add_channels, image_of, indices};
+use crate::image::{image_of, image_of_parts, indices};
 use crate::rays::rays_of;
 use crate::scene::Scene;
-use crate::table::{Given, Keywords, helpers, lines, to_python};
+use crate::table::{Given, Keywords, helpers, joined, to_python};
 use crate::verdict::verdict;
 
 /// What a `Judgement` knows of its rays.
@@ -66,14 +66,14 @@ impl Judged {
     }
 }
 
-/// The channels of what is claimed, by the name of the argument.
-const CLAIMS: [(&str, Quantity, &[&str]); 6] = [
-    ("id", Quantity::Id, &["id"]),
-    ("t", Quantity::Depth, &["Z"]),
-    ("distance", Quantity::Distance, &["distance"]),
-    ("zbuffer", Quantity::ZBuffer, &["Z"]),
-    ("normal", Quantity::Normal, &["N.X", "N.Y", "N.Z"]),
-    ("color", Quantity::Color, &["R", "G", "B"]),
+/// What is claimed, by the name of the argument.
+const CLAIMS: [(&str, Quantity); 6] = [
+    ("id", Quantity::Id),
+    ("t", Quantity::Depth),
+    ("distance", Quantity::Distance),
+    ("zbuffer", Quantity::ZBuffer),
+    ("normal", Quantity::Normal),
+    ("color", Quantity::Color),
 ];
 
 /// The fields of [`Conventions`].
@@ -103,7 +103,7 @@ fn conventions(keys: &Keywords<'_>, quantities: Vec<Quantity>) -> PyResult<Conve
             );
         }
     };
-    let text = lines(&keys.table(CONVENTIONS)?);
+    let text = joined(&keys.table(CONVENTIONS)?, "\n");
     let given: Conventions = toml::from_str(&text).map_err(|error| {
         let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
         let line = text.lines().nth(before.matches('\n').count()).unwrap_or_default();
@@ -118,19 +118,16 @@ fn conventions(keys: &Keywords<'_>, quantities: Vec<Quantity>) -> PyResult<Conve
 }
 
 /// What is claimed, as channels; and what they tell.
-fn claims(keys: &Keywords<'_>) -> PyResult<(Image, Vec<Quantity>)> {
-    let (mut image, mut quantities) = (None, Vec::new());
-    for (name, quantity, names) in CLAIMS {
-        if let Some(array) = keys.get(name) {
-            add_channels(&mut image, name, array, names)?;
-            quantities.push(quantity);
-        }
-    }
-    match (keys.get("against"), image) {
-        (Some(against), None) => Ok((image_of("against", against)?, quantities)),
-        (None, Some(image)) => Ok((image, quantities)),
-        (Some(_), Some(_)) => wrong_value("against: it has all claims; leave the other arrays out"),
-        (None, None) => wrong_type(
+fn claims(py: Python<'_>, keys: &Keywords<'_>) -> PyResult<(Image, Vec<Quantity>)> {
+    let part = |(name, _): &(&'static str, _)| Some((*name, *name, keys.get(name)?));
+    let parts: Vec<_> = CLAIMS.iter().filter_map(part).collect();
+    let is_given = |(name, _): &(&str, _)| keys.get(name).is_some();
+    let quantities = CLAIMS.into_iter().filter(is_given).map(|(_, quantity)| quantity).collect();
+    match (keys.get("against"), parts.is_empty()) {
+        (Some(against), true) => Ok((image_of("against", against)?, quantities)),
+        (None, false) => Ok((image_of_parts(py, parts)?, quantities)),
+        (Some(_), false) => wrong_value("against: it has all claims; leave the other arrays out"),
+        (None, true) => wrong_type(
             "there is nothing to be judged: give id=, t=, distance=, zbuffer=, normal=, color= or against=",
         ),
     }
@@ -182,7 +179,7 @@ pub fn judge<'py>(
     let allowed = Allowed::of_rays(&allowed.unwrap_or_default()).map_err(error::of("allow"))?;
     let n_worst = keys.extract("worst")?.unwrap_or(3);
     let device = keys.extract("device")?.unwrap_or("auto".to_string());
-    let (image, quantities) = claims(&keys)?;
+    let (image, quantities) = claims(py, &keys)?;
     let conventions = conventions(&keys, quantities)?;
     let rays = rays(&scene.of, camera_or_rays, &image, [keys.get("size"), keys.get("crop")])?;
     let n_rays = rays.len();

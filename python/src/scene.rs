@@ -71,7 +71,8 @@ use crate::work::{self, Steps};
 /// ambient, background : colour, optional
 ///     Light from nowhere; what pixels show that see nothing.
 /// camera : Camera, optional
-///     The one that pictures have where no other is given.
+///     The one that pictures have where no other is given; so are `size`, (columns, rows), and `samples`, N for
+///     N x N a pixel.
 ///
 /// The scene keeps what was made for its pictures, the tree over its spheres above all, so that the next
 /// camera needs no new one.

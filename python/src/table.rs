@@ -81,14 +81,15 @@ impl<'py> Keywords<'py> {
 /// Keys with their values in TOML.
 pub type Table = Vec<(&'static str, String)>;
 
-/// A table, a line for each key.
-pub fn lines(table: &Table) -> String {
-    table.iter().map(|(key, value)| format!("{key} = {value}\n")).collect()
+/// The pairs of a table, with this between them.
+pub fn joined(table: &Table, between: &str) -> String {
+    let pairs: Vec<_> = table.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+    pairs.join(between)
 }
 
 /// A table in a line.
 pub fn inline(table: &Table) -> String {
-    format!("{{ {} }}", lines(table).trim_end().replace('\n', ", "))
+    format!("{{ {} }}", joined(table, ", "))
 }
 
 /// The names of the keys of a table of scene files.
@@ -130,6 +131,7 @@ pub fn value_of<T>(name: &'static str, given: &Bound<'_, PyAny>, read: Reader<T>
     read_value(name, &value(name, given)?, read)
         .map_err(|[found, help]| SceneError::new_err(format!("{name}: {found}; {help}")))
 }
+
 /// The value of a scene file that an object stands for, in TOML.
 ///
 /// # Errors
@@ -148,7 +150,7 @@ pub fn helpers(py: Python<'_>) -> PyResult<Bound<'_, PyModule>> {
 /// # Errors
 /// `ValueError` for what JSON can't hold.
 pub fn to_python<'py>(py: Python<'py>, all: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
-    of_json(py, &json(all)?)
+    py.import("json")?.call_method1("loads", (json(all)?,))
 }
 
 /// What serde writes, as JSON.
@@ -157,9 +159,4 @@ pub fn to_python<'py>(py: Python<'py>, all: &impl Serialize) -> PyResult<Bound<'
 /// `ValueError` for what JSON can't hold.
 pub fn json(all: &impl Serialize) -> PyResult<String> {
     serde_json::to_string(all).map_err(|error| PyValueError::new_err(error.to_string()))
-}
-
-/// JSON as Python's dictionaries, lists and numbers.
-pub fn of_json<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
-    py.import("json")?.call_method1("loads", (text,))
 }

@@ -1,3 +1,4 @@
+import json
 import os
 import shutil
 import subprocess
@@ -37,11 +38,17 @@ def run():
     assert program, "build the program (cargo build --release), or name it by KUGELBLITZ=PATH"
 
     def run(*arguments, code=0):
-        done = subprocess.run([program, *map(str, arguments)], capture_output=True, timeout=120)
+        done = subprocess.run([program, *map(str, arguments), "-q"], capture_output=True, timeout=120)
         assert done.returncode == code, done.stderr.decode()
         return done.stdout.decode()
 
     return run
+
+
+@pytest.fixture(scope="session")
+def told(run):
+    """The summary of a call, which the command line prints as JSON."""
+    return lambda *arguments, code=0: json.loads(run(*arguments, "--json", code=code))
 
 
 def refuses(call, error, *cases):

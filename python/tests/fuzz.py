@@ -29,6 +29,7 @@ CALLS = {
         "sky": "{'intensity': 0.5, 'directions': 4}",
         "ambient": "0.125",
         "background": "'#20242c'",
+        "names": "['sun', None, 'moon']",
     },
     "Camera": {
         "position": "(0, 1, 6)",
@@ -85,6 +86,7 @@ CALLS = {
 
 #: Other right values.
 RIGHT = {
+    "names": ["{1: 'b'}", "[None] * 3", "{np.int64(2): ''}"],
     "radius": ["0.5", "np.float32(2)", "np.array(1)", "5", "[1, 2, 3]"],
     "color": ["'#d62728'", "(0, 0.5, 1)", "'tomato'", "np.zeros((3, 3), 'u1')", "np.array([0.5, 0.5, 0.5])"],
     "planes": ["[]", "()", "[{'point': np.zeros(3), 'normal': (0, 1, 1), 'color': [0.5, 0.5, 0.5], 'name': 'floor'}]"],

@@ -1,6 +1,6 @@
 """What the program has besides `render` and `trace`: the package gives the same words, numbers and files."""
 
-import json
+from functools import partial
 
 import kugelblitz as kb
 import numpy as np
@@ -32,14 +32,14 @@ def other(tmp_path_factory):
 
 @pytest.mark.parametrize("name, pixel", [("figure5", (640, 360)), ("figure1", (700, 300)), ("lit/figure1", (400, 500))])
 @pytest.mark.parametrize("lang", ["en", "de"])
-def test_explain(run, name, pixel, lang):
+def test_explain(run, told, name, pixel, lang):
     path = SCENES / f"{name}.toml"
     scene = kb.Scene.open(path)
-    given = ["explain", path, "--pixel", f"{pixel[0]},{pixel[1]}", "-q", "--device", "cpu", "--lang", lang]
+    given = ["explain", path, "--pixel", f"{pixel[0]},{pixel[1]}", "--device", "cpu", "--lang", lang]
     explanation = scene.explain(pixel=pixel, lang=lang)
     assert str(explanation).strip() == run(*given).strip()
     assert explanation.latex().strip() == run(*given, "--latex").strip()
-    assert explanation.to_dict() == json.loads(run(*given, "--json"))["explanation"]
+    assert explanation.to_dict() == told(*given)["explanation"]
     assert explanation.id == scene.render(crop=(*pixel, 1, 1)).id[0, 0]
     assert explanation._repr_latex_().startswith("\\begin{align*}")
     many = scene.explain(pixel=pixel, lang=lang, digits=12, all=True)
@@ -50,7 +50,7 @@ def test_explain_a_ray(run):
     path = SCENES / "figure2.toml"
     scene = kb.Scene.open(path)
     explanation = scene.explain(ray=((0, 0, 0), np.array([0, 0, -1])))
-    theirs = run("explain", path, "--ray", "0,0,0,0,0,-1", "-q", "--device", "cpu")
+    theirs = run("explain", path, "--ray", "0,0,0,0,0,-1", "--device", "cpu")
     assert str(explanation).strip() == theirs.strip()
     refuses(
         scene.explain, (ValueError, TypeError),
@@ -60,11 +60,11 @@ def test_explain_a_ray(run):
     )
 
 
-def test_judge(run, other):
+def test_judge(told, other):
     path = SCENES / "hard/distant_1e4.toml"
     scene = kb.Scene.open(path)
     judgement = scene.judge(against=other)
-    theirs = json.loads(run("judge", path, "--against", other, "--json", "-q", code=6))
+    theirs = told("judge", path, "--against", other, code=6)
     ours = judgement.to_dict()
     for key in ["size", "rays", "judged", "allowed", "away", "silhouettes", "broken"]:
         assert ours[key] == theirs[key], key
@@ -99,10 +99,33 @@ def test_judge_finds_what_is_planted():
     assert set(judgement.wrong) == {*missed, *other, *deep}
 
 
-def test_compare(run, other, tmp_path):
+def test_judge_takes_the_conventions_of_others(camera):
+    scene = cloud(500)
+    exact = scene.render(camera, SIZE)
+    judge = partial(scene.judge, camera, id=exact.id)
+    from_0 = exact.id.astype(int) - 1
+    with np.errstate(divide="ignore"):
+        zbuffer = np.where(exact.id, (2 - 1 / exact.t) / (2 - 1 / 50), 1)
+    for there in [
+        dict(id=from_0, id_offset=1), dict(id=np.where(from_0 < 0, 99999, from_0), id_offset=1, no_hit=99999),
+        dict(id=exact.id[::-1], rows_from_below=True), dict(normal=-exact.normal, normals="either"),
+        dict(t=exact.t * 1000.0, scale=1e-3, allow="t=1e-6"), dict(zbuffer=zbuffer, near=0.5, far=50, allow="t=1e-4"),
+    ]:
+        assert judge(**there), there
+    assert not judge(normal=-exact.normal) and not judge(id=from_0)
+    refuses(
+        judge, (ValueError, TypeError),
+        (dict(near=1), "near, far"), (dict(near=1, far=1), "near, far"), (dict(scale=0), "scale"),
+        (dict(scale="x"), "scale"), (dict(normals="sideways"), "normals.*outward"), (dict(id_offset=1.5), "id_offset"),
+        (dict(color_tolerance=256), "color_tolerance"), (dict(rows_from_below=1), "rows_from_below"),
+        (dict(t=exact.t[1:]), "t: the shape"), (dict(against=exact), "against"), (dict(id=None), "nothing"),
+    )
+
+
+def test_compare(told, other, tmp_path):
     exact = kb.Scene.open(SCENES / "hard/distant_1e4.toml").render(size=SIZE)
     exact.save(tmp_path / "exact.npy")
-    theirs = json.loads(run("compare", tmp_path / "exact.npy", other, "--json", "-q", code=6))
+    theirs = told("compare", tmp_path / "exact.npy", other, code=6)
     difference = kb.compare(tmp_path / "exact.npy", other)
     ours = difference.to_dict()
     for key in ["allowed", "pixels", "differing", "beyond", "first", "channels"]:
@@ -118,7 +141,7 @@ def test_compare(run, other, tmp_path):
 @pytest.mark.parametrize("number", [3, 4])
 @pytest.mark.parametrize("lang", ["en", "de"])
 def test_figure(run, number, lang, tmp_path):
-    run("figure", number, "--lang", lang, "-o", tmp_path / "theirs.svg", "-q")
+    run("figure", number, "--lang", lang, "-o", tmp_path / "theirs.svg")
     figure = kb.figure(number, lang=lang)
     figure.save(tmp_path / "ours.svg")
     assert (tmp_path / "ours.svg").read_bytes() == (tmp_path / "theirs.svg").read_bytes()
@@ -130,7 +153,7 @@ def test_figure(run, number, lang, tmp_path):
 @pytest.mark.parametrize("language, ending", [("pov", "pov"), ("tachyon", "dat")])
 def test_export(run, language, ending, tmp_path):
     path = SCENES / "figure1.toml"
-    run("export", language, path, "--size", "96x54", "-o", tmp_path / "theirs", "-q")
+    run("export", language, path, "--size", "96x54", "-o", tmp_path / "theirs")
     kb.Scene.open(path).export(tmp_path / f"ours.{ending}", language, size=SIZE)
     assert (tmp_path / f"ours.{ending}").read_text().splitlines()[3:] == (tmp_path / "theirs").read_text().splitlines()[3:]
 
@@ -138,29 +161,29 @@ def test_export(run, language, ending, tmp_path):
 @pytest.mark.parametrize("distribution", ["uniform", "lattice", "packing"])
 def test_generate(run, distribution, tmp_path):
     path = tmp_path / "cloud.npy"
-    run("generate", "cloud", "--count", 300, "--distribution", distribution, "--seed", 7, "-o", path, "-q")
+    run("generate", "cloud", "--count", 300, "--distribution", distribution, "--seed", 7, "-o", path)
     scene = kb.Scene.generate(300, distribution, seed=7)
     assert (scene.spheres == np.load(path)[:, :4]).all()
     if np.load(path).shape[1] == 7:
         assert (scene.colors == np.load(path)[:, 4:]).all()
 
 
-def test_digest_info_and_check(run, tmp_path):
+def test_digest_info_and_check(run, told, tmp_path):
     path = SCENES / "lit/figure1.toml"
     scene = kb.Scene.open(path)
-    assert scene.digest(size=SIZE) == run("digest", path, "--size", "96x54", "-q").split()[0]
+    assert scene.digest(size=SIZE) == run("digest", path, "--size", "96x54").split()[0]
     assert scene.digest(size=SIZE) == scene.render(size=SIZE).digest()
     scene.render(size=SIZE).save(tmp_path / "p.png")
-    theirs = json.loads(run("info", tmp_path / "p.png", "--json", "-q"))
+    theirs = told("info", tmp_path / "p.png")
     assert_in(kb.info(tmp_path / "p.png"), theirs)
-    theirs = json.loads(run("check", path, "--json", "-q"))
+    theirs = told("check", path)
     ours = scene.check()
     assert ours["objects"] == theirs["objects"] and ours["light"] == theirs["light"]
 
 
-def test_verify(run):
+def test_verify(told):
     path = SCENES / "hard/distant_1e4.toml"
-    theirs = json.loads(run("verify", path, "--size", "96x54", "--json", "-q"))
+    theirs = told("verify", path, "--size", "96x54")
     verification = kb.Scene.open(path).verify(size=SIZE, device="gpu")
     assert verification
     ours = verification.to_dict()["kernels"][0]
@@ -171,7 +194,7 @@ def test_verify(run):
 @pytest.mark.parametrize("what", ["depth", "normal", "id", "side", "stage"])
 def test_show(run, what, tmp_path):
     path = SCENES / "figure1.toml"
-    run("render", path, "--size", "96x54", "--show", what, "--device", "cpu", "-o", tmp_path / "theirs.png", "-q")
+    run("render", path, "--size", "96x54", "--show", what, "--device", "cpu", "-o", tmp_path / "theirs.png")
     shown = kb.Scene.open(path).show(what, size=SIZE, device="cpu")
     shown.save(tmp_path / "ours.png")
     assert kb.compare(tmp_path / "ours.png", tmp_path / "theirs.png")
@@ -183,7 +206,7 @@ def test_frame_places_the_camera_where_the_program_does(run, tmp_path, options):
     scene = cloud(200)
     np.save(tmp_path / "cloud.npy", scene.spheres)
     given = [f"--{key}={','.join(map(str, value)) if isinstance(value, tuple) else value}" for key, value in options.items()]
-    text = run("render", tmp_path / "cloud.npy", "--print-scene", "--size", "96x54", *given, "-q")
+    text = run("render", tmp_path / "cloud.npy", "--print-scene", "--size", "96x54", *given)
     (tmp_path / "theirs.toml").write_text(text)
     theirs = kb.Scene.open(tmp_path / "theirs.toml")
     ours = kb.Camera.frame(scene, size=SIZE, **options)
@@ -195,7 +218,7 @@ def test_frame_places_the_camera_where_the_program_does(run, tmp_path, options):
 def test_films(run, tmp_path):
     path = SCENES / "figure1.toml"
     scene = kb.Scene.open(path)
-    run("render", path, "--size", "96x54", "--turntable", 3, "-o", tmp_path / "film.png", "-q")
+    run("render", path, "--size", "96x54", "--turntable", 3, "-o", tmp_path / "film.png")
     frames = [scene.render(camera, SIZE) for camera in scene.camera.turntable(3)]
     for number, frame in enumerate(frames, 1):
         assert kb.compare(frame.rgb8, tmp_path / f"film-{number:04}.png")
@@ -203,7 +226,7 @@ def test_films(run, tmp_path):
     assert [c.position for c in scene.camera.path(tmp_path / "path.csv")] == [[0, 1, 6], [1, 1, 6]]
 
 
-def test_colours_by_numbers(run, tmp_path):
+def test_colours_by_numbers(tmp_path):
     rng = np.random.default_rng(10)
     centers, speed = rng.random((100, 3)), rng.random(100)
     speed[3] = np.nan
@@ -225,7 +248,7 @@ def test_colours_by_numbers(run, tmp_path):
 def test_data_files_are_read_as_the_program_reads_them(run, tmp_path):
     (tmp_path / "water.xyz").write_text("3\nwater\nO 0 0 0\nH 0.96 0 0\nH -0.24 0.93 0\n")
     scene = kb.Scene.open(tmp_path / "water.xyz", size=SIZE)
-    text = run("render", tmp_path / "water.xyz", "--print-scene", "--size", "96x54", "-q")
+    text = run("render", tmp_path / "water.xyz", "--print-scene", "--size", "96x54")
     (tmp_path / "theirs.toml").write_text(text)
     assert scene.digest() == kb.Scene.open(tmp_path / "theirs.toml").digest()
     assert scene.n_spheres == 3

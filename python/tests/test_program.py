@@ -38,7 +38,7 @@ def test_files_are_those_of_the_program(run, tmp_path, ending):
     (tmp_path / "scene.toml").write_text(camera + text)
     scene = kb.Scene.open(tmp_path / "scene.toml")
     theirs = tmp_path / f"theirs.{ending}"
-    run("render", tmp_path / "scene.toml", "--size", "80x60", "--samples", 2, "-o", theirs, "-q")
+    run("render", tmp_path / "scene.toml", "--size", "80x60", "--samples", 2, "-o", theirs)
     picture = scene.render(size=(80, 60), samples=2)
     picture.save(tmp_path / f"ours.{ending}")
     if ending == "npy":

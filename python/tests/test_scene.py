@@ -2,6 +2,7 @@
 
 import errno
 import pickle
+from functools import partial
 
 import kugelblitz as kb
 import numpy as np
@@ -39,13 +40,22 @@ def test_radii_and_colours():
     centers = np.zeros((3, 3))
     assert kb.Scene(centers, radius=2).spheres[:, 3].tolist() == [2, 2, 2]
     assert kb.Scene(centers, radius=[1, 2, 3]).spheres[:, 3].tolist() == [1, 2, 3]
-    assert kb.Scene(centers, radius=1).colors.tolist() == [[1, 1, 1]] * 3
     linear = [[0.1, 0.2, 0.3], [0, 0, 0], [1, 1, 1]]
-    assert kb.Scene(centers, radius=1, color=linear).colors.tolist() == linear
-    of_bytes = kb.Scene(centers, radius=1, color=np.array([[0, 255, 0]] * 3, np.uint8))
-    assert of_bytes.colors.tolist() == [[0, 1, 0]] * 3
-    assert kb.Scene(centers, radius=1, color="#00ff00").colors.tolist() == [[0, 1, 0]] * 3
-    assert kb.Scene(centers, radius=1, color=(0, 0.5, 0)).colors.tolist() == [[0, 0.5, 0]] * 3
+    for color, expected in [
+        (None, [[1, 1, 1]] * 3), (linear, linear), (np.array([[0, 255, 0]] * 3, np.uint8), [[0, 1, 0]] * 3),
+        ("#00ff00", [[0, 1, 0]] * 3), ((0, 0.5, 0), [[0, 0.5, 0]] * 3),
+    ]:
+        assert kb.Scene(centers, radius=1, color=color).colors.tolist() == expected
+
+
+def test_names_are_given_by_list_or_by_row():
+    rows = [[0, 0, 0, 1], [3, 0, 0, 1], [6, 0, 0, 1]]
+    for names in [["sun", None, "moon"], {0: "sun", np.int64(2): "moon"}]:
+        scene = kb.Scene(rows, names=names)
+        assert [scene.name(id) for id in (1, 2, 3)] == ["sun", None, "moon"]
+    wrong = [["sun"], {3: "x"}, "sun", [1, 2, 3], {"a": "b"}]
+    words = ["1 of them for 3", "row 3", "names", "names", "names"]
+    refuses(partial(kb.Scene, rows), (ValueError, TypeError), *((dict(names=n), w) for n, w in zip(wrong, words)))
 
 
 WRONG = [
