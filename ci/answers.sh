@@ -7,8 +7,8 @@
 #
 # A line of a file that begins with `$ ` is a command of bash, those after it with `> ` go on with it; what follows is its
 # answer. A new command is such a line, and --renew. The commands of a file run one after the other in a folder of their own,
-# with links `scenes` and `small` to the scenes and to `tests/answers/scenes`. Times, versions, devices and memory are left out.
-# Needs Python 3.
+# with links `scenes` and `small` to the scenes and to `tests/answers/scenes`, and know the functions of
+# `tests/answers/functions.sh`. Times, versions, devices and memory are left out. Needs Python 3.
 set -euo pipefail
 program=$(realpath "$1")
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -26,11 +26,13 @@ volatile = re.compile(r'"(version|ms|ms_runs|bytes|bytes_device|free|memory|seco
 def answer(command, folder, environment):
     """Output, errors and the exit code of a command, without what differs from run to run."""
     done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, capture_output=True, text=True,
-                          errors="replace", stdin=subprocess.DEVNULL, timeout=120)
+                          errors="replace", stdin=subprocess.DEVNULL, timeout=600)
     text = done.stdout + (f"--- stderr\n{done.stderr}" if done.stderr else "")
-    text = text.replace(folder, "")
-    text = re.sub(r"\d[\d.]* (µs|ms|s|MB|GB|KB|kB|MiB|GiB)\b", r"N \1", volatile.sub(r'"\1": …', text))
+    text = volatile.sub(r'"\1": …', text.replace(folder, ""))
+    text = re.sub(r"\b\d[\d.]* (µs|ms|s)\b", "N s", text)
+    text = re.sub(r"(?<!at most )(?<!than )\b\d[\d.]* (MB|GB|KB|kB|MiB|GiB)\b", "N MiB", text)
     text = re.sub(r"\bthere (is|are) `.*", "there is …", text)
+    text = re.sub(r"\bare available [^:]*:", "are available …:", text)
     if not text.endswith("\n") and text:
         text += "(no line break)\n"
     return f"{text}--- exit {done.returncode}\n"
@@ -47,7 +49,8 @@ def answers(file):
         here.mkdir()
         (here / "scenes").symlink_to(kept.parents[1] / "scenes")
         (here / "small").symlink_to(kept / "scenes")
-        environment = {"PATH": f"{programs}:/usr/bin:/bin", "NO_COLOR": "1", "COLUMNS": "100", "LC_ALL": "C.UTF-8"}
+        environment = {"PATH": f"{programs}:/usr/bin:/bin", "NO_COLOR": "1", "COLUMNS": "100", "LC_ALL": "C.UTF-8",
+                       "BASH_ENV": str(kept / "functions.sh")}
         for shown in re.findall(r"^\$ .*\n(?:>.*\n)*", before, re.M):
             command = re.sub(r"^(\$ |> ?)", "", shown, flags=re.M)
             after.append(shown + answer(command, str(here), environment))

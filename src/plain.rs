@@ -50,17 +50,22 @@ pub fn plain_document(text: &str) -> String {
     text.chars().map(|c| if has_no_place(c) { '\u{fffd}' } else { c }).collect()
 }
 
-/// A path for people.
+/// A path or a name for people.
 pub trait Shown {
-    /// The path on one line, with each character that [`steers`] and each tab and line break as Rust writes
+    /// The text on one line, with each character that [`steers`] and each tab and line break as Rust writes
     /// it in a string: `\n`.
     fn shown(&self) -> String;
 }
 
+impl Shown for str {
+    fn shown(&self) -> String {
+        plain(self).replace('\n', "\\n").replace('\t', "\\t")
+    }
+}
+
 impl Shown for Path {
     fn shown(&self) -> String {
-        let plain = plain(&self.to_string_lossy()).into_owned();
-        plain.replace('\n', "\\n").replace('\t', "\\t")
+        self.to_string_lossy().shown()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Two pictures, channel by channel.
 
-use kugelblitz_judge::compare::{Allowed, PictureDifference, compare_pictures};
 use kugelblitz::picture::Image;
+use kugelblitz_judge::compare::{Allowed, PictureDifference, compare_pictures};
 use kugelblitz_judge::compare::{Allowed, PictureDifference, compare_pictures};
 use numpy::PyArray1;
 use pyo3::prelude::*;

@@ -4,10 +4,10 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use kugelblitz::Error;
-use kugelblitz_judge::figure::Figure;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::rgb8_file;
 use kugelblitz::scene::{self, parse_scene};
+use kugelblitz_judge::figure::Figure;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use kugelblitz_judge::judge::{self, Allowed, Case, Conventions, Quantity, pixels_of, whole_size};
 use kugelblitz::picture::Image;
 use kugelblitz::rays::{Pixels, Rays};
 use kugelblitz::scene;
 use kugelblitz::trace::Kernel;
+use kugelblitz_judge::judge::{self, Allowed, Case, Conventions, Quantity, pixels_of, whole_size};
 use kugelblitz_judge::judge::{
     Allowed, Case, Conventions, Finding, Judged, NormalSide, NormalSpace, Quantity, pixels_of,
     whole_size,

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::kernel::{Float, Kernel};
+use crate::plain::Shown;
 
 /// Advice where no device is there.
 pub(super) const INSTALL_HINT: &str = "install a Vulkan driver (Debian: `apt install mesa-vulkan-drivers` \
@@ -163,7 +164,8 @@ pub(super) fn choose(
             let fits = |facts: &AdapterFacts| facts.name.to_lowercase().contains(&wanted);
             adapters.iter().position(|(_, facts)| fits(facts)).ok_or_else(|| {
                 Error::NoAdapter(format!(
-                    "no Vulkan device has `{name}` in its name; there is {}",
+                    "no Vulkan device has `{}` in its name; there is {}",
+                    name.shown(),
                     names.join(", ")
                 ))
             })?

@@ -10,6 +10,7 @@ use super::schema::{
     CloudKeys, Key, PlaneKeys, SECTIONS, SceneKeys, Section, SectionInfo, SphereKeys,
 };
 use super::sniff::look_of_text;
+use crate::plain::Shown;
 use crate::words::did_you_mean;
 
 pub type Checked<T> = std::result::Result<T, Fault>;
@@ -183,7 +184,7 @@ impl<'t> Field<'t> {
 fn unknown_key(info: &SectionInfo, key: &str, is_table: bool, span: Range<usize>) -> Fault {
     let known: Vec<_> = info.keys.iter().map(|key| key.name).collect();
     let home = SECTIONS.iter().find(|other| other.keys.iter().any(|known| known.name == key));
-    let key_shown = quoted(key);
+    let key_shown = quoted(key).shown();
     let hint = match (home, did_you_mean(known.iter().copied(), key)) {
         (Some(home), _) => format!("`{key_shown}` belongs to {}; ", home.header),
         (None, Some(name)) => format!("did you mean `{name}`? "),

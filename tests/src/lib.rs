@@ -64,6 +64,28 @@ pub fn text_of(path: &str) -> String {
     std::fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
+/// Asserts that a file of the repository has this text. With `KUGELBLITZ_PRINT=1` it is written anew.
+#[track_caller]
+pub fn assert_kept(path: &str, text: &str) {
+    let file = root().join(path);
+    let is_kept = std::fs::read_to_string(&file).is_ok_and(|kept| kept == text);
+    if !is_kept && std::env::var_os("KUGELBLITZ_PRINT").is_some() {
+        std::fs::create_dir_all(file.parent().expect("a folder")).expect("a folder");
+        std::fs::write(&file, text).expect("a file that can be written");
+    }
+    let kept = std::fs::read_to_string(&file).unwrap_or_default();
+    let differs = |n: &usize| kept.lines().nth(*n) != text.lines().nth(*n);
+    if kept != text {
+        let n = (0..kept.lines().count()).find(differs).unwrap_or(kept.lines().count());
+        let [kept, now] = [&kept[..], text].map(|all| all.lines().nth(n).unwrap_or_default());
+        panic!(
+            "{path}, line {}:\n{kept}\nis now\n{now}\nWrite it anew with KUGELBLITZ_PRINT=1 cargo test --profile ci \
+             -p kugelblitz-tests --test library",
+            n + 1
+        );
+    }
+}
+
 /// Columns and rows of the pictures of [`digests`].
 pub const DIGEST_SIZE: [u32; 2] = [96, 54];
 
@@ -149,9 +171,18 @@ pub fn camera(position: DVec3, look_at: DVec3) -> Camera {
     }
 }
 
+/// An `.npy` file of these rays: origins and directions.
+pub fn npy_of_rays(rays: &[[f64; 6]]) -> Vec<u8> {
+    let rows: Vec<_> = rays.iter().map(|ray| ray.to_vec()).collect();
+    npy_of(6, &rows, "<f8", false)
+}
+
 /// An `.npy` file of these rows: `value` is `<f4`, `>f4`, `<f8` or `>f8`.
 pub fn npy(rows: &[Vec<f64>], value: &str, fortran: bool) -> Vec<u8> {
-    let n_columns = rows.first().map_or(3, Vec::len);
+    npy_of(rows.first().map_or(3, Vec::len), rows, value, fortran)
+}
+
+fn npy_of(n_columns: usize, rows: &[Vec<f64>], value: &str, fortran: bool) -> Vec<u8> {
     let order = if fortran { "True" } else { "False" };
     let shape = format!("({}, {n_columns})", rows.len());
     let header = format!("{{'descr': '{value}', 'fortran_order': {order}, 'shape': {shape}, }}");

@@ -7,6 +7,7 @@ use clap::{Args, Command, CommandFactory};
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, bold, italic, roman};
 use kugelblitz::output::{self, OutputFile};
+use kugelblitz::plain::Shown;
 use kugelblitz::scene::schema::SECTIONS;
 use kugelblitz::{Error, Result};
 
@@ -49,7 +50,10 @@ fn find<'a>(program: &'a Command, names: &[String]) -> Result<&'a Command> {
             let known = command.get_subcommands().map(Command::get_name).chain([SCENE_PAGE]);
             let near = did_you_mean(known, name);
             let hint = near.map_or(String::new(), |near| format!("did you mean `{near}`? "));
-            Error::Usage(format!("there is no page `{name}`; {hint}see kugelblitz --help"))
+            Error::Usage(format!(
+                "there is no page `{}`; {hint}see kugelblitz --help",
+                name.shown()
+            ))
         })
     })
 }

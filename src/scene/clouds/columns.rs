@@ -244,7 +244,7 @@ impl Finder<'_> {
         self.at(
             given,
             format!("{} has no column {:?}", self.header.what, quoted(name)),
-            format!("{hint}its columns are {}", cut(&all, 300)),
+            format!("{hint}its columns are {}", cut(&all, 300).shown()),
         )
     }
 
@@ -253,7 +253,7 @@ impl Finder<'_> {
         self.at(
             given,
             format!("{name:?} has several numbers"),
-            format!("choose one of them, \"{name}:0\" for the first"),
+            format!("choose one of them, \"{}:0\" for the first", name.shown()),
         )
     }
 
@@ -341,7 +341,10 @@ impl Finder<'_> {
                 let [one, other] = [one, other].map(|column| quoted(&self.header.names[*column]));
                 return Err(self.cloud.wrong(
                     format!("both of the columns {one:?} and {other:?} may be the radius"),
-                    format!("name one of them, e.g. `columns = {{ radius = \"{one}\" }}`"),
+                    format!(
+                        "name one of them, e.g. `columns = {{ radius = \"{}\" }}`",
+                        one.shown()
+                    ),
                 ));
             }
         }
@@ -354,8 +357,9 @@ impl Finder<'_> {
         Err(self.cloud.wrong(
             format!("the column {unused:?} is not used: is it the {key}?"),
             format!(
-                "if so, `columns = {{ {key} = \"{unused}\" }}`; if not, \
-                 `columns = {{ radius = false }}`, and `radius` for all spheres"
+                "if so, `columns = {{ {key} = \"{}\" }}`; if not, \
+                 `columns = {{ radius = false }}`, and `radius` for all spheres",
+                unused.shown()
             ),
         ))
     }

@@ -1,17 +1,12 @@
 //! What `export` writes is read back number by number, with a reader of its own.
 
-use std::fs;
-use std::path::Path;
-
 use glam::DVec3;
-use kugelblitz::rays::{Lens, View};
-use kugelblitz::scene::{Color, Light, Scene, Source, parse_scene, read_scene};
+use kugelblitz::rays::View;
+use kugelblitz::scene::{Color, Scene, read_scene};
 use kugelblitz_judge::export::{Language, write};
 use kugelblitz_tests::{camera, in_cube, log_uniform, plane, root, scene, sphere};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-
-use crate::program::{run, scene_file};
 
 /// The subject of a line of a file in another language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -150,25 +145,6 @@ fn every_object_and_every_number_of_the_figures_comes_back() {
     }
 }
 
-/// The same numbers, and the word that tells what they mean; it stands before them.
-#[test]
-fn an_orthographic_camera_is_exported_as_one() {
-    let (scene, mut view) = figure("figure1.toml");
-    for (lens, words) in [
-        (Lens::Perspective, ["perspective", "PROJECTION PERSPECTIVE"]),
-        (Lens::Orthographic, ["orthographic", "PROJECTION ORTHOGRAPHIC"]),
-    ] {
-        view.lens = lens;
-        for (language, word) in Language::ALL.into_iter().zip(words) {
-            let text = text(language, &scene, &view, SIZE);
-            let first = text.lines().position(|line| line.trim() == word).expect(word);
-            let vectors = ["  location", "ZOOM"][usize::from(language == Language::Tachyon)];
-            assert!(text.lines().nth(first + 1).unwrap().starts_with(vectors));
-            compare(&read(language, &text), &expected(language, &scene, &view, SIZE)).unwrap();
-        }
-    }
-}
-
 /// Numbers of any size, also those with 17 digits and subnormal ones.
 #[test]
 fn any_f64_comes_back() {
@@ -232,73 +208,6 @@ fn the_caller_gives_the_colours() {
     }
 }
 
-/// The numbers of the lines that begin with a word.
-fn lines_of(text: &str, word: &str) -> Vec<Vec<f64>> {
-    let lines = text.lines().filter(|line| line.split(' ').next() == Some(word));
-    lines.map(|line| numbers(line).into_iter().map(f64::from_bits).collect()).collect()
-}
-
-fn lit(text: &str) -> Scene {
-    let text = format!("camera = {{ position = [1, 2, 9], look_at = [1, 2, 0] }}\n{text}");
-    parse_scene(&text, Path::new("a.toml")).unwrap()
-}
-
-#[test]
-fn lights_are_written() {
-    let scene = lit("ambient = [0.25, 0.5, 0.75]\n\
-                     light = [{ position = [4, 6, 3], color = [1, 0.5, 0], intensity = 0.75 }, \
-                     { direction = [-1, -2, 2], shadows = false }, { position = \"eye\" }]\n\
-                     sphere = [{ center = [3, 1, -40], radius = 2, color = [0.5, 0.1, 1] }]");
-    let view = View::new(scene.camera.as_ref().unwrap());
-    let [pov, tachyon] = Language::ALL.map(|language| text(language, &scene, &view, SIZE));
-
-    let lights = lines_of(&pov, "light_source");
-    assert_eq!(lights[0], [4.0, 6.0, 3.0, 0.75, 0.375, 0.0]);
-    assert_eq!(lights[2], [1.0, 2.0, 9.0, 1.0, 1.0, 1.0]);
-    let [x, y, z, 1.0, 1.0, 1.0, 1.0, 2.0, 9.0] = lights[1][..] else { panic!("{:?}", lights[1]) };
-    let way = view.position - DVec3::new(x, y, z);
-    let direction = DVec3::new(-1.0, -2.0, 2.0);
-    assert!(way.length() > 100.0 * 49.0 && way.angle_between(direction) < 1e-7, "{way}");
-    assert_eq!(pov.matches(" parallel point_at ").count(), 1);
-    assert_eq!(pov.matches(" shadowless }").count(), 1);
-    assert!(pov.contains("finish { ambient rgb <0.25, 0.5, 0.75> diffuse 1.0 }"), "{pov}");
-    assert!(pov.contains("pigment { rgb <0.5, 0.1, 1.0> }"), "{pov}");
-
-    // Tachyon's z is mirrored.
-    let lights = lines_of(&tachyon, "LIGHT");
-    assert_eq!(lights[0], [4.0, 6.0, -3.0, 0.0, 0.75, 0.375, 0.0]);
-    assert_eq!(lights[1], [1.0, 2.0, -9.0, 0.0, 1.0, 1.0, 1.0]);
-    let suns = lines_of(&tachyon, "DIRECTIONAL_LIGHT");
-    assert_eq!(suns, [[-1.0, -2.0, -2.0, 1.0, 1.0, 1.0]]);
-    assert!(tachyon.contains("# Without shadows, if Tachyon could:\nDIRECTIONAL_LIGHT "));
-    assert!(tachyon.contains("AMBIENT 0.5 DIFFUSE 1.0 "), "{tachyon}");
-    assert!(tachyon.contains("COLOR 0.5 0.1 1.0 TEXFUNC"), "{tachyon}");
-    assert!(tachyon.is_ascii() && pov.is_ascii());
-}
-
-#[test]
-fn a_sky_is_written_as_its_suns() {
-    let mut scene = lit("[sky]\nintensity = 0.5\ndirections = 16\n");
-    let suns = scene.sky.unwrap().suns();
-    for projection in ["fov = 40", "height = 3"] {
-        let camera = format!("[camera]\nposition = [0, 0, 5]\nlook_at = [0, 0, 0]\n{projection}");
-        scene.camera = parse_scene(&camera, Path::new("a.toml")).unwrap().camera;
-        let view = View::new(scene.camera.as_ref().unwrap());
-        let written = lines_of(&text(Language::Tachyon, &scene, &view, SIZE), "DIRECTIONAL_LIGHT");
-        let expected = suns.iter().map(|sun| vec![sun.x, sun.y, -sun.z, 0.125, 0.125, 0.125]);
-        assert!(written.into_iter().eq(expected));
-        let pov = text(Language::Pov, &scene, &view, SIZE);
-        assert_eq!(lines_of(&pov, "light_source").len(), 16);
-    }
-    // At the eye of an orthographic camera, a light is a sun.
-    let eye =
-        [Light { source: Source::Eye, color: Color([1.0; 3]), intensity: 1.0, shadows: true }];
-    scene = Scene { lights: eye.to_vec(), sky: None, ..scene };
-    let view = View::new(scene.camera.as_ref().unwrap());
-    let written = lines_of(&text(Language::Tachyon, &scene, &view, SIZE), "DIRECTIONAL_LIGHT");
-    assert_eq!(written, [[0.0, 0.0, 1.0, 1.0, 1.0, 1.0]]);
-}
-
 /// A name is a comment or not there, whatever is in it.
 #[test]
 fn a_name_stays_a_name() {
@@ -315,56 +224,4 @@ fn a_name_stays_a_name() {
             assert!(text.ends_with("END_SCENE\n"));
         }
     }
-}
-
-#[test]
-fn the_command_writes_what_the_library_writes() {
-    let (scene, view) = figure("figure3.toml");
-    let path = scene_file("figure3");
-    let folder = tempfile::tempdir().unwrap();
-    for language in Language::ALL {
-        let text = text(language, &scene, &view, SIZE);
-        let ran = run(&["export", language.name(), &path, "--size", "641x363"], 0);
-        assert_eq!(ran.text(), text);
-        let talk = ran.stderr;
-        assert!(talk.starts_with("standard output: ") && talk.lines().count() == 1, "{talk}");
-
-        let file = folder.path().join(language.name());
-        let out = file.to_str().unwrap();
-        let args = ["export", language.name(), &path, "-o", out, "--json", "--size", "641x363"];
-        let json = run(&args, 0).json();
-        assert_eq!(fs::read_to_string(&file).unwrap(), text);
-        assert_eq!(json["language"], language.name());
-        assert_eq!(json["size"], serde_json::json!([641, 363]));
-        assert_eq!(json["objects"]["spheres"], scene.spheres.len());
-        assert!(json["run"].as_str().unwrap().contains(out), "{json}");
-    }
-}
-
-#[test]
-fn what_cannot_be_exported_is_told() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    let (no_camera, out) = (path("no_camera.toml"), path("out.pov"));
-    fs::write(
-        &no_camera,
-        "[[plane]]\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 1.0, 0.0]\ncolor = \"#fff000\"",
-    )
-    .unwrap();
-    fs::write(&out, "old").unwrap();
-    let figure = scene_file("figure2");
-    let cases: [(&[&str], i32, &str); 5] = [
-        (&["export", "pov", &no_camera, "-o", &out], 3, "no [camera]"),
-        (&["export", "pov", "missing.toml", "-o", &out], 3, "missing.toml"),
-        (&["export", "blender", &figure, "-o", &out], 2, "possible values: pov, tachyon"),
-        (&["export", "pov", &figure, "--json"], 2, "write to a file"),
-        (&["export", "pov", &figure, "-o", &path("no/out.pov")], 1, "there is no folder"),
-    ];
-    for (args, code, message) in cases {
-        let ran = run(args, code);
-        assert!(ran.stderr.contains(message), "{args:?}: {}", ran.stderr);
-        // With --json, the failure is an object.
-        assert_eq!(ran.stdout.is_empty(), !args.contains(&"--json"), "{args:?}");
-    }
-    assert_eq!(fs::read_to_string(&out).unwrap(), "old");
 }

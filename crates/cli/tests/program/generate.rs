@@ -12,10 +12,7 @@ use kugelblitz::generate::{Distribution, MAX_COUNT, Recipe, write_cloud, write_s
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::rays::View;
 use kugelblitz::scene::{Projection, Scene, Sphere, read_scene};
-use kugelblitz_tests::root;
 use tempfile::TempDir;
-
-use crate::program;
 
 fn recipe(distribution: Distribution, count: u64, seed: u64) -> Recipe {
     Recipe { distribution, count, seed }
@@ -163,16 +160,6 @@ fn a_packing_stands() {
 }
 
 #[test]
-fn the_packing_of_the_scenes_is_a_generated_one() {
-    let folder = tempfile::tempdir().unwrap();
-    let scenes = root().join("scenes/lit");
-    let text = fs::read_to_string(scenes.join("packing.toml")).unwrap();
-    assert!(text.contains("--distribution packing --count 10000 --seed 14\n"), "{text}");
-    let (bytes, _) = made(&folder, &recipe(Distribution::Packing, 10_000, 14));
-    assert!(bytes == fs::read(scenes.join("packing.npy")).unwrap());
-}
-
-#[test]
 fn a_count_that_cannot_be_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cloud.npy");
@@ -199,64 +186,4 @@ fn an_interrupted_cloud_leaves_the_old_one() {
     assert!(matches!(output::commit([file], &control), Err(Error::Interrupted)));
     assert_eq!(fs::read(&path).unwrap(), b"old");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-}
-
-#[test]
-fn a_scene_names_its_cloud_wherever_it_lies() {
-    let folder = tempfile::tempdir().unwrap();
-    let here = recipe(Distribution::Uniform, 3, 0);
-    fs::create_dir(folder.path().join("a \"quoted\" folder")).unwrap();
-    for (cloud, scene) in [
-        ("cloud.npy", "a \"quoted\" folder/scene.toml"),
-        ("a \"quoted\" folder/c'lo\\u\"d.npy", "scene.toml"),
-        ("a \"quoted\" folder/cloud.npy", "a \"quoted\" folder/scene.toml"),
-    ] {
-        let (cloud, scene) = (folder.path().join(cloud), folder.path().join(scene));
-        write(&cloud, &scene, &here);
-        assert_eq!(read_scene(&scene).unwrap().n_objects(), 3, "{}", scene.display());
-        let text = fs::read_to_string(&scene).unwrap();
-        let together = cloud.parent() == scene.parent();
-        assert_eq!(text.contains("file = \"cloud.npy\""), together, "{text}");
-    }
-}
-
-#[test]
-fn the_program_writes_files_and_says_what_it_wrote() {
-    let folder = tempfile::tempdir().unwrap();
-    let run = |args: &[&str], code: i32| {
-        let mut command = program::program(&["generate", "cloud"]);
-        command.args(args).current_dir(folder.path());
-        let ran = program::ends(command, code);
-        (ran.stdout, ran.stderr)
-    };
-    let start = ["--count", "100", "--distribution", "packing", "--seed", "4"];
-    let files = ["-o", "a.npy", "--scene", "a.toml"];
-    let (stdout, stderr) = run(&[&start[..], &files].concat(), 0);
-    assert_eq!(stdout, b"");
-    assert!(stderr.starts_with("a.npy: 100 spheres, packing, seed 4, in "), "{stderr}");
-    assert_eq!(read_scene(&folder.path().join("a.toml")).unwrap().spheres.len(), 100);
-
-    let (stdout, _) = run(&[&start[..], &["-o", "b.npy", "--json", "-q"]].concat(), 0);
-    let json: serde_json::Value = serde_json::from_slice(&stdout).unwrap();
-    assert_eq!((&json["command"], &json["count"]), (&"generate".into(), &100.into()));
-    assert_eq!((&json["file"], &json["scene"]), (&"b.npy".into(), &serde_json::Value::Null));
-
-    // The file is the same on standard output.
-    let (stdout, _) = run(&[&start[..], &["-o", "-"]].concat(), 0);
-    assert_eq!(stdout, fs::read(folder.path().join("a.npy")).unwrap());
-    assert_eq!(stdout, fs::read(folder.path().join("b.npy")).unwrap());
-
-    for (args, expected) in [
-        (&["--count", "0", "-o", "c.npy"][..], "4294967293"),
-        (&["--count", "4294967294", "-o", "c.npy"], "4294967293"),
-        (&["--count", "9", "-o", "c.txt"], ".npy"),
-        (&["--count", "9", "-o", "-", "--scene", "c.toml"], "--scene"),
-        (&["--count", "9", "-o", "-", "--json"], "--json"),
-        (&["--count", "9", "-o", "c.npy", "--distribution", "flat"], "lattice"),
-    ] {
-        let (_, stderr) = run(args, 2);
-        assert!(stderr.contains(expected), "{args:?}: {stderr}");
-    }
-    run(&["--count", "9", "-o", "missing/c.npy"], 1);
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3);
 }

@@ -202,8 +202,7 @@ fn every_command_works_and_every_picture_is_what_its_command_draws() {
     }
 }
 
-/// Pictures that no page's commands make: a drawing, the window, and the figures with German words, which
-/// `figures.rs` beside this draws.
+/// Pictures that no page's commands make: a drawing, the window, and the figures with German words, which `ci/answers.sh` draws.
 const OTHERS: [&str; 4] = ["intervals.svg", "window.png", "figure3-de.svg", "figure4-de.svg"];
 
 #[test]

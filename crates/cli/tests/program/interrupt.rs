@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
@@ -14,14 +14,13 @@ use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
-use kugelblitz_tests::{camera, gpu, in_cube, sphere};
+use kugelblitz_tests::{camera, gpu, in_cube, npy_of_rays, sphere};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
-use crate::program;
-use crate::program::scene_file as scene;
+use crate::program::{self, file, names, scene_file as scene};
 
 /// A second is promised; the rest is for machines that run many tests at once.
 const BOUND: Duration = Duration::from_secs(5);
@@ -44,38 +43,17 @@ fn large() -> &'static Large {
     static LARGE: OnceLock<Large> = OnceLock::new();
     LARGE.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-        let (cloud, scene, rays) = (at("cloud.npy"), at("scene.toml"), at("rays.npy"));
-        let made = program()
-            .args(["generate", "cloud", "--count", "1000000", "-o", &cloud, "--scene", &scene])
-            .status();
-        assert!(made.unwrap().success());
-        write_rays(Path::new(&rays), 2_000_000);
+        let [cloud, scene, rays] =
+            ["cloud.npy", "scene.toml", "rays.npy"].map(|name| file(&folder, name));
+        program::run(
+            &["generate", "cloud", "--count", "1000000", "-o", &cloud, "--scene", &scene],
+            0,
+        );
+        let turned = (0..2_000_000).map(|i| f64::from(i) / 2e6);
+        let all: Vec<_> = turned.map(|x| [x, 0.1, 5.0, 0.3 - x, 0.02, -1.0]).collect();
+        fs::write(&rays, npy_of_rays(&all)).unwrap();
         Large { folder, scene, rays }
     })
-}
-
-fn write_rays(path: &Path, n: usize) {
-    let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({n}, 6), }}");
-    let header = format!("{header:<117}\n");
-    let mut file = std::io::BufWriter::new(fs::File::create(path).unwrap());
-    file.write_all(b"\x93NUMPY\x01\x00").unwrap();
-    file.write_all(&(header.len() as u16).to_le_bytes()).unwrap();
-    file.write_all(header.as_bytes()).unwrap();
-    for i in 0..n {
-        let turned = i as f64 / n as f64;
-        for value in [turned, 0.1, 5.0, 0.3 - turned, 0.02, -1.0] {
-            file.write_all(&value.to_le_bytes()).unwrap();
-        }
-    }
-    file.flush().unwrap();
-}
-
-fn names(folder: &Path) -> Vec<PathBuf> {
-    let mut names: Vec<_> =
-        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    names.sort();
-    names
 }
 
 /// Sends one signal after `delay` and looks at the program's end.
@@ -106,6 +84,11 @@ fn ends(mut child: Child, what: &str, delay: Duration, signal: Signal) -> bool {
     let stderr = String::from_utf8_lossy(&output.stderr);
     println!("{what}: ended after {took:?}");
     assert_eq!(output.status.code(), Some(130), "{what}: {} {stderr}", output.status);
+    // Work that did not end by itself says nothing there.
+    if what.contains("--json") && !output.stdout.is_empty() {
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!((&json["code"], &json["error"]), (&130.into(), &"interrupted".into()), "{what}");
+    }
     // Of output files speaks who has some.
     let has_outputs =
         !["check", "verify", "probe"].iter().any(|name| what.contains(&format!("\"{name}\"")));
@@ -117,29 +100,7 @@ fn ends(mut child: Child, what: &str, delay: Duration, signal: Signal) -> bool {
 
 /// Interrupts a command that has `out` as its output, in a folder of its own.
 #[track_caller]
-fn interrupted(arguments: &[&str], out: &str, delay_ms: u64) {
-    let delay = Duration::from_millis(delay_ms);
-    assert!(is_interrupted(arguments, out, delay), "{arguments:?} ended on its own");
-}
-
-/// Interrupts a command at several moments amid its work, however long that takes here.
-#[track_caller]
-fn interrupted_anywhere(arguments: &[&str], out: &str) {
-    let folder = tempfile::tempdir().unwrap();
-    let start = Instant::now();
-    assert!(program().args(arguments).current_dir(&folder).status().unwrap().success());
-    let whole = start.elapsed();
-    for part in [0.1, 0.3, 0.5, 0.7] {
-        // Another run may be quicker.
-        let mut delay = whole.mul_f64(part);
-        while !is_interrupted(arguments, out, delay) {
-            delay /= 2;
-            assert!(!delay.is_zero(), "{arguments:?} always ends on its own");
-        }
-    }
-}
-
-#[track_caller]
+#[must_use]
 fn is_interrupted(arguments: &[&str], out: &str, delay: Duration) -> bool {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(out);
@@ -150,71 +111,67 @@ fn is_interrupted(arguments: &[&str], out: &str, delay: Duration) -> bool {
         return false;
     }
     assert_eq!(fs::read(&path).unwrap(), b"old", "{what}");
-    assert_eq!(names(folder.path()), [path], "{what}");
+    assert_eq!(names(folder.path()), [out], "{what}");
     true
 }
 
+/// Commands that are at work for long, each with its output and moments amid its phases, in milliseconds; without, at parts
+/// of the time that it takes here.
 #[test]
-fn f32_and_f64_over_a_million_spheres_on_the_cpu() {
-    for kernel in ["lecture", "double"] {
-        let scene = &large().scene;
-        let arguments = ["render", scene, "-o", "a.png", "--device", "cpu", "--kernel", kernel];
-        interrupted(&arguments, "a.png", 2500);
-    }
-}
-
-#[test]
-fn f32_and_f64_over_a_million_spheres_on_the_gpu() {
+fn commands_end_amid_each_phase() {
     gpu();
-    for kernel in ["lecture", "double"] {
-        let scene = &large().scene;
-        let arguments = ["render", scene, "-o", "a.png", "--device", "gpu", "--kernel", kernel];
-        interrupted(&arguments, "a.png", 3000);
+    let Large { scene: million, rays, .. } = large();
+    let figure = &scene("figure1");
+    let cases = [
+        (format!("render {million} -o a.png --device cpu --kernel lecture"), "a.png", &[2500][..]),
+        (format!("render {million} -o a.png --device cpu --kernel double"), "a.png", &[2500]),
+        (format!("render {million} -o a.png --device gpu --kernel lecture"), "a.png", &[3000]),
+        (format!("render {million} -o a.png --device gpu --kernel double"), "a.png", &[3000]),
+        (format!("render {figure} -o a.ppm --size 20000x20000 --device cpu"), "a.ppm", &[1500]),
+        (format!("render {figure} -o a.ppm --size 20000x20000 --device gpu"), "a.ppm", &[1500]),
+        // Repeated tracing.
+        (
+            format!("render {figure} -o a.png --size 64x36 --device cpu --json --repeat 100000000"),
+            "a.png",
+            &[700],
+        ),
+        // Reading, then the building of a hierarchy, then tracing: whichever it is at the time.
+        (
+            format!("render {million} -o a.npy --size 16000x16000 --device cpu"),
+            "a.npy",
+            &[150, 500, 1000, 1500],
+        ),
+        (
+            format!("verify {figure} --size 16000x16000 --samples 100000000 --device cpu --json"),
+            "other",
+            &[1000],
+        ),
+        ("generate cloud --count 100000000 -o cloud.npy".into(), "cloud.npy", &[500]),
+        (format!("check {million}"), "other", &[]),
+        (format!("trace {million} --rays {rays} -o hits.npy --device cpu"), "hits.npy", &[]),
+    ];
+    for (command, out, moments) in &cases {
+        let arguments: Vec<&str> = command.split(' ').collect();
+        for &moment in *moments {
+            let is_interrupted = is_interrupted(&arguments, out, Duration::from_millis(moment));
+            assert!(is_interrupted, "{command} ended on its own");
+        }
+        if !moments.is_empty() {
+            continue;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let start = Instant::now();
+        assert!(program().args(&arguments).current_dir(&folder).status().unwrap().success());
+        let whole = start.elapsed();
+        for part in [0.1, 0.3, 0.5, 0.7] {
+            // Another run may be quicker.
+            let mut delay = whole.mul_f64(part);
+            while !is_interrupted(&arguments, out, delay) {
+                delay /= 2;
+                assert!(!delay.is_zero(), "{command} always ends on its own");
+            }
+        }
     }
-}
-
-#[test]
-fn large_pictures_on_the_cpu_and_on_the_gpu() {
-    gpu();
-    for device in ["cpu", "gpu"] {
-        let scene = scene("figure1");
-        let arguments = ["render", &scene, "-o", "a.ppm", "--size", "20000x20000", "--device"];
-        interrupted(&[&arguments[..], &[device]].concat(), "a.ppm", 1500);
-    }
-}
-
-/// Reading, then the building of a hierarchy, then tracing: whichever it is at the time.
-#[test]
-fn the_certified_kernel_over_a_million_spheres() {
-    for delay_ms in [150, 500, 1000, 1500] {
-        let arguments = ["render", &large().scene, "-o", "a.npy", "--size", "16000x16000"];
-        interrupted(&[&arguments[..], &["--device", "cpu"]].concat(), "a.npy", delay_ms);
-    }
-}
-
-#[test]
-fn check_of_a_million_spheres() {
-    interrupted_anywhere(&["check", &large().scene], "other");
-}
-
-#[test]
-fn rays_read_traced_and_written() {
-    let Large { scene, rays, .. } = large();
-    let arguments = ["trace", scene, "--rays", rays, "-o", "hits.npy", "--device", "cpu"];
-    interrupted_anywhere(&arguments, "hits.npy");
-}
-
-#[test]
-fn verify_draws_many_samples() {
-    let scene = scene("figure1");
-    let arguments = ["verify", &scene, "--size", "16000x16000", "--samples", "100000000"];
-    interrupted(&[&arguments[..], &["--device", "cpu"]].concat(), "other", 1000);
-}
-
-#[test]
-fn a_cloud_is_generated() {
-    let count = ["generate", "cloud", "--count", "100000000", "-o", "cloud.npy"];
-    interrupted(&count, "cloud.npy", 500);
 }
 
 #[test]
@@ -237,7 +194,8 @@ fn pipes_that_nobody_opens() {
         &["export", "pov", &figure, "-o", pipe],
     ];
     for arguments in cases {
-        interrupted(arguments, "other", 300);
+        let delay = Duration::from_millis(300);
+        assert!(is_interrupted(arguments, "other", delay), "{arguments:?} ended on its own");
     }
 }
 
@@ -261,7 +219,7 @@ fn a_driver_that_never_opens() {
             .unwrap();
         let delay = Duration::from_millis(500);
         assert!(ends(child, &format!("{arguments:?}"), delay, Signal::INT));
-        assert_eq!(names(folder.path()), [pipe.as_path()]);
+        assert_eq!(names(folder.path()), ["drivers.json"]);
     }
 }
 
@@ -301,18 +259,10 @@ fn the_library_stops_amid_a_row_and_between_the_steps_of_preparing() {
 #[test]
 fn building_a_hierarchy_is_seen_and_told() {
     let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    let made = program()
-        .args(["generate", "cloud", "--count", "5000000", "-o", &at("cloud.npy")])
-        .args(["--scene", &at("scene.toml")])
-        .status();
-    assert!(made.unwrap().success());
-    let command = format!(
-        "{} render {} -o {} --device cpu -v",
-        env!("CARGO_BIN_EXE_kugelblitz"),
-        at("scene.toml"),
-        at("a.png")
-    );
+    let [cloud, scene, out] = ["cloud.npy", "scene.toml", "a.png"].map(|name| file(&folder, name));
+    program::run(&["generate", "cloud", "--count", "5000000", "-o", &cloud, "--scene", &scene], 0);
+    let command =
+        format!("{} render {scene} -o {out} --device cpu -v", env!("CARGO_BIN_EXE_kugelblitz"));
     let output = Command::new("script")
         .args(["--quiet", "--return", "--command", &command, "/dev/null"])
         .env("RAYON_NUM_THREADS", "1")

@@ -1,7 +1,6 @@
 //! Other renderers' results against exact arithmetic, two pictures against each other, and what a picture
 //! says of itself. Each comparison is fed something wrong, and must see it.
 
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -9,7 +8,7 @@ use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::glam::DVec3;
-use kugelblitz::picture::{Channel, Image, Samples, read_bytes, read_image};
+use kugelblitz::picture::{Channel, Image, Samples, read_image};
 use kugelblitz::rays::{Pixels, Rays, View};
 use kugelblitz::scene::{Scene, read_scene};
 use kugelblitz::trace::Kernel;
@@ -17,16 +16,11 @@ use kugelblitz_judge::judge::{
     self, Allowed, Conventions, Judged, NormalSide, NormalSpace, Quantity, truth,
 };
 use kugelblitz_judge::verify::Truth;
-use kugelblitz_tests::gpu;
 use tempfile::TempDir;
 
-use crate::program::{ends, program, scene_file as scene};
+use crate::program::{file, run, scene_file as scene};
 
 const SIZE: [u32; 2] = [96, 54];
-
-fn file(folder: &TempDir, name: &str) -> String {
-    folder.path().join(name).to_str().unwrap().to_owned()
-}
 
 /// A picture of a scene by the program, on the CPU.
 fn rendered(folder: &TempDir, scene_name: &str, name: &str, more: &[&str]) -> String {
@@ -34,7 +28,7 @@ fn rendered(folder: &TempDir, scene_name: &str, name: &str, more: &[&str]) -> St
     let size = format!("{}x{}", SIZE[0], SIZE[1]);
     let scene = scene(scene_name);
     let args = ["render", &scene, "-o", &out, "--size", &size, "--device", "cpu", "-q"];
-    ends(program(&[&args, more].concat()), 0);
+    run(&[&args, more].concat(), 0);
     out
 }
 
@@ -210,19 +204,6 @@ fn wrong_ids_at_silhouettes_are_counted_there() {
     }
 }
 
-#[test]
-fn a_depth_of_the_background_is_understood() {
-    let case = Case::new("figure2");
-    let depth = |i: usize| if case.truth.id[i] == 0 { 1e10 } else { case.truth.t[i] };
-    let claims = case.with([("Z", Samples::F64((0..case.truth.t.len()).map(depth).collect()))]);
-    let own = Conventions::default();
-    let broken = case.broken(&claims, &own, "");
-    assert!(broken.len() == 2 && broken[0].contains("away from silhouettes"), "{broken:?}");
-    let told = Conventions { background: Some(1e10), ..own };
-    assert_eq!(case.broken(&claims, &told, ""), [""; 0]);
-    assert_eq!(case.hint(&claims).as_deref(), Some("--background 10000000000"));
-}
-
 /// The same claims told otherwise are right by the conventions that say so, wrong without, and the hint
 /// names the options.
 #[test]
@@ -349,299 +330,4 @@ fn colors_stand_for_ids() {
             );
         }
     }
-}
-
-/// The program judges its own pictures, and those that it is told are another's.
-#[test]
-fn the_program_judges_pictures() {
-    let folder = tempfile::tempdir().unwrap();
-    let figure = scene("figure1");
-    for (name, judged) in
-        [("a.npy", "id,depth,normal"), ("a.exr", "id,depth,normal"), ("a.png", "color")]
-    {
-        let path = rendered(&folder, "figure1", name, &[]);
-        let args = ["judge", &figure, "--against", &path, "--device", "cpu", "--json"];
-        let found = ends(program(&args), 0).json();
-        let judged: Vec<&str> = judged.split(',').collect();
-        assert_eq!(found["judged"], serde_json::json!(judged));
-        assert_eq!(found["size"], serde_json::json!(SIZE));
-        assert_eq!(found["away"]["wrong_ids"], 0);
-        assert_eq!(found["broken"], serde_json::json!([]));
-    }
-    let path = file(&folder, "a.npy");
-    let mut bytes = fs::read(&path).unwrap();
-    let start = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
-    let case = Case::new("figure1");
-    let pixel = case.pixel(false);
-    bytes[start + 32 * pixel] += 1;
-    fs::write(&path, bytes).unwrap();
-    let error = file(&folder, "error.png");
-    let args = ["judge", &figure, "--against", &path, "--device", "cpu", "-o", &error];
-    let ran = ends(program(&args), 6);
-    let (x, y) = case.pixels().xy(pixel);
-    let command = format!("kugelblitz explain {figure} --pixel {x},{y} --size 96x54");
-    assert!(ran.text().contains(&command), "{}", ran.text());
-    assert!(ran.stderr.contains("1 of "), "{}", ran.stderr);
-    let shown = read_image(error.as_ref()).unwrap();
-    assert_eq!((shown.width, shown.height), (96, 54));
-    let yellow = |i: usize| {
-        ["R", "G", "B"].map(|name| shown.channel(name).unwrap().number(i)) == [255.0, 224.0, 74.0]
-    };
-    let yellow: Vec<usize> = (0..shown.len()).filter(|&i| yellow(i)).collect();
-    assert_eq!(yellow, [pixel]);
-    ends(program(&["judge", &figure, "--against", &path, "--allow", "ids=1"]), 0);
-}
-
-#[test]
-fn parts_are_judged_in_their_place() {
-    let folder = tempfile::tempdir().unwrap();
-    let figure = scene("figure1");
-    let crop = ["--crop", "30,20,40,25"];
-    for name in ["a.exr", "a.png", "a.npy"] {
-        let path = rendered(&folder, "figure1", name, &crop);
-        let args = ["judge", &figure, "--against", &path, "--device", "cpu", "--json"];
-        // An NPY file doesn't tell where it belongs.
-        let place = ["--size", "96x54", crop[0], crop[1]];
-        let more: &[&str] = if name == "a.npy" { &place } else { &[] };
-        let found = ends(program(&[&args, more].concat()), 0).json();
-        assert_eq!(found["crop"], serde_json::json!([30, 20, 40, 25]), "{name}");
-        let wrong = ["--size", "96x54", "--crop", "30,20,40,24"];
-        ends(program(&[&args[..], &wrong].concat()), 2);
-    }
-}
-
-#[test]
-fn hits_of_given_rays_are_judged() {
-    let folder = tempfile::tempdir().unwrap();
-    let (figure, rays) = (scene("figure1"), file(&folder, "rays.npy"));
-    let hits = file(&folder, "hits.npy");
-    let ray = |i: i32| vec![f64::from(i) * 0.25 - 2.0, 1.0, 6.0, 0.0, -0.05, -3.0];
-    fs::write(&rays, kugelblitz_tests::npy(&(0..17).map(ray).collect::<Vec<_>>(), "<f8", false))
-        .unwrap();
-    ends(program(&["trace", &figure, "--rays", &rays, "-o", &hits, "--device", "cpu"]), 0);
-    let args = ["judge", &figure, "--rays", &rays, "--against", &hits, "--device", "cpu"];
-    ends(program(&args), 0);
-    let honest = fs::read(&hits).unwrap();
-    let start = honest.len() - 17 * 20;
-    for (what, at) in [("id", 0), ("t", 4), ("normal", 19)] {
-        let mut bytes = honest.clone();
-        let hit = (0..17).find(|i| bytes[start + 20 * i] != 0).unwrap();
-        bytes[start + 20 * hit + at] ^= if at == 19 { 0x80 } else { 3 };
-        fs::write(&hits, bytes).unwrap();
-        let ran = ends(program(&args), 6);
-        assert!(ran.text().contains("--ray="), "{what}: {}", ran.text());
-    }
-    // A list is of rays, and of as many as there are.
-    ends(program(&["judge", &figure, "--against", &hits]), 2);
-    fs::write(&rays, kugelblitz_tests::npy(&(0..16).map(ray).collect::<Vec<_>>(), "<f8", false))
-        .unwrap();
-    ends(program(&args), 2);
-}
-
-/// A plain array of one number a pixel.
-fn plain(type_: &str, fortran: bool, shape: &str, data: &[u8]) -> Vec<u8> {
-    let order = if fortran { "True" } else { "False" };
-    let header = format!("{{'descr': '{type_}', 'fortran_order': {order}, 'shape': {shape}, }}");
-    let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
-    bytes.extend(format!("{header:<117}\n").bytes());
-    bytes.extend(data);
-    bytes
-}
-
-#[test]
-fn arrays_of_all_kinds_are_read() {
-    let read = |bytes: &[u8]| read_bytes(bytes, "a.npy".as_ref()).unwrap();
-    let value = |bytes: &[u8]| read(bytes).channels[0].samples.clone();
-    let halves: Vec<u8> = [0x3c00_u16, 0x4000].iter().flat_map(|n| n.to_le_bytes()).collect();
-    assert_eq!(value(&plain("<f2", false, "(1, 2)", &halves)), Samples::F16(vec![1.0, 2.0]));
-    let big: Vec<u8> = [1.5_f32, -2.0].iter().flat_map(|n| n.to_be_bytes()).collect();
-    assert_eq!(value(&plain(">f4", false, "(1, 2)", &big)), Samples::F32(vec![1.5, -2.0]));
-    let signed: Vec<u8> = [-1_i16, 300].iter().flat_map(|n| n.to_le_bytes()).collect();
-    assert_eq!(value(&plain("<i2", false, "(2,)", &signed)), Samples::I64(vec![-1, 300]));
-    assert_eq!(value(&plain("|b1", false, "(2, 1)", &[0, 1])), Samples::U8(vec![0, 1]));
-    let by_column = read(&plain("|u1", true, "(2, 3)", &[1, 4, 2, 5, 3, 6]));
-    assert_eq!(by_column.channels[0].samples, Samples::U8(vec![1, 2, 3, 4, 5, 6]));
-    assert_eq!((by_column.width, by_column.height), (3, 2));
-    let colors = read(&plain("|u1", false, "(1, 2, 3)", &[1, 2, 3, 4, 5, 6]));
-    assert_eq!(colors.channel("G"), Some(&Samples::U8(vec![2, 5])));
-    let by_column = read(&plain("|u1", true, "(1, 2, 3)", &[1, 4, 2, 5, 3, 6]));
-    assert_eq!(by_column.channels, colors.channels);
-}
-
-#[test]
-fn what_is_no_picture_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let exr = fs::read(rendered(&folder, "figure1", "a.exr", &[])).unwrap();
-    let png = fs::read(rendered(&folder, "figure1", "a.png", &[])).unwrap();
-    let npy = fs::read(rendered(&folder, "figure1", "a.npy", &[])).unwrap();
-    let refused = |bytes: &[u8]| read_bytes(bytes, "a.npy".as_ref()).unwrap_err();
-    for whole in [exr, png, npy] {
-        assert!(read_bytes(&whole, "a".as_ref()).is_ok());
-        for n in [0, 3, 8, 20, 100, whole.len() / 2] {
-            assert_eq!(refused(&whole[..n]).exit_code(), 1, "{n} of {}", whole.len());
-        }
-    }
-    for start in
-        [&b"\xff\xd8\xff\xe0\0\x10JFIF\0"[..], b"II*\0\x08\0\0\0", b"BM\x1e\0\0\0", b"#?RADIANCE\n"]
-    {
-        let message = refused(&[start, &[0; 100]].concat()).to_string();
-        assert!(message.contains("PNG, OpenEXR, NPY and PPM can be read"), "{message}");
-    }
-    for (type_, shape, data) in [
-        ("<f8", "(1000000000, 100000000)", &[0; 8][..]),
-        ("<f8", "(99999999999, 99999999999)", &[0; 8]),
-        ("|S4", "(1, 1)", b"abcd"),
-        ("<c16", "(1, 1)", &[0; 16]),
-        ("<f8", "(1, 1, 1, 1)", &[0; 8]),
-        ("<f8", "(1, 1)", &[0; 9]),
-        ("|V99999999999999999999", "(1, 1)", &[0; 9]),
-        ("<f8", "'''' '' [[[[[[[[[[[[[[[[[[", &[0; 9]),
-    ] {
-        let error = refused(&plain(type_, false, shape, data));
-        assert!([1, 7].contains(&error.exit_code()), "{type_} {shape}: {error}");
-    }
-}
-
-#[test]
-fn two_pictures_are_compared() {
-    let folder = tempfile::tempdir().unwrap();
-    let png = rendered(&folder, "figure1", "a.png", &[]);
-    for (name, more) in [
-        ("b.png", &[][..]),
-        ("c.ppm", &["--bits", "16"]),
-        ("d.exr", &[]),
-        ("e.npy", &[]),
-        ("f.png", &["--bits", "16"]),
-    ] {
-        let other = rendered(&folder, "figure1", name, more);
-        let found = ends(program(&["compare", &png, &other, "--json"]), 0).json();
-        assert_eq!(found["differing"], 0, "{name}");
-        assert_eq!(found["channels"].as_array().unwrap().len(), 3, "{name}");
-    }
-    let [exr, npy] = ["d.exr", "e.npy"].map(|name| file(&folder, name));
-    let found = ends(program(&["compare", &exr, &npy, "--json"]), 0).json();
-    let names: Vec<&str> =
-        found["channels"].as_array().unwrap().iter().map(|c| c["name"].as_str().unwrap()).collect();
-    assert_eq!(names.len(), 8, "{names:?}");
-
-    // One number of each field, by its last bit.
-    let honest = fs::read(&npy).unwrap();
-    let start = honest.len() - 32 * (SIZE[0] * SIZE[1]) as usize;
-    let pixel = Case::new("figure1").pixel(false);
-    for (channel, at) in [("id", 0), ("Z", 4), ("N.Y", 12), ("G", 24)] {
-        let mut bytes = honest.clone();
-        bytes[start + 32 * pixel + at] ^= 1;
-        let spoiled = file(&folder, "spoiled.npy");
-        fs::write(&spoiled, bytes).unwrap();
-        let difference = file(&folder, "difference.png");
-        let args = ["compare", &npy, &spoiled, "--json", "-o", &difference];
-        let found = ends(program(&args), 6).json();
-        assert_eq!((&found["differing"], &found["beyond"]), (&1.into(), &1.into()), "{channel}");
-        let channels = found["channels"].as_array().unwrap();
-        let differing: Vec<_> = channels.iter().filter(|c| c["differing"] == 1).collect();
-        assert_eq!(differing.len(), 1);
-        assert_eq!(differing[0]["name"], channel);
-        assert_eq!(differing[0]["pixel"], serde_json::json!([pixel % 96, pixel / 96]));
-        let is_float = channel != "id";
-        assert_eq!(differing[0]["largest_ulp"] == 1, is_float, "{channel}");
-        let shown = read_image(difference.as_ref()).unwrap();
-        let red = shown.channel("R").unwrap();
-        assert!(red.number(pixel) > 190.0 && red.number(pixel + 1) < 100.0);
-        let allowed = ["compare", &npy, &spoiled, "--allow", "ulp=1"];
-        ends(program(&allowed), if is_float { 0 } else { 6 });
-        ends(program(&["compare", &npy, &spoiled, "--allow", "pixels=1"]), 0);
-    }
-    let small = file(&folder, "small.png");
-    let figure = scene("figure1");
-    ends(program(&["render", &figure, "-o", &small, "--size", "9x9", "--device", "cpu", "-q"]), 0);
-    let ran = ends(program(&["compare", &png, &small]), 6);
-    assert!(ran.stderr.contains("96×54 and 9×9"), "{}", ran.stderr);
-}
-
-#[test]
-fn pictures_say_how_they_were_made_the_same_on_every_device() {
-    gpu();
-    let folder = tempfile::tempdir().unwrap();
-    for (ending, software) in [("png", "Software"), ("exr", "software")] {
-        let name = format!("a.{ending}");
-        let path = rendered(&folder, "lit/figure1", &name, &["--samples", "2"]);
-        let found = ends(program(&["info", &path, "--json"]), 0).json();
-        let texts = &found["metadata"];
-        assert_eq!(texts[software], concat!("kugelblitz ", env!("CARGO_PKG_VERSION")));
-        assert_eq!(texts["kugelblitz.kernel"], "certified");
-        assert_eq!(texts["kugelblitz.samples"], "2x2");
-        assert_eq!(texts["kugelblitz.size"], "96x54");
-        assert_eq!(texts["kugelblitz.certificate"], "5184 of 5184 pixels proven");
-        assert!(texts["kugelblitz.scene"].as_str().unwrap().starts_with("kbs1:"));
-        // The camera's line is one of a scene file.
-        let text = fs::read_to_string(scene("lit/figure1")).unwrap();
-        let (before, after) = text.split_once("[camera]").unwrap();
-        let after = &after[after.find("\n[").unwrap()..];
-        let camera = texts["kugelblitz.camera"].as_str().unwrap();
-        let again = file(&folder, "again.toml");
-        fs::write(&again, format!("{camera}\n{before}\n{after}")).unwrap();
-        let other = file(&folder, &format!("b.{ending}"));
-        let args = ["render", &again, "-o", &other, "--size", "96x54", "--samples", "2", "-q"];
-        ends(program(&[&args[..], &["--device", "gpu"]].concat()), 0);
-        assert!(fs::read(&path).unwrap() == fs::read(&other).unwrap(), "{ending}");
-        let plain = rendered(&folder, "lit/figure1", &name, &["--kernel", "lecture"]);
-        let found = ends(program(&["info", &plain, "--json"]), 0).json();
-        assert_eq!(found["metadata"]["kugelblitz.certificate"], "0 of 5184 pixels proven");
-        assert_eq!(found["metadata"]["kugelblitz.scene"], texts["kugelblitz.scene"]);
-    }
-}
-
-#[test]
-fn info_tells_what_there_is() {
-    let folder = tempfile::tempdir().unwrap();
-    let part = rendered(&folder, "figure1", "a.exr", &["--crop", "8,4,40,25", "--certificates"]);
-    let found = ends(program(&["info", &part, "--json"]), 0).json();
-    assert_eq!(found["window"], serde_json::json!([8, 4, 40, 25]));
-    assert_eq!(found["whole"], serde_json::json!(SIZE));
-    let levels = &found["levels"];
-    let sum = ["f32", "f64", "exact"].map(|level| levels[level].as_u64().unwrap());
-    assert_eq!(sum.iter().sum::<u64>(), 1000);
-    let text = ends(program(&["info", &part]), 0).text().to_owned();
-    assert!(text.contains("part: at 8,4 of 96×54"), "{text}");
-    assert!(text.contains("\ncamera = { position"), "{text}");
-    for (name, words) in [
-        ("a.ppm", "PNM, 96×54\nchannels: R G B u8\n"),
-        ("a.npy", "id u32, Z N.X N.Y N.Z R G B f32\n"),
-    ] {
-        let path = rendered(&folder, "figure1", name, &[]);
-        let text = ends(program(&["info", &path]), 0).text().to_owned();
-        assert!(text.contains(words) && text.contains("it says nothing"), "{text}");
-    }
-    ends(program(&["info", &scene("figure1")]), 1);
-    ends(program(&["info", &file(&folder, "missing.png")]), 1);
-}
-
-#[test]
-fn wrong_usage_is_told_what_to_do() {
-    let folder = tempfile::tempdir().unwrap();
-    let figure = scene("figure1");
-    let npy = rendered(&folder, "figure1", "a.npy", &[]);
-    let png = rendered(&folder, "lit/figure1", "lit.png", &[]);
-    let array = file(&folder, "plain.npy");
-    fs::write(&array, plain("|u1", false, "(1, 2)", &[1, 2])).unwrap();
-    let lit = scene("lit/figure1");
-    for (args, words) in [
-        (&["judge", &figure, "--against", &npy, "--as", "dept"][..], "did you mean depth?"),
-        (&["judge", &figure, "--against", &npy, "--as", "depth,distance"], "of one kind"),
-        (&["judge", &figure, "--against", &npy, "--as", "zbuffer"], "--near and --far"),
-        (
-            &["judge", &figure, "--against", &npy, "--as", "id", "--channel", "idd"],
-            "did you mean id?",
-        ),
-        (&["judge", &figure, "--against", &npy, "--allow", "idz=1"], "did you mean ids?"),
-        (&["judge", &figure, "--against", &npy, "--size", "9x9"], "with crop"),
-        (&["judge", &figure, "--against", &npy, "-o", "a.exr"], ".png"),
-        (&["judge", &figure, "--against", &array], "--as"),
-        (&["judge", &lit, "--against", &png], "kugelblitz compare"),
-        (&["compare", &npy, &npy, "--allow", "level=1"], "did you mean levels?"),
-    ] {
-        let ran = ends(program(args), 2);
-        assert!(ran.stderr.contains(words), "{args:?}: {}", ran.stderr);
-    }
-    ends(program(&["judge", &figure, "--against", &scene("figure1")]), 1);
 }

@@ -1,23 +1,13 @@
-//! What the program says on paper: the JSON that `docs/json.md` describes, failures in it, the manual
-//! pages.
+//! The JSON of all commands is what `docs/json.md` describes.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
-use std::os::unix::fs::symlink;
-use std::path::Path;
-use std::process::{Command, Stdio};
 use std::sync::LazyLock;
-use std::time::Duration;
 
-use kugelblitz::scene::parse_scene;
 use kugelblitz_tests::made_report::whole_report;
-use kugelblitz_tests::{gpu, npy, root, text_of};
+use kugelblitz_tests::{gpu, text_of};
 use serde_json::{Value, json};
-use tempfile::TempDir;
 
-use crate::program::{Ran, ends, finish, program, run, scene_file};
-
-// The JSON and its description.
+use crate::program::{ends, in_folder, material, run};
 
 /// What says of each field of --json.
 static DESCRIPTION: LazyLock<String> = LazyLock::new(|| text_of("docs/json.md"));
@@ -194,53 +184,6 @@ fn commands() -> Vec<Vec<String>> {
     commands
 }
 
-/// A scene in which a ray can tie, and one whose light is hidden; and rays.
-fn material(folder: &TempDir) {
-    let tie = r##"
-        [camera]
-        position = [0, 0, 5]
-        look_at = [0, 0, 0]
-        [[sphere]]
-        center = [0, 0, 0]
-        radius = 1
-        color = "red"
-        [[sphere]]
-        center = [0, 0, 0]
-        radius = 1
-        color = "#0f0"
-        [[sphere]]
-        center = [9, 0, 0]
-        radius = 1
-        color = "blue"
-        [[sphere]]
-        center = [0, 0, 3]
-        radius = 0.1
-        color = "white"
-        [[plane]]
-        point = [0, 0, -9]
-        normal = [0, 0, 1]
-        color = "#888888"
-        [[light]]
-        position = [0, 0, -5]
-        [[light]]
-        position = [3, 0.2, 8]
-        [sky]
-        intensity = 0.5
-        directions = 8
-    "##;
-    fs::write(folder.path().join("tie.toml"), tie).unwrap();
-    fs::write(folder.path().join("wrong.toml"), "[camera]\nlookat = [0, 0, 0]\n").unwrap();
-    let rays = [vec![0.0, 0.0, 0.0, 1.6, 0.3, -12.0], vec![0.0, 0.0, 0.0, 0.0, 1.0, 0.0]];
-    fs::write(folder.path().join("rays.npy"), npy(&rays, "<f8", false)).unwrap();
-    symlink(root().join("scenes"), folder.path().join("scenes")).unwrap();
-}
-
-fn in_folder(folder: &TempDir, line: &str) -> Command {
-    let mut command = program(&line.split_whitespace().collect::<Vec<_>>());
-    command.current_dir(folder);
-    command
-}
-
 /// Lines whose summaries have, taken together, all that is described.
 const LINES: [&str; 30] = [
     "render scenes/lit/figure1.toml -o a.png --size 32x18 --device cpu --repeat 1",
@@ -278,8 +221,7 @@ const LINES: [&str; 30] = [
 #[test]
 fn every_field_of_json_is_described_and_every_described_one_is_there() {
     gpu();
-    let folder = tempfile::tempdir().unwrap();
-    material(&folder);
+    let folder = material();
     ends(in_folder(&folder, "generate cloud --count 3000 -o cloud.npy --scene cloud.toml"), 0);
     let mut described = Described::new(&DESCRIPTION);
     let mut commands_seen = BTreeSet::new();
@@ -357,212 +299,4 @@ fn a_field_that_is_not_as_described_is_noticed() {
     assert!(wrong(|_| {}, &shorter)[0].contains("`digest` is not described"));
     let longer = Described::new(&DESCRIPTION);
     assert!(longer.unseen().len() > 300, "{}", longer.unseen().len());
-}
-
-// Failures.
-
-/// One JSON object on standard output, with the exit code and the words of standard error.
-#[track_caller]
-fn assert_failure(ran: &Ran, code: i32) {
-    let json = ran.json();
-    assert_eq!((ran.code, &json["code"]), (code, &code.into()), "{json}");
-    let error = json["error"].as_str().unwrap();
-    let first = error.lines().next().unwrap();
-    assert!(!first.is_empty() && ran.stderr.contains(first), "{first:?}\n{}", ran.stderr);
-    let schema = if json["command"] == "report" { 2 } else { 1 };
-    assert_eq!(json["schema"], schema);
-}
-
-#[test]
-fn every_failure_is_told_in_json() {
-    let folder = tempfile::tempdir().unwrap();
-    material(&folder);
-    for (line, code) in [
-        ("render scenes/figure1.toml -o no/such/folder.png --device cpu", 1),
-        ("report scenes/figure1.toml --baseline tie.toml --device cpu", 1),
-        ("render scenes/figure1.toml", 2),
-        ("render scenes/figure1.toml -o a.jpg", 2),
-        ("render scenes/figure1.toml -o a.png --kernel magic", 2),
-        ("rendr", 2),
-        ("check missing.toml", 3),
-        ("render wrong.toml -o a.png", 3),
-        ("render scenes/figure1.toml -o a.png --device nothing-like-it", 4),
-        ("render scenes/figure1.toml -o a.png --size 99999x9", 7),
-    ] {
-        let ran = finish(in_folder(&folder, &format!("{line} --json")));
-        assert_failure(&ran, code);
-        let json = ran.json();
-        let command = line.split(' ').next().filter(|word| *word != "rendr");
-        assert_eq!(json["command"].as_str(), command, "{json}");
-        assert_eq!(json["place"].is_object(), code == 3, "{json}");
-        assert_eq!(finish(in_folder(&folder, line)).stdout, b"", "{line}");
-    }
-    let place = ends(in_folder(&folder, "check wrong.toml --json"), 3).json()["place"].clone();
-    assert_eq!((&place["line"], &place["column"]), (&2.into(), &1.into()));
-    assert!(place["help"].as_str().unwrap().contains("did you mean `look_at`?"), "{place}");
-    // Help and version are no failures.
-    assert!(run(&["render", "--json", "--help"], 0).text().contains("Usage"));
-}
-
-/// `verify` has no output file, so none is spoken of.
-#[test]
-fn an_interrupted_verify_does_not_speak_of_output_files() {
-    let scene = scene_file("figure1");
-    let args = ["verify", &scene, "--size", "16000x16000", "--samples", "100000000", "--json"];
-    let child = program(&[&args[..], &["--device", "cpu"]].concat()).spawn().unwrap();
-    std::thread::sleep(Duration::from_millis(700));
-    let pid = rustix::process::Pid::from_child(&child);
-    rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
-    let output = child.wait_with_output().unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert_eq!((output.status.code(), stderr.as_str()), (Some(130), "error: interrupted\n"));
-    // Work that did not end by itself says nothing there.
-    if !output.stdout.is_empty() {
-        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
-        assert_eq!((&json["code"], &json["error"]), (&130.into(), &"interrupted".into()));
-    }
-}
-
-#[test]
-fn the_version_tells_commit_and_features() {
-    let short = run(&["-V"], 0).text().to_string();
-    assert_eq!(short, format!("kugelblitz {}\n", env!("CARGO_PKG_VERSION")));
-    let long = run(&["--version"], 0).text().to_string();
-    let lines: Vec<&str> = long.lines().collect();
-    assert_eq!(lines[0], short.trim());
-    let commit = lines[1].strip_prefix("commit ").expect("a commit");
-    let is_hash = commit.len() == 12 && commit.bytes().all(|byte| byte.is_ascii_hexdigit());
-    let is_checked_out = root().join(".git").exists();
-    match std::env::var("KUGELBLITZ_COMMIT") {
-        Ok(told) => assert_eq!(commit, told),
-        Err(_) => assert!(if is_checked_out { is_hash } else { commit == "unknown" }, "{long}"),
-    }
-    let features = lines[2].strip_prefix("features ").expect("features");
-    assert_eq!(features.contains("view"), cfg!(feature = "view"), "{long}");
-    assert!(features.starts_with("gpu"), "{long}");
-}
-
-// Manual pages.
-
-/// Roff as it is read, roughly.
-fn plain_roff(page: &str) -> String {
-    page.replace("\\-", "-").replace("\\fB", "").replace("\\fI", "").replace("\\fR", "")
-}
-
-fn pages(folder: &TempDir) -> BTreeMap<String, String> {
-    ends(in_folder(folder, "man --dir man/pages"), 0);
-    let entries = fs::read_dir(folder.path().join("man/pages")).unwrap();
-    let page = |entry: Result<fs::DirEntry, std::io::Error>| {
-        let entry = entry.unwrap();
-        let name = entry.file_name().into_string().unwrap();
-        (name, plain_roff(&fs::read_to_string(entry.path()).unwrap()))
-    };
-    entries.map(page).collect()
-}
-
-#[test]
-fn every_command_has_a_manual_page_with_all_sections() {
-    let folder = tempfile::tempdir().unwrap();
-    let pages = pages(&folder);
-    let mut expected: BTreeSet<String> =
-        ["kugelblitz.1", "kugelblitz-scene.5"].map(String::from).into();
-    for words in commands() {
-        for n in 1..=words.len() {
-            expected.insert(format!("kugelblitz-{}.1", words[..n].join("-")));
-        }
-    }
-    assert_eq!(pages.keys().cloned().collect::<BTreeSet<_>>(), expected);
-    for (name, page) in pages.iter().filter(|(name, _)| name.ends_with(".1")) {
-        let mut sections = vec!["NAME", "SYNOPSIS", "EXIT STATUS", "SEE ALSO"];
-        if name != "kugelblitz-generate.1" {
-            sections.push("EXAMPLES");
-        }
-        for section in sections {
-            let head = format!("\n.SH {section}\n");
-            let quoted = format!("\n.SH \"{section}\"\n");
-            assert!(
-                page.contains(&head) || page.contains(&quoted),
-                "{name} lacks {section}: {page}"
-            );
-        }
-        assert!(page.starts_with(".ie") && page.contains(".TH"), "{name}");
-        assert!(page.contains("130  interrupted"), "{name}");
-    }
-    for variable in ["RAYON_NUM_THREADS", "WGPU_ADAPTER_NAME"] {
-        assert!(pages["kugelblitz.1"].contains(variable), "{variable}");
-    }
-    // One page is the same as among all.
-    let one = plain_roff(run(&["man", "generate", "cloud"], 0).text());
-    assert_eq!(one, pages["kugelblitz-generate-cloud.1"]);
-    assert_eq!(plain_roff(run(&["man", "scene"], 0).text()), pages["kugelblitz-scene.5"]);
-    let ran = run(&["man", "rendr"], 2);
-    assert!(ran.stderr.contains("did you mean `render`?"), "{}", ran.stderr);
-    run(&["man", "render", "--dir", "x"], 2);
-}
-
-#[test]
-fn the_examples_of_the_manual_pages_run() {
-    gpu();
-    let folder = tempfile::tempdir().unwrap();
-    material(&folder);
-    for picture in ["figure1.toml -o figure1.png", "figure2.toml -o figure2.exr"] {
-        ends(in_folder(&folder, &format!("render scenes/{picture} --size 32x18 -q")), 0);
-    }
-    let bin = Path::new(env!("CARGO_BIN_EXE_kugelblitz")).parent().unwrap();
-    let path = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap());
-    let mut n_lines = 0;
-    for (name, page) in pages(&folder).iter().filter(|(name, _)| name.ends_with(".1")) {
-        let examples = page.split_once("\n.SH EXAMPLES\n").map_or("", |(_, rest)| rest);
-        let blocks = examples.split("\n.nf\n").skip(1);
-        let blocks = blocks.map(|rest| rest.split("\n.fi").next().unwrap());
-        for line in blocks.flat_map(str::lines).filter(|line| !line.contains("kugelblitz view")) {
-            let mut shell = Command::new("sh");
-            shell.args(["-e", "-c", line]).current_dir(&folder).env("PATH", &path);
-            let output = shell.stdin(Stdio::null()).output().unwrap();
-            let stderr = String::from_utf8_lossy(&output.stderr);
-            assert!(output.status.success(), "{name}: {line}\n{stderr}");
-            n_lines += 1;
-        }
-    }
-    assert!(n_lines >= 17, "{n_lines} lines");
-}
-
-/// What the program knows of a table, from its own words upon a key that is none.
-fn known_keys(header: &str) -> Vec<String> {
-    let text = match header {
-        "" => "zzz = 1\n".to_string(),
-        _ => format!("{header}\nzzz = 1\n"),
-    };
-    match parse_scene(&text, "a.toml".as_ref()) {
-        Err(kugelblitz::Error::Scene(error)) => {
-            let keys = error.help.split_once("known keys here: ").map_or("", |(_, keys)| keys);
-            keys.split(", ").filter(|key| !key.is_empty()).map(str::to_string).collect()
-        }
-        other => panic!("{header}: {other:?}"),
-    }
-}
-
-#[test]
-fn the_page_about_scenes_has_every_key() {
-    let page = plain_roff(run(&["man", "scene"], 0).text());
-    let mut headers = vec![String::new()];
-    for key in known_keys("") {
-        let is_table = [format!("[{key}]"), format!("[[{key}]]")];
-        headers.extend(is_table.into_iter().filter(|header| !known_keys(header).is_empty()));
-    }
-    assert!(headers.len() >= 8, "{headers:?}");
-    for header in headers {
-        let title = if header.is_empty() { "TOP OF THE FILE" } else { &header };
-        let titled =
-            page.split("\n.SH ").find(|section| section.trim_matches('"').starts_with(title));
-        let section = titled.unwrap_or_else(|| panic!("no section {title}"));
-        for key in known_keys(&header) {
-            let is_table = header.is_empty() && page.contains(&format!("[{key}]"));
-            let is_there = section.contains(&format!("\n{key} = "));
-            assert!(is_table || is_there, "`{key}` is not in the section {title}: {section}");
-        }
-    }
-    let example = page.split("\n.nf\n").nth(1).unwrap().split("\n.fi").next().unwrap();
-    let scene = parse_scene(example, "example.toml".as_ref()).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!((scene.spheres.len(), scene.planes.len(), scene.lights.len()), (1, 1, 1));
 }
