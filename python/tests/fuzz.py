@@ -61,9 +61,9 @@ CALLS = {
     },
     "judge": {
         "camera_or_rays": f"({', '.join(RAYS)})",
-        "id": "np.array([1, 1, 0])",
-        "t": "np.array([4, 4.25, inf])",
-        "normal": "np.array([[0, 0, 1.0], [0, 0, 1], [0, 0, 0]])",
+        "id": "np.array([2, 2, 0])",
+        "t": "np.array([3.5, 3.3125, inf])",
+        "normal": "np.array([[-0.625, -0.375, 0.625], [-0.375, 0.25, 0.875], [0, 0, 0]])",
         "id_offset": "0",
         "scale": "1.0",
         "normals": "'facing'",
@@ -118,7 +118,8 @@ RIGHT = {
 SAME = [
     "{}.astype('>f8')", "{}.astype('<f4')", "{}.astype('>f4')", "{}.astype('f2')", "np.asfortranarray({})",
     "{}.tolist()", "np.repeat({}, 2, 0)[::2]", "np.flip(np.flip({}).copy())", "readonly({})", "{}.astype(np.longdouble)",
-    "tuple({}.tolist())", "np.ma.array({})", "unaligned({})",
+    "tuple({}.tolist())", "np.ma.array({})", "unaligned({})", "np.repeat({}, 3, -1)[..., ::3]", "{}.view(np.recarray)",
+    "np.broadcast_to({}, {}.shape)", "np.ascontiguousarray({}[::-1])[::-1]",
 ]
 #: Changes that do not.
 OTHER = [

@@ -5,8 +5,18 @@ import sys
 from pathlib import Path
 
 import pytest
+from fuzz import CALLS, SAME, line, result
 
 N = 2000
+
+
+@pytest.mark.parametrize("change", SAME)
+def test_the_layout_of_an_array_changes_nothing(change):
+    for name, given in CALLS.items():
+        right = result(name, line(name, given))
+        for key in [key for key, value in given.items() if value.startswith("np.array(")]:
+            changed = {**given, key: change.replace("{}", given[key])}
+            assert result(name, line(name, changed)) == right, (name, key)
 
 
 @pytest.mark.parametrize("seed", [20261122])

@@ -353,33 +353,6 @@ def test_hits_are_an_array(camera):
     assert again.tobytes() == hits.tobytes()
 
 
-ROWS = np.array([[0.5, 0.5, 3, 0, 0.01, -1], [0.5, 0.2, 3, 0.01, 0, -1], [0.1, 0.5, 3, 0, 0, -1]])
-
-
-@pytest.mark.parametrize("kind", [">f8", "<f4", ">f4", "f2", "F", "reversed", "strided", "broadcast", "readonly",
-                                  "list", "longdouble", "subclass", "unaligned"])
-def test_rays_of_any_layout(kind):
-    scene = cloud(1000)
-    wide = ROWS.astype("f2").astype(float) if kind == "f2" else ROWS.astype("f4").astype(float)
-    origins, directions = np.ascontiguousarray(wide[:, :3]), np.ascontiguousarray(wide[:, 3:])
-    if kind == "broadcast":
-        origins = np.broadcast_to(origins[0], (3, 3))
-    alone = scene.trace(origins.copy(), directions.copy())
-    change = {
-        "F": np.asfortranarray,
-        "reversed": lambda a: np.ascontiguousarray(a[::-1, ::-1])[::-1, ::-1],
-        "strided": lambda a: np.repeat(np.repeat(a, 3, 0), 2, 1)[::3, ::2],
-        "broadcast": lambda a: a,
-        "readonly": lambda a: (a.setflags(write=False), a)[1],
-        "list": lambda a: a.tolist(),
-        "longdouble": lambda a: a.astype(np.longdouble),
-        "subclass": lambda a: a.view(np.recarray),
-        "unaligned": lambda a: np.frombuffer(b"x" + a.tobytes(), "u1")[1:].view("f8").reshape(a.shape),
-    }.get(kind, lambda a: a.astype(kind))
-    hits = scene.trace(change(origins), change(directions))
-    assert hits.tobytes() == alone.tobytes() and (hits.id > 0).any()
-
-
 def test_the_tree_is_built_once(camera):
     scene = cloud(300_000)
 
