@@ -7,7 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
-use eframe::egui::{self, Context, Ui, Vec2, ViewportBuilder, ViewportCommand, vec2};
+use eframe::egui::{self, Context, RawInput, Ui, Vec2, ViewportBuilder, ViewportCommand, vec2};
+use eframe::wgpu;
 use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
@@ -17,15 +18,18 @@ use kugelblitz::scene::{Camera, Scene};
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::explain::Lang;
+use winit::window::Window;
 
 use super::ask::{self, Answer, Question, Why};
 use super::notice::Notice;
 use super::panels;
 use super::picture::{self, Frame, Order};
+use super::present;
 use super::recent::{add_recent, recent};
 use super::reload::watch;
 use super::save::{Halves, Save, Saving, free_name};
 use super::state::{Command, Explained, State};
+use super::turns::Turns;
 use super::worker::Worker;
 
 /// Size of the picture where neither the options nor the scene file has one.
@@ -75,7 +79,8 @@ enum Event {
     Scene((PathBuf, Read)),
     /// Another scene file was read.
     Opened((PathBuf, Read)),
-    Interrupted,
+    /// The window can't go on.
+    Failed(Error),
 }
 
 /// A scene with its camera.
@@ -103,8 +108,8 @@ pub fn run(options: Options, mut notify: impl FnMut(&Notice)) -> Result<()> {
     let mut end = End::default();
     let mut app = App::new(options, &context, &mut notify, &mut end)?;
     let (title, native) = (app.title(), app.native_options());
-    let opened = Box::new(|_: &eframe::CreationContext| {
-        app.opened();
+    let opened = Box::new(|creation: &eframe::CreationContext| {
+        app.opened(creation);
         Ok(Box::new(app) as Box<dyn eframe::App>)
     });
     let ran = unless_lost(|| eframe::run_native_ext(&title, native, Some(context), opened), &path);
@@ -120,13 +125,14 @@ pub fn run(options: Options, mut notify: impl FnMut(&Notice)) -> Result<()> {
     failure.map_or(ran, Err)
 }
 
-/// Runs the window. winit panics where the display is gone and it is asked for the window's size: an error as others are.
+/// Runs the window. Where the display is gone, winit panics when it is asked for the window's size, and egui-wgpu, in its
+/// file about winit, when the surface has no formats any more: an error as others are.
 fn unless_lost(run: impl FnOnce() -> eframe::Result, scene: &Path) -> Result<()> {
     let before = Arc::new(panic::take_hook());
     let is_lost = Arc::new(AtomicBool::new(false));
     let (others, seen) = (Arc::clone(&before), Arc::clone(&is_lost));
     panic::set_hook(Box::new(move |panic| match panic.location() {
-        Some(place) if place.file().contains("winit-") => seen.store(true, Ordering::Relaxed),
+        Some(place) if place.file().contains("winit") => seen.store(true, Ordering::Relaxed),
         _ => others(panic),
     }));
     let ran = panic::catch_unwind(AssertUnwindSafe(run));
@@ -138,9 +144,29 @@ fn unless_lost(run: impl FnOnce() -> eframe::Result, scene: &Path) -> Result<()>
     }
 }
 
+/// A window that no panic drops: winit might panic again, where its lock was held, and nobody could catch that.
+struct Kept(Arc<Window>);
+
+impl Drop for Kept {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            std::mem::forget(Arc::clone(&self.0));
+        }
+    }
+}
+
 fn display_lost() -> Error {
     let source = std::io::Error::other("the connection was lost");
     Error::Io { path: "the display".into(), source }
+}
+
+/// What the window's device could not do.
+fn device_error(error: &wgpu::Error) -> Error {
+    let words = error.to_string();
+    match words.contains("Surface::") || words.contains("Queue::present") {
+        true => display_lost(),
+        false => Error::Device(words),
+    }
 }
 
 /// What was the matter with the window.
@@ -217,6 +243,8 @@ struct App<'a> {
     notify: &'a mut dyn FnMut(&Notice),
     end: &'a mut End,
     state: State,
+    turns: Turns,
+    window: Option<Kept>,
     device: Device,
     events: Receiver<Event>,
     to_window: Sender<Event>,
@@ -235,7 +263,15 @@ struct App<'a> {
 }
 
 impl eframe::App for App<'_> {
+    fn raw_input_hook(&mut self, _: &Context, input: &mut RawInput) {
+        self.turns.give(input);
+    }
+
     fn logic(&mut self, context: &Context, _: &mut eframe::Frame) {
+        // Nobody reads any more what the window tells: what fails from here on is told behind it.
+        if context.input(|input| input.viewport().close_requested()) {
+            return;
+        }
         while let Ok(event) = self.events.try_recv() {
             if let Err(error) = self.hear(context, event) {
                 self.trouble(context, error);
@@ -244,6 +280,9 @@ impl eframe::App for App<'_> {
     }
 
     fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {
+        if self.turns.taken() {
+            ui.ctx().request_repaint();
+        }
         let commands = panels::layout(ui, &mut self.state);
         if self.follow_screen(ui) {
             return;
@@ -293,6 +332,8 @@ impl<'a> App<'a> {
             notify,
             end,
             state,
+            turns: Turns::default(),
+            window: None,
             device,
             events,
             to_window,
@@ -313,6 +354,7 @@ impl<'a> App<'a> {
         self.size = Some(size);
         eframe::NativeOptions {
             viewport: ViewportBuilder::default().with_inner_size(size).with_app_id("kugelblitz"),
+            wgpu_options: present::options(self.device.facts().map(|facts| facts.name.clone())),
             // Colours of the legend are those of the picture, to the byte.
             dithering: false,
             ..eframe::NativeOptions::default()
@@ -331,7 +373,13 @@ impl<'a> App<'a> {
         size != asked
     }
 
-    fn opened(&mut self) {
+    fn opened(&mut self, creation: &eframe::CreationContext) {
+        self.window = creation.winit_window().cloned().map(Kept);
+        if let Some(window) = &creation.wgpu_render_state {
+            present::make_ready(window);
+            let failed = teller(&self.to_window, &creation.egui_ctx, Event::Failed);
+            window.device.on_uncaptured_error(Arc::new(move |error| failed(device_error(&error))));
+        }
         let (adapter, software) = match self.device.facts() {
             Some(facts) => (facts.name.as_str(), facts.is_software()),
             None => ("the CPU", false),
@@ -367,7 +415,7 @@ impl<'a> App<'a> {
 
     fn hear(&mut self, context: &Context, event: Event) -> Result<()> {
         match event {
-            Event::Drawn(frame) => self.state.show(context, frame?),
+            Event::Drawn(frame) => self.state.frame = Some(frame?),
             Event::Hover(answer) => {
                 self.state.answer(answer?);
                 (self.notify)(&Notice::Hover { text: &panels::hover_text(&self.state) });
@@ -407,7 +455,7 @@ impl<'a> App<'a> {
                 let error = self.wrong(error);
                 self.state.tell(format!("{} can't be opened: {error}", path.shown()));
             }
-            Event::Interrupted => return Err(Error::Interrupted),
+            Event::Failed(error) => self.fail(context, error),
         }
         Ok(())
     }
@@ -511,13 +559,13 @@ fn watch_scene(
     // On a thread of its own: a newer file, and the end, need not wait for an older one.
     let mut reader = start_reader(options, teller(to_window, context, Event::Scene))?;
     let (file, control) = (path.to_owned(), Arc::clone(&options.control));
-    let interrupted = teller(to_window, context, |()| Event::Interrupted);
+    let failed = teller(to_window, context, Event::Failed);
     watch(path.to_owned(), move |changed| {
         if changed {
             reader.ask(file.clone());
         }
-        if control.check().is_err() {
-            interrupted(());
+        if let Err(error) = control.check() {
+            failed(error);
         }
     })
 }

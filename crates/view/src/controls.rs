@@ -1,6 +1,6 @@
 //! Mouse and keyboard → camera and state.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use eframe::egui;
 use egui::{
@@ -10,7 +10,6 @@ use egui::{
 use glam::{DVec2, DVec3};
 use kugelblitz_judge::show::Show;
 
-use super::ask::Question;
 use super::rig::Axis;
 use super::state::{Command, PAUSE, State};
 
@@ -32,8 +31,8 @@ const FAST: f64 = 4.0;
 /// Most time that one step of flying stands for, seconds, and what a touch of a key stands for.
 const FLY_STEPS: [f64; 2] = [0.1, 1.0 / 30.0];
 
-/// A click is half a double click up to this time.
-const DOUBLE_CLICK: Duration = Duration::from_millis(320);
+/// A click is half a double click up to this time, seconds: longer than egui takes two clicks for one.
+const DOUBLE_CLICK: f64 = 0.32;
 
 /// Half the width in which the divider can be taken, points.
 const GRIP: f32 = 6.0;
@@ -162,11 +161,11 @@ pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Co
             ui.ctx().request_repaint_after(Duration::from_secs_f32(PAUSE));
         }
     }
-    let is_over = |(_, since): &mut (Question, Instant)| since.elapsed() >= DOUBLE_CLICK;
-    if let Some((question, _)) = state.click.take_if(is_over) {
+    let now = ui.input(|input| input.time);
+    if let Some((question, _)) = state.click.take_if(|(_, since)| now - *since >= DOUBLE_CLICK) {
         commands.push(Command::Explain(question));
     } else if state.click.is_some() {
-        ui.ctx().request_repaint_after(DOUBLE_CLICK);
+        ui.ctx().request_repaint_after(Duration::from_secs_f64(DOUBLE_CLICK));
     }
 }
 
@@ -208,7 +207,11 @@ fn pixel_at(at: DVec2, state: &State) -> Option<[u32; 2]> {
 }
 
 fn drag(ui: &Ui, response: &Response, scale: f64, state: &mut State) {
-    let delta = response.drag_delta();
+    // It begins where the button was pressed, not where it was no click any more.
+    let delta = match response.drag_started() {
+        true => response.total_drag_delta().unwrap_or_default(),
+        false => response.drag_delta(),
+    };
     if delta == egui::Vec2::ZERO {
         return;
     }
@@ -256,7 +259,7 @@ fn click(response: &Response, pixel: [u32; 2], state: &mut State) {
             state.pivot_wanted = Some(pixel);
         }
     } else if response.clicked() {
-        state.click = Some((state.question(pixel), Instant::now()));
+        state.click = Some((state.question(pixel), response.ctx.input(|input| input.time)));
     }
 }
 
@@ -311,6 +314,8 @@ mod tests {
 
     use super::*;
     use crate::panels;
+    use crate::rig::Rig;
+    use crate::turns::Turns;
 
     const FIGURE5: &str = include_str!("../../../scenes/figure5.toml");
 
@@ -321,18 +326,26 @@ mod tests {
         State::new(path.into(), scene, camera, Kernel::Certified)
     }
 
-    /// A frame of a window of this size, in which this happened.
-    fn frame(
+    /// The frames of a window of this size in which this is carried out.
+    fn frames(
         context: &egui::Context,
         state: &mut State,
         size: [f32; 2],
         events: Vec<Event>,
     ) -> Vec<Command> {
         let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, size.into()));
-        let mut commands = Vec::new();
-        let input = RawInput { screen_rect, events, ..RawInput::default() };
-        let _ = context.run_ui(input, |ui| commands.extend(panels::layout(ui, state)));
-        commands
+        let mut input = RawInput { screen_rect, events, ..RawInput::default() };
+        let (mut commands, mut turns) = (Vec::new(), Turns::default());
+        loop {
+            turns.give(&mut input);
+            input.time = None;
+            let next = RawInput { screen_rect, ..RawInput::default() };
+            let now = std::mem::replace(&mut input, next);
+            let _ = context.run_ui(now, |ui| commands.extend(panels::layout(ui, state)));
+            if !turns.taken() {
+                return commands;
+            }
+        }
     }
 
     fn button(at: Pos2, pressed: bool) -> Event {
@@ -346,17 +359,20 @@ mod tests {
         let (context, mut state) = (egui::Context::default(), state());
         let (large, small) = ([800.0, 600.0], [400.0, 300.0]);
         let at = pos2(700.0, 500.0);
-        frame(&context, &mut state, large, vec![Event::PointerMoved(at)]);
-        frame(&context, &mut state, large, vec![button(at, true)]);
-        frame(&context, &mut state, large, vec![button(at, false)]);
+        // A window shows something before it is clicked.
+        frames(&context, &mut state, large, Vec::new());
+        let away = pos2(100.0, 100.0);
+        let click = [Event::PointerMoved(at), button(at, true), button(at, false)];
+        let and_away = [&click[..], &[Event::PointerMoved(away)]].concat();
+        frames(&context, &mut state, large, and_away);
         let (scene, pixels) = (Arc::clone(&state.scene), state.pixels());
         let projection = Projection::Perspective { fov_degrees: 20.0 };
         let camera = Camera { projection, ..state.home.clone() };
         let other = parse_scene(&FIGURE5.replace("radius", "radius "), Path::new("figure5.toml"));
         state.reload(Arc::new(other.unwrap()), camera);
-        frame(&context, &mut state, small, vec![Event::PointerGone]);
-        std::thread::sleep(DOUBLE_CLICK);
-        let commands = frame(&context, &mut state, small, Vec::new());
+        frames(&context, &mut state, small, vec![Event::PointerGone]);
+        let later = (0..40).flat_map(|_| frames(&context, &mut state, small, Vec::new()));
+        let commands: Vec<Command> = later.collect();
         let asked = commands.into_iter().find_map(|command| match command {
             Command::Explain(question) => Some(question),
             _ => None,
@@ -367,5 +383,26 @@ mod tests {
         prepared.check(&pixel).expect("a pixel of its own picture");
         assert!(Arc::ptr_eq(&asked.scene, &scene));
         assert_eq!(asked.pixels, pixels);
+    }
+    /// A whole drag in one frame turns the camera as far as one whose moves have a frame each.
+    #[test]
+    fn a_drag_goes_as_far_as_the_hand() {
+        let ends = [pos2(300.0, 300.0), pos2(420.0, 300.0)];
+        let half = ends[0].lerp(ends[1], 0.5);
+        let moves = [ends[0] + vec2(2.0, 0.0), half, ends[1]].map(Event::PointerMoved);
+        let drag = [&[button(ends[0], true)][..], &moves, &[button(ends[1], false)]].concat();
+        let positions = [drag.len(), 1].map(|in_a_frame| {
+            let (context, mut state) = (egui::Context::default(), state());
+            frames(&context, &mut state, [800.0, 600.0], vec![Event::PointerMoved(ends[0])]);
+            for events in drag.chunks(in_a_frame) {
+                frames(&context, &mut state, [800.0, 600.0], events.to_vec());
+            }
+            let turned = ORBIT_OF_HEIGHT * 120.0 / f64::from(state.area.height);
+            let mut expected = Rig::new(&state.home);
+            expected.orbit(-turned, 0.0);
+            assert!(state.rig.camera.position.distance(expected.camera.position) < 1e-9);
+            state.rig.camera.position
+        });
+        assert!(positions[0].distance(positions[1]) < 1e-9);
     }
 }

@@ -4,10 +4,12 @@
 //! | --- | --- |
 //! | `app` | what comes in and what goes out |
 //! | `state` | what is wanted, what is there, what the user is told |
+//! | `turns` | the input of a long frame, in turns |
 //! | `controls` | mouse and keys → camera and state |
 //! | `rig` | the camera under the hand: pure arithmetic |
 //! | `panels` | lines, legend, help; `bar` and `explanation` beside them |
 //! | `overlay` | marks of pixels; pivot and axes while the camera moves |
+//! | `present` | pictures → pixels of the window |
 //! | `worker` | a thread that does the newest of its jobs |
 //! | `picture`, `ask`, `save` | such jobs, each with a [`Session`](kugelblitz::Session) |
 //! | `reload`, `recent` | watching the scene file, and the files of before |
@@ -26,11 +28,13 @@ mod notice;
 mod overlay;
 mod panels;
 mod picture;
+mod present;
 mod recent;
 mod reload;
 mod rig;
 mod save;
 mod state;
+mod turns;
 mod worker;
 
 pub use app::{Options, Reread, run};

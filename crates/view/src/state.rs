@@ -5,8 +5,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use eframe::egui;
+use eframe::egui_wgpu::Callback;
 use egui::util::undoer::{Settings, Undoer};
-use egui::{Color32, Context, Painter, Pos2, Rect, TextureHandle, TextureOptions, pos2};
+use egui::{Color32, Painter, Pos2, Rect, pos2};
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Camera, Samples, Scene};
 use kugelblitz::trace::Kernel;
@@ -15,6 +16,7 @@ use kugelblitz_judge::show::{Entry, Show, Tally};
 
 use super::ask::{Answer, Question, Why};
 use super::picture::{Frame, Order};
+use super::present::Presented;
 use super::rig::{Axis, Extent, Rig};
 
 /// A movement of the camera ends where it rests this long, seconds.
@@ -127,15 +129,13 @@ pub struct State {
     pub device: String,
     /// The newest picture.
     pub frame: Option<Frame>,
-    /// Its colours, of each kernel.
-    textures: Vec<TextureHandle>,
     /// The newest order.
     pub ordered: Option<Order>,
     pub hover: Option<Answer>,
     /// The pixel that shall become the pivot when its answer comes.
     pub pivot_wanted: Option<[u32; 2]>,
-    /// A click that may turn out to be half a double click.
-    pub click: Option<(Question, Instant)>,
+    /// A click that may turn out to be half a double click, and its time, seconds.
+    pub click: Option<(Question, f64)>,
     pub explained: Option<Explained>,
     /// The fault of the scene file as it is now.
     pub scene_error: Option<String>,
@@ -170,7 +170,6 @@ impl State {
             area: Area::default(),
             device: String::new(),
             frame: None,
-            textures: Vec::new(),
             ordered: None,
             hover: None,
             pivot_wanted: None,
@@ -262,19 +261,6 @@ impl State {
         self.ordered.as_ref().map_or(0, |order| order.serial)
     }
 
-    /// Takes a picture as the newest.
-    pub fn show(&mut self, context: &Context, frame: Frame) {
-        self.textures.truncate(frame.images.len());
-        for (place, image) in frame.images.iter().enumerate() {
-            let (image, look) = (Arc::clone(image), TextureOptions::NEAREST);
-            match self.textures.get_mut(place) {
-                Some(texture) => texture.set(image, look),
-                None => self.textures.push(context.load_texture("picture", image, look)),
-            }
-        }
-        self.frame = Some(frame);
-    }
-
     /// Draws the picture, of two kernels each on its side of the divider.
     pub fn paint(&self, painter: &Painter) {
         let Area { width, height, .. } = self.area;
@@ -283,12 +269,16 @@ impl State {
             let at = |x: u32, y: u32| self.area.point([x, y].map(f64::from), scale);
             Rect::from_min_max(at(left, 0), at(right, height))
         };
-        let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
-        painter.rect_filled(rect(0, width), 0.0, Color32::BLACK);
-        let split = if self.textures.len() > 1 { self.divider_px() } else { width };
-        for (texture, ends) in self.textures.iter().zip([(0, split), (split, width)]) {
+        let Some(Frame { images, .. }) = &self.frame else {
+            painter.rect_filled(rect(0, width), 0.0, Color32::BLACK);
+            return;
+        };
+        let n_places = images.len();
+        let split = if n_places > 1 { self.divider_px() } else { width };
+        for (place, ends) in (0..n_places).zip([(0, split), (split, width)]) {
+            let presented = Presented { image: Arc::clone(&images[place]), place, n_places };
             let side = painter.with_clip_rect(rect(ends.0, ends.1));
-            side.image(texture.id(), rect(0, width), whole, Color32::WHITE);
+            side.add(Callback::new_paint_callback(rect(0, width), presented));
         }
     }
 

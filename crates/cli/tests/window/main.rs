@@ -140,7 +140,7 @@ fn every_control_of_the_camera_works() {
     let numbers = text.rsplit_once('(').unwrap().1.trim_end_matches(')');
     let numbers: Vec<f64> = numbers.split(", ").map(|n| n.parse().unwrap()).collect();
     let pivot = DVec3::from_slice(&numbers);
-    seen.xdotool(&["click", "--repeat", "2", "--delay", "60", "1"]);
+    seen.at_once(|seen| seen.xdotool(&["click", "--repeat", "2", "--delay", "60", "1"]));
     seen.drag(middle, aside, 1, None);
     let turned = camera_of(&seen.camera());
     let change = turned.position.distance(pivot) - home.position.distance(pivot);
@@ -187,6 +187,35 @@ fn every_control_of_the_camera_works() {
     seen.quit();
 }
 
+#[test]
+fn nothing_is_lost_in_a_long_frame() {
+    let desk = Desk::new();
+    let path = scene("figure1");
+    let mut seen = Seen::open(&desk, &path, &["--size", SIZE]);
+    let home = camera_of(&seen.camera());
+    let [middle, aside] = [seen.at(240, 150), seen.at(340, 190)];
+    seen.at_once(|seen| seen.pull(middle, aside, 1, None));
+    let turned = camera_of(&seen.camera());
+    assert!(turned.position.x < home.position.x - 0.5, "{:?}", turned.position);
+    assert!(turned.position.y > home.position.y + 0.5, "{:?}", turned.position);
+    assert_as_rendered(&mut seen, &path, "certified");
+    // Shift is free again when the frame comes.
+    seen.reset();
+    seen.at_once(|seen| seen.pull(middle, aside, 1, Some("shift")));
+    let moved = camera_of(&seen.camera());
+    let by = moved.position - home.position;
+    assert!(by.length() > 0.1 && (moved.look_at - home.look_at - by).length() < 1e-9, "{by}");
+    // Where the pointer is in the end, nobody has clicked.
+    seen.at_once(|seen| {
+        seen.point(middle);
+        seen.xdotool(&["click", "1"]);
+        seen.point(aside);
+    });
+    let explained = seen.wait(|event| event.name() == "explained");
+    assert_eq!(explained.pixel(), [240, 150]);
+    seen.quit();
+}
+
 /// Looks at the window until each pixel left of the divider is as in the first picture, and right of it as
 /// in the second: all but the line itself and the names beside it.
 #[track_caller]
@@ -216,7 +245,7 @@ fn two_kernels_stand_side_by_side() {
     let mut divider = 240;
     for to in [240, 100, 390] {
         if to != divider {
-            seen.drag_divider(divider, to);
+            seen.at_once(|seen| seen.drag_divider(divider, to));
             divider = to;
         }
         wait_for_both(&mut seen, divider, [&lecture, &certified]);
@@ -538,11 +567,14 @@ fn a_click_before_a_resize_asks_about_what_was_clicked() {
 #[test]
 fn a_window_that_others_end_ends() {
     for moving in [false, true] {
-        for end in ["connection", "server"] {
-            let mut desk = Desk::new();
+        for end in ["connection", "server", "compositor"] {
+            let mut desk = match end {
+                "compositor" => Desk::with_wayland(),
+                _ => Desk::new(),
+            };
             let mut seen = Seen::open(&desk, &scene("figure1"), &["--size", SIZE]);
-            let mover = moving.then(|| seen.keep_moving());
             if moving {
+                seen.keep_moving();
                 let n = seen.last_shown().number("frame");
                 seen.wait(|event| event.name() == "shown" && event.number("frame") > n + 10);
             }
@@ -551,11 +583,12 @@ fn a_window_that_others_end_ends() {
                 _ => desk.end(),
             }
             let code = seen.exit_code();
-            if let Some(mut mover) = mover {
-                let _ = mover.kill();
-                let _ = mover.wait();
-            }
-            assert_eq!(code, Some(1), "{end}: {}", seen.stderr());
+            let stderr = seen.stderr();
+            assert_eq!(code, Some(1), "{end}: {stderr}");
+            // Where the X server is gone, Xlib may be the one that ends the program.
+            let last = stderr.lines().last().unwrap_or_default();
+            let is_told = last == "error: the display: the connection was lost";
+            assert!(is_told || end == "server", "{end}: {stderr}");
         }
     }
 }
@@ -747,22 +780,16 @@ fn two_saves_at_once_take_two_names() {
 #[test]
 fn a_save_that_fails_behind_a_closed_window_is_told() {
     let desk = Desk::new();
-    for _ in 0..8 {
-        let mut seen = Seen::open(&desk, &scene("figure2"), &["--size", "4000x3000"]);
-        seen.allow_files_of(1000);
-        seen.xdotool(&["key", "--delay", "0", "ctrl+s", "ctrl+q"]);
-        let code = seen.exit_code();
-        // The save may end before the window does: then the window has told it.
-        if seen.log.iter().any(|event| event.name() == "trouble") {
-            continue;
-        }
-        let stderr = seen.stderr();
-        assert_eq!(code, Some(1), "{stderr}");
-        assert!(stderr.contains("error: ./figure2-1.png: File too large"), "{stderr}");
-        assert!(!seen.folder().join("figure2-1.png").exists());
-        return;
-    }
-    panic!("the save was always too quick");
+    let mut seen = Seen::open(&desk, &scene("figure2"), &["--size", "4000x3000"]);
+    seen.allow_files_of(1000);
+    // The window hears no more of the save, however quick that is.
+    seen.at_once(|seen| seen.xdotool(&["key", "--delay", "0", "ctrl+s", "ctrl+q"]));
+    let code = seen.exit_code();
+    let stderr = seen.stderr();
+    assert_eq!(code, Some(1), "{stderr}");
+    assert!(stderr.contains("error: ./figure2-1.png: File too large"), "{stderr}");
+    assert!(seen.log.iter().all(|event| event.name() != "trouble"), "{stderr}");
+    assert!(!seen.folder().join("figure2-1.png").exists());
 }
 
 #[test]
@@ -771,10 +798,8 @@ fn a_lost_device_ends_the_window_in_words() {
     let path = scene("figure1");
     let mut seen = Seen::open(&desk, &path, &["--size", SIZE, "--lose-device-after", "40"]);
     log_gpu("a_lost_device_ends_the_window_in_words", &seen);
-    let mut mover = seen.keep_moving();
+    seen.keep_moving();
     let code = seen.exit_code();
-    let _ = mover.kill();
-    let _ = mover.wait();
     assert_eq!(code, Some(5), "{}", seen.stderr());
     assert!(seen.stderr().starts_with("error: "), "{}", seen.stderr());
     assert!(seen.stderr().contains("given up"), "{}", seen.stderr());

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use kugelblitz::scene::{Camera, parse_scene};
 use kugelblitz_tests::{log_device, root};
-use rustix::process::{Pid, Resource, Rlimit, prlimit};
+use rustix::process::{Pid, Resource, Rlimit, Signal, WaitOptions, kill_process, prlimit, waitpid};
 use serde_json::Value;
 use tempfile::TempDir;
 use x11rb::connection::Connection;
@@ -296,6 +296,10 @@ impl Event {
         self.0[name].as_u64().unwrap()
     }
 
+    pub fn pixel(&self) -> [u32; 2] {
+        serde_json::from_value(self.0["pixel"].clone()).unwrap_or_default()
+    }
+
     pub fn area(&self) -> [u32; 4] {
         serde_json::from_value(self.0["area"].clone()).unwrap_or_default()
     }
@@ -357,6 +361,13 @@ impl Seen {
         seen.window = found.lines().last().expect("a window").parse().unwrap();
         // Without a window manager nobody gives it the keyboard.
         seen.xdotool(&["windowfocus", "--sync", &seen.window.to_string()]);
+        if desk.wayland.is_some() {
+            // A compositor may not give the keyboard to a window that comes up while it gets the keyboard itself; a click
+            // gives it, here on the status line, where it does nothing else.
+            let [left, top, width, height] = seen.area();
+            seen.point([left + width / 2, top + height + 10]);
+            seen.xdotool(&["click", "1"]);
+        }
         seen
     }
 
@@ -385,24 +396,16 @@ impl Seen {
     /// The next event that `is_it`; all before it are only logged.
     #[track_caller]
     pub fn wait(&mut self, is_it: impl Fn(&Event) -> bool) -> Event {
-        self.comes_within(PATIENCE, is_it).unwrap_or_else(|| {
-            let tail = &self.log[self.log.len().saturating_sub(12)..];
-            panic!("it did not come; the last events:\n{tail:#?}");
-        })
-    }
-
-    fn comes_within(
-        &mut self,
-        patience: Duration,
-        is_it: impl Fn(&Event) -> bool,
-    ) -> Option<Event> {
-        let end = Instant::now() + patience;
+        let end = Instant::now() + PATIENCE;
         loop {
             let left = end.saturating_duration_since(Instant::now());
-            let value = self.events.recv_timeout(left).ok()?;
+            let Ok(value) = self.events.recv_timeout(left) else {
+                let tail = &self.log[self.log.len().saturating_sub(12)..];
+                panic!("it did not come; the last events:\n{tail:#?}");
+            };
             let event = self.note(value);
             if is_it(&event) {
-                return Some(event);
+                return event;
             }
         }
     }
@@ -437,72 +440,52 @@ impl Seen {
         self.xdotool(&["mousemove", "--window", &window, &x.to_string(), &y.to_string()]);
     }
 
-    /// Drags in steps, as a hand does, and waits until the new picture is there.
+    /// Drags in steps, as a hand does, and waits until the last picture of it is there.
     #[track_caller]
     pub fn drag(&mut self, from: [u32; 2], to: [u32; 2], button: u32, held: Option<&str>) {
-        if let Some(key) = held {
-            self.xdotool(&["keydown", key]);
-        }
-        let button = button.to_string();
-        let mut attempts = 0;
-        loop {
-            self.take(from, &button);
-            let asked = self.last_shown().number("asked");
-            self.pull(from, to);
-            let is_moved = |event: &Event| event.is_settled() && event.number("picture") > asked;
-            let moved = self.comes_within(PATIENCE / 6, is_moved);
-            self.xdotool(&["mouseup", &button]);
-            attempts += 1;
-            if moved.is_some() {
-                break;
-            }
-            // On a busy machine a press is sometimes not taken for one; a hand would press again.
-            assert!(attempts < 3, "no drag moves the picture");
-        }
-        if let Some(key) = held {
-            self.xdotool(&["keyup", key]);
-        }
-        self.rest();
+        self.pull(from, to, button, held);
+        self.catch_up();
     }
 
-    /// Presses a button, and waits until the window has seen it.
-    #[track_caller]
-    fn take(&mut self, at: [u32; 2], button: &str) {
-        self.point(at);
-        // The next frame is then the one of the button: pressed and moved in one, it would drag what
-        // the pointer has come to.
-        self.rest();
-        self.xdotool(&["mousedown", button]);
-        self.wait(|event| event.name() == "shown");
-    }
-
-    fn pull(&self, from: [u32; 2], to: [u32; 2]) {
-        for step in 1..=10 {
+    /// Drags in steps.
+    pub fn pull(&self, from: [u32; 2], to: [u32; 2], button: u32, held: Option<&str>) {
+        let (window, button) = (self.window.to_string(), button.to_string());
+        let mut args: Vec<String> = Vec::new();
+        let mut add = |some: &[&str]| args.extend(some.iter().map(|&arg| arg.to_owned()));
+        let held = |act| held.map(|key| [act, key]);
+        add(held("keydown").as_ref().map_or(&[], |held| held));
+        for step in 0..=10 {
             let between = |axis: usize| (from[axis] * (10 - step) + to[axis] * step) / 10;
-            self.point([between(0), between(1)]);
+            let [x, y] = [0, 1].map(|axis| between(axis).to_string());
+            add(&["mousemove", "--window", &window, &x, &y]);
+            if step == 0 {
+                add(&["mousedown", &button]);
+            }
         }
+        add(&["mouseup", &button]);
+        add(held("keyup").as_ref().map_or(&[], |held| held));
+        self.xdotool(&args.iter().map(String::as_str).collect::<Vec<_>>());
     }
 
-    #[track_caller]
-    pub fn drag_divider(&mut self, from: u32, to: u32) {
+    /// All that is done in `act` comes in one frame of the window.
+    pub fn at_once(&self, act: impl FnOnce(&Seen)) {
+        let pid = Pid::from_child(&self.child);
+        kill_process(pid, Signal::STOP).unwrap();
+        waitpid(Some(pid), WaitOptions::UNTRACED).unwrap();
+        act(self);
+        kill_process(pid, Signal::CONT).unwrap();
+    }
+
+    pub fn drag_divider(&self, from: u32, to: u32) {
         let [from, to] = [from, to].map(|x| self.at(x, 60));
-        self.take(from, "1");
-        self.pull(from, to);
-        self.xdotool(&["mouseup", "1"]);
+        self.pull(from, to, 1, None);
     }
 
-    /// Waits until the picture is the newest and nothing more comes for a moment.
+    /// Waits until all that was done so far is done, and its picture is there: P is answered after what came before it.
     #[track_caller]
-    fn rest(&mut self) {
-        loop {
-            while let Ok(value) = self.events.recv_timeout(4 * LOOK) {
-                self.note(value);
-            }
-            if self.last_shown().is_settled() {
-                return;
-            }
-            self.wait(Event::is_settled);
-        }
+    fn catch_up(&mut self) {
+        self.camera();
+        self.wait(Event::is_settled);
     }
 
     fn note(&mut self, value: Value) -> Event {
@@ -515,25 +498,14 @@ impl Seen {
     #[track_caller]
     pub fn reset(&mut self) {
         self.key("r");
-        // Once P answers, R is done.
-        self.camera();
-        self.rest();
+        self.catch_up();
     }
 
-    /// The camera that P prints. A compositor may not give the keyboard to a window that comes up while it
-    /// gets the keyboard itself; a click gives it, here on the status line, where it does nothing else.
+    /// The camera that P prints.
     #[track_caller]
     pub fn camera(&mut self) -> String {
-        let is_camera = |event: &Event| event.name() == "camera";
         self.key("p");
-        let event = self.comes_within(PATIENCE / 18, is_camera).unwrap_or_else(|| {
-            let [left, top, width, height] = self.area();
-            self.point([left + width / 2, top + height + 10]);
-            self.xdotool(&["click", "1"]);
-            self.key("p");
-            self.wait(is_camera)
-        });
-        event.field("toml").to_owned()
+        self.wait(|event| event.name() == "camera").field("toml").to_owned()
     }
 
     /// Waits until the status line tells of this.
@@ -670,22 +642,9 @@ impl Seen {
         self.assert_ended();
     }
 
-    /// Something moves the camera for longer than the test takes.
-    pub fn keep_moving(&self) -> Child {
-        let window = self.window.to_string();
-        let mut args: Vec<String> = ["mousedown", "1"].map(String::from).into();
-        for step in 0..2000 {
-            let [x, y] = [100 + step % 200, 100 + step * 7 % 100].map(|px| px.to_string());
-            args.extend(
-                ["mousemove", "--window", &window, &x, &y, "sleep", "0.005"].map(String::from),
-            );
-        }
-        Command::new("xdotool")
-            .args(args)
-            .env("DISPLAY", &self.display)
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap_or_else(|error| need("xdotool", &error))
+    /// Moves the camera from now on.
+    pub fn keep_moving(&self) {
+        self.xdotool(&["keydown", "d"]);
     }
 
     pub fn stderr(&self) -> String {
