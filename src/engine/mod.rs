@@ -8,6 +8,6 @@ mod search;
 mod tile;
 
 pub use find64::{Candidates, Find64, Said};
-pub use list::{List, ListSearch};
+pub use list::ListSearch;
 pub use search::{LARGEST, Room, Search};
 pub use tile::Tile;

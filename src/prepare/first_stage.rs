@@ -5,10 +5,10 @@
 //! its rays are tried.
 
 use super::Prepared;
-use crate::engine::{List, Tile};
+use crate::engine::Tile;
 use crate::guard::Reach;
 use crate::num::{Float, OPEN};
-use crate::rays::{Frame, Pixels, Ray, Rays};
+use crate::rays::{Frame, List, Pixels, Ray, Rays};
 use crate::seen::{Eye, Objects};
 
 /// Columns and rows of a picture's rays that are tried; of a list, their product.

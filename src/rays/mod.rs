@@ -1,11 +1,13 @@
 //! The rays of one call, and how they lie to each other: those of a picture's pixels, and lists.
 
 mod camera;
+mod list;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 pub use camera::{Frame, Lens, Pixels, View, camera_direction, camera_origin};
+pub use list::List;
 
 /// A ray `origin + t·direction`; the direction is not normalised and not zero.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,11 +1,10 @@
 //! What `shaders/certified.wgsl` and `shaders/tree.wgsl` do: each ray alone, in f32.
 
 use kugelblitz::bvh::{IS_LEAF, Leaves, MOST_BOXES};
-use kugelblitz::engine::List;
 use kugelblitz::gpu::slabs::{LEAST_SLACK, Slabs};
 use kugelblitz::num::{OPEN, V3};
 use kugelblitz::prepare::{InSpace, Prepared};
-use kugelblitz::rays::{Frame, Rays};
+use kugelblitz::rays::{Frame, List, Rays};
 use kugelblitz::seen::{Nearest, Objects, Ray};
 use rayon::prelude::*;
 
