@@ -9,6 +9,22 @@ step ci/test.sh
 
 pages=(--profile ci --locked -p kugelblitz-tests --features pages --test pages)
 step cargo clippy "${pages[@]}" -- -D warnings
+# The packages have all files that they are built, tested and used with.
+packages_are_whole() {
+    local package lacks
+    declare -A files=(
+        [kugelblitz]="ci examples scenes shaders src Cargo.toml README.md CHANGELOG.md CONTRIBUTING.md"
+        [kugelblitz-judge]="crates/judge" [kugelblitz-report]="crates/report" [kugelblitz-view]="crates/view"
+        [kugelblitz-cli]="crates/cli"
+    )
+    for package in "${!files[@]}"; do
+        # shellcheck disable=SC2086
+        lacks=$(comm -23 <(git ls-files ${files[$package]} | sed "s|^crates/${package#kugelblitz-}/||" | sort) \
+            <(cargo package -p "$package" --list --offline --allow-dirty | sort))
+        [ -z "$lacks" ] || { printf 'the package %s lacks:\n%s\n' "$package" "$lacks"; return 1; }
+    done
+}
+step packages_are_whole
 step cargo test "${pages[@]}"
 step cargo test --profile ci --locked -p kugelblitz --lib --no-default-features
 # The program that users build, which has no window, makes the same bytes.

@@ -11,14 +11,15 @@ use kugelblitz::exact::Shape;
 use kugelblitz_tests::cases::{any_vector, integer_frame, integer_vector, nonzero, seed};
 use kugelblitz_tests::oracle::enclosure::{Big, Narrow, Number, Undecided};
 use kugelblitz_tests::oracle::scene::{
-    Camera, Light, Plane, Projection, Scene, Sky, Source, Sphere, linear,
+    self, Camera, Light, Plane, Projection, Scene, Sky, Source, Sphere, linear,
 };
 use kugelblitz_tests::oracle::{Answer, Oracle, Truth, edges};
-use kugelblitz_tests::rational;
 use kugelblitz_tests::rational::{OracleRay, OracleRoot, Q, q};
+use kugelblitz_tests::{rational, text_of};
 use num_traits::{One, Signed, Zero};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use toml::{Table, Value};
 
 // ---------------------------------------------------------------------------------------------
 // Scenes of one ray
@@ -218,18 +219,51 @@ fn ends_round_to_f64_and_f32() {
 // ---------------------------------------------------------------------------------------------
 // Closed forms
 
+/// What `tests/data/closed_forms.toml` says of scenes of one ray.
 #[test]
-fn a_floor_under_a_sun_has_the_cosine() {
-    let scene = white(&[], &[FLOOR], &[sun(4.0, -3.0, 0.0)]);
-    let truth = from_to(&scene, dvec3(0.0, 5.0, 7.0), dvec3(1.0, 0.0, 2.0));
-    assert_mean(&truth, 0.6);
-    assert_eq!(truth.id, 1);
-    // A normal of any length and either way, from above and from below.
-    let scene = white(&[], &[(DVec3::X, DVec3::Y * -1e-3)], &[sun(4.0, -3.0, 0.0)]);
-    assert_mean(&from_to(&scene, dvec3(0.0, 5.0, 7.0), dvec3(1.0, 0.0, 2.0)), 0.6);
-    let below = from_to(&scene, dvec3(0.0, -5.0, 7.0), dvec3(1.0, 0.0, 2.0));
-    assert!(!is_lit(&below) && below.id == 1);
-    // A point light, colours, intensity, ambient light.
+fn light_is_as_closed_forms_say() {
+    let numbers = |value: &Value| -> Vec<f64> {
+        let number = |value: &Value| match value {
+            Value::Integer(number) => *number as f64,
+            other => other.as_float().expect("a number"),
+        };
+        value.as_array().expect("numbers").iter().map(number).collect()
+    };
+    let table: Table = text_of("tests/data/closed_forms.toml").parse().expect("cases");
+    let mut n_rays = [0; 2];
+    for case in table["case"].as_array().expect("cases") {
+        let shapes = |key: &str| -> Vec<Vec<f64>> {
+            case.get(key).and_then(Value::as_array).into_iter().flatten().map(numbers).collect()
+        };
+        let spheres = shapes("spheres").into_iter().map(|s| (DVec3::from_slice(&s), s[3]));
+        let planes = shapes("planes").into_iter();
+        let planes = planes.map(|p| (DVec3::from_slice(&p), DVec3::from_slice(&p[3..])));
+        let lights = scene::read(&format!("light = {}", case["light"])).lights;
+        let scene = white(&spheres.collect::<Vec<_>>(), &planes.collect::<Vec<_>>(), &lights);
+        for ray in case["rays"].as_array().expect("rays") {
+            let point = |key: &str| Some(DVec3::from_slice(&numbers(ray.get(key)?)));
+            let from = point("from").expect("an origin");
+            let direction = point("along").or_else(|| Some(point("to")? - from));
+            let truth = along(&scene, from, direction.expect("a direction"));
+            let what = format!("{}: {ray}: {truth:?}", case["says"]);
+            let id = ray.get("id").map_or(truth.id.into(), |id| id.as_integer().expect("an id"));
+            assert_eq!(i64::from(truth.id), id, "{what}");
+            let light = ray.get("light").map(|light| {
+                light.as_float().or(light.as_integer().map(|n| n as f64)).expect("a number")
+            });
+            let lit = light.is_some() || ray["lit"].as_bool().expect("lit or not");
+            assert_eq!(is_lit(&truth), lit, "{what}");
+            if let Some(light) = light {
+                assert_mean(&truth, light);
+            }
+            n_rays[usize::from(lit)] += 1;
+        }
+    }
+    assert!(n_rays.iter().all(|n| *n > 20), "{n_rays:?}");
+}
+
+#[test]
+fn colours_intensity_and_ambient_light_count() {
     let mut scene = white(&[], &[FLOOR], &[point(4.0, 3.0, 0.0)]);
     scene.lights[0].color = [1.0, 0.5, 0.25];
     scene.lights[0].intensity = 2.0;
@@ -237,129 +271,6 @@ fn a_floor_under_a_sun_has_the_cosine() {
     scene.planes[0].color = [0.5, 1.0, 0.0];
     let truth = from_to(&scene, dvec3(0.0, 5.0, 7.0), DVec3::ZERO);
     assert_eq!(truth.linear(), [0.6625, 0.85, 0.0].map(|x: f64| x as f32));
-}
-
-#[test]
-fn a_sun_in_the_plane_gives_nothing() {
-    // Integer numbers whose products cancel: the normal across the sun exactly, and an ulp off.
-    let normal = dvec3(3.0, 5.0, 7.0);
-    let along_plane = dvec3(5.0, -3.0, 0.0) * 3.0;
-    for (off, lit) in [(0.0, false), (-1.0, true), (1.0, false)] {
-        let direction = along_plane + off * 2f64.powi(-46) * DVec3::Y;
-        let scene =
-            white(&[], &[(DVec3::ZERO, normal)], &[light(Source::Sun(direction.to_array()))]);
-        let truth = from_to(&scene, normal * 2.0 + DVec3::X, DVec3::X * 0.1 - DVec3::Y * 0.1);
-        assert_eq!((truth.id, is_lit(&truth)), (1, lit), "{off}");
-    }
-}
-
-#[test]
-fn the_shadow_of_a_sphere_on_a_floor_ends_where_it_should() {
-    // A sun from above: the shadow of the unit sphere is the unit disc, its edge (touching) included.
-    let scene = white(&[(dvec3(0.0, 2.0, 0.0), 1.0)], &[FLOOR], &[sun(0.0, -1.0, 0.0)]);
-    for (x, lit) in [
-        (0.0, false),
-        (1f64.next_down(), false),
-        (1.0, false),
-        (1f64.next_up(), true),
-        (-1.0, false),
-        (-1f64.next_up(), true),
-    ] {
-        // Differences of the two are exact: the ray goes through (x, 0, 0).
-        let truth = along(&scene, dvec3(x, 0.5, 1.0), dvec3(0.0, -0.5, -1.0));
-        assert_eq!((truth.id, is_lit(&truth)), (2, lit), "{x}");
-    }
-    // A point light at height 2h + … over the sphere (0, 5, 0) of radius 3, at (0, 10, 0): the tangent
-    // cone has the slope 3/4, the shadow's radius is 10·3/4.
-    let scene = white(&[(dvec3(0.0, 5.0, 0.0), 3.0)], &[FLOOR], &[point(0.0, 10.0, 0.0)]);
-    for (x, lit) in [(7.5, false), (7.5f64.next_up(), true), (7.5f64.next_down(), false)] {
-        let truth = along(&scene, dvec3(x, 0.5, 1.0), dvec3(0.0, -0.5, -1.0));
-        assert_eq!((truth.id, is_lit(&truth)), (2, lit), "{x}");
-    }
-}
-
-#[test]
-fn touching_spheres_shadow_each_other_near_the_contact() {
-    // Two unit spheres touch at the origin; the sun comes from the side of the second. From the contact
-    // on, the first lies in the second's shadow: p = (−1 + cos a, sin a, 0), and the ray along x meets
-    // the second for all |sin a| ≤ 1.
-    let spheres = [(dvec3(-1.0, 0.0, 0.0), 1.0), (dvec3(1.0, 0.0, 0.0), 1.0)];
-    let scene = white(&spheres, &[], &[sun(-1.0, 0.0, 0.0)]);
-    for k in [1, 5, 15, 30, 45] {
-        let y = 2f64.powi(-k);
-        // From above, down to the first sphere just left of the contact: x = −1 + √(1 − y²) ≈ −y²/2.
-        let truth = along(&scene, dvec3(-y * y, 1.0, 0.0), dvec3(0.0, -1.0, 0.0));
-        assert_eq!((truth.id, is_lit(&truth)), (1, false), "2^-{k}");
-        // The second's own back.
-        let truth = along(&scene, dvec3(y * y, 1.0, 0.0), dvec3(0.0, -1.0, 0.0));
-        assert_eq!((truth.id, is_lit(&truth)), (2, false), "2^-{k}");
-    }
-    // At the contact itself: the first of the two, met head-on through nothing; the sun along the
-    // tangent plane touches the second at s = 0 only, so that it would count, but n·ω = 0. From a
-    // sun a bit to the left it is lit.
-    let open = white(&[spheres[0], spheres[1]], &[], &[sun(1.0, -1.0, 0.0)]);
-    let contact = along(&open, dvec3(0.0, 3.0, 0.0), dvec3(0.0, -3.0, 0.0));
-    assert_eq!(contact.id, 1, "a tie, and a tangent ray");
-    // The normal at the contact is +x: the sun from the upper left is behind it.
-    assert!(!is_lit(&contact));
-    let contact = along(
-        &white(&spheres, &[], &[sun(-1.0, -1e-3, 0.0)]),
-        dvec3(0.0, 3.0, 0.0),
-        dvec3(0.0, -3.0, 0.0),
-    );
-    assert!(!is_lit(&contact), "the second's inside is in the way");
-    // The floor under a ball that stands on it, 2^-k beside the contact, under a slanting sun.
-    let ball = white(&[(dvec3(0.0, 1.0, 0.0), 1.0)], &[FLOOR], &[sun(0.0, -1.0, 0.0)]);
-    for k in [3, 20, 40] {
-        let x = 2f64.powi(-k);
-        let truth = along(&ball, dvec3(x, x * x / 8.0, 0.0), dvec3(0.0, -1.0, 0.0));
-        assert_eq!((truth.id, is_lit(&truth)), (2, false), "2^-{k}");
-    }
-    let up = white(&[(dvec3(0.0, 1.0, 0.0), 1.0)], &[FLOOR], &[sun(0.0, 1.0, 0.0)]);
-    let truth = along(&up, dvec3(0.0, -2.0, 0.0), dvec3(0.0, 1.0, 0.0));
-    assert_eq!(truth.id, 1, "the ball and the floor tie at the contact");
-    assert_mean(&truth, 1.0);
-}
-
-#[test]
-fn light_inside_on_and_tangent_to_a_sphere() {
-    let unit = [(DVec3::ZERO, 1.0)];
-    let eye = dvec3(0.0, 0.0, 9.0);
-    let inside = dvec3(0.0, 0.0, 0.5);
-    // On the sphere's front at its pole: the light in front, on the surface itself, inside.
-    for (z, expected) in [(3.0, 1.0), (1f64.next_up(), 1.0), (1.0, 0.0), (0.5, 0.0), (-3.0, 0.0)] {
-        let scene = white(&unit, &[], &[point(0.0, 0.0, z)]);
-        let truth = from_to(&scene, eye, dvec3(0.0, 0.0, 1.0));
-        assert_eq!(truth.channels[0].linear.value, expected, "{z}");
-        // The far wall's inside, seen from within: n = +z at (0, 0, −1).
-        let truth = along(&scene, inside, dvec3(0.0, 0.0, -1.0));
-        let expected = match z {
-            // In the wall: the root at s = 1 does not count.
-            z if z == 1.0 || z == 0.5 => 1.0,
-            _ => 0.0,
-        };
-        assert_eq!(truth.channels[0].linear.value, expected, "{z} from inside");
-    }
-    // At the hit point.
-    let scene = white(&unit, &[], &[point(0.0, 0.0, -1.0)]);
-    assert!(!is_lit(&along(&scene, inside, dvec3(0.0, 0.0, -1.0))));
-    // The light in the tangent plane of the point: n·ω = 0; and half an ulp before it.
-    for (z, lit) in [(1.0, false), (1f64.next_up(), true), (1f64.next_down(), false)] {
-        let scene = white(&unit, &[], &[point(0.0, 4.0, z)]);
-        assert_eq!(is_lit(&from_to(&scene, eye, DVec3::Z)), lit, "{z}");
-    }
-    // On another sphere, seen from outside it: the light's own surface at s = 1 does not count.
-    let two = [(DVec3::ZERO, 1.0), (dvec3(0.0, 0.0, 3.0), 1.0)];
-    for (z, lit) in [(2.0, true), (2f64.next_down(), true), (2f64.next_up(), false), (4.0, false)] {
-        let scene = white(&two, &[], &[point(0.0, 0.0, z)]);
-        let truth = from_to(&scene, dvec3(0.5, 0.0, 1.0), DVec3::Z * (1.0 - 0.25 / 2.0));
-        assert_eq!((truth.id, is_lit(&truth)), (1, lit), "{z}");
-    }
-    // On the floor, in the plane of it, the floor seen: nothing; a wall seen: the floor does not count.
-    let scene = white(&[], &[FLOOR, (DVec3::ZERO, DVec3::X)], &[point(2.0, 0.0, 0.0)]);
-    let floor = from_to(&scene, dvec3(3.0, 3.0, 0.0), dvec3(1.0, 0.0, 0.0));
-    let wall = from_to(&scene, dvec3(3.0, 3.0, 0.0), dvec3(0.0, 1.0, 0.0));
-    assert_eq!((floor.id, is_lit(&floor), wall.id, is_lit(&wall)), (1, false, 2, true));
 }
 
 #[test]
@@ -377,60 +288,6 @@ fn own_surfaces_do_not_shadow_themselves_but_their_far_sides_do() {
         let scene = white(&unit, &[], &[point(far.x, far.y, far.z)]);
         assert!(!is_lit(&along(&scene, eye, toward)), "{far} {eye} {toward}");
     }
-    // The terminator: n·ω of p = (cos a, sin a, 0) and a sun from +y is sin a: exactly 0 at a = 0.
-    let scene = white(&unit, &[], &[sun(0.0, -1.0, 0.0)]);
-    for (y, lit) in [(0.0, false), (1e-30, true), (-1e-30, false), (1e-9, true)] {
-        let truth = along(&scene, dvec3(5.0, y, 0.0), dvec3(-1.0, 0.0, 0.0));
-        assert_eq!((truth.id, is_lit(&truth)), (1, lit), "{y:e}");
-    }
-}
-
-#[test]
-fn shells_and_coincident_spheres() {
-    let sky = sun(0.0, -1.0, 0.0);
-    let top = |scene: &Scene| along(scene, dvec3(0.25, 5.0, 0.0), dvec3(0.0, -1.0, 0.0));
-    // A shell around: it is seen and lit; the inner one, seen from between the two, is in its shadow.
-    for outer in [1.0 + 4e-5, 1.0 + 1e-9, 1f64.next_up()] {
-        let scene = white(&[(DVec3::ZERO, 1.0), (DVec3::ZERO, outer)], &[], &[sky]);
-        assert_eq!((top(&scene).id, is_lit(&top(&scene))), (2, true), "{outer}");
-        // Between the two, or on the inner one, whose far wall is then seen.
-        let eye = dvec3(0.0, 1.0 + (outer - 1.0) / 2.0, 0.0);
-        let between = along(&scene, eye, dvec3(0.0, -1.0, 0.0));
-        assert_eq!((between.id, is_lit(&between)), (1, false), "{outer}");
-    }
-    // Coincident: the first wins, and the second's root at 0 is not in the way.
-    let scene = white(&[(DVec3::ZERO, 1.0), (DVec3::ZERO, 1.0)], &[], &[sky]);
-    assert_eq!((top(&scene).id, is_lit(&top(&scene))), (1, true));
-    let inside = along(&scene, DVec3::ZERO, dvec3(0.25, -1.0, 0.0));
-    assert_eq!((inside.id, is_lit(&inside)), (1, false));
-    // The same with a lamp in it.
-    let scene = white(&[(DVec3::ZERO, 1.0), (DVec3::ZERO, 1.0)], &[], &[point(0.1, 0.2, 0.3)]);
-    assert!(is_lit(&along(&scene, DVec3::ZERO, dvec3(0.25, -1.0, 0.0))));
-    // Coincident planes of other numbers.
-    let planes = [(dvec3(1.0, 0.0, 3.0), dvec3(0.0, 3.0, 0.0)), (DVec3::ZERO, -DVec3::Y)];
-    let scene = white(&[], &planes, &[sun(4.0, -3.0, 0.0)]);
-    assert_mean(&from_to(&scene, dvec3(1.0, 2.0, 3.0), DVec3::ZERO), 0.6);
-}
-
-#[test]
-fn what_lies_behind_or_beyond_the_light_is_not_in_its_way() {
-    let lamp = point(0.0, 4.0, 0.0);
-    let look = |spheres: &[(DVec3, f64)]| {
-        let scene = white(spheres, &[FLOOR], &[lamp]);
-        is_lit(&from_to(&scene, dvec3(0.0, 3.0, 3.0), DVec3::ZERO))
-    };
-    let at = |y: f64, radius: f64| (dvec3(0.0, y, 0.0), radius);
-    assert!(look(&[at(6.0, 1.0)]) && look(&[at(-2.0, 1.0)]));
-    assert!(look(&[at(5.0, 1.0)]), "touches the light");
-    assert!(!look(&[at(5.0, 1f64.next_up())]), "the light is inside");
-    assert!(!look(&[at(3.0, 1.0)]), "the light on its far side");
-    assert!(look(&[at(-1.0, 1.0)]), "touches the hit point from below");
-    assert!(!look(&[(dvec3(1.0, 2.0, 0.0), 1.0)]), "a tangent ray");
-    assert!(look(&[(dvec3(1f64.next_up(), 2.0, 0.0), 1.0)]));
-    assert!(look(&[(dvec3(1.0, 4.0, 0.0), 1.0)]), "tangent at the light");
-    let mut scene = white(&[at(2.0, 1.0)], &[FLOOR], &[lamp]);
-    scene.lights[0].shadows = false;
-    assert_mean(&from_to(&scene, dvec3(3.0, 0.5, 0.0), DVec3::ZERO), 1.0);
 }
 
 #[test]

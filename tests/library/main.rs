@@ -2,6 +2,7 @@
 
 mod clouds;
 mod columns;
+mod damaged;
 mod exact;
 mod finite;
 #[cfg(target_arch = "x86_64")]

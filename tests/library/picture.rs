@@ -1,11 +1,13 @@
 //! Pictures and hits as other programs read them: each file is read back by another decoder than
 //! the writer's own, or by the codec's reader.
 
+use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::Path;
 
-use exr::prelude::{ReadChannels, ReadLayers, Vec2};
+use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, Vec2};
 use glam::DVec3;
+use image::DynamicImage;
 use kugelblitz::control::Control;
 use kugelblitz::output::{OutputFile, commit};
 use kugelblitz::picture::{Bits, Format, PictureOptions, PictureWriter, write_hits};
@@ -19,10 +21,18 @@ use rand_chacha::ChaCha8Rng;
 
 const SEED: u64 = 20_240_611;
 
-/// The sRGB curve from its standard, in the other direction than the writer's.
-fn linear(byte: u8) -> f64 {
-    let v = f64::from(byte) / 255.0;
-    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+/// The numbers of a file by the names that EXR has for them, row by row; floats as their bits.
+type Channels = BTreeMap<String, Vec<u32>>;
+
+const EIGHT: PictureOptions =
+    PictureOptions { bits: Bits::Eight, certificates: false, transparent: false };
+const SIXTEEN: PictureOptions = PictureOptions { bits: Bits::Sixteen, ..EIGHT };
+const CERTIFICATES: PictureOptions = PictureOptions { certificates: true, ..EIGHT };
+const TRANSPARENT: [PictureOptions; 3] =
+    [with_alpha(EIGHT), with_alpha(SIXTEEN), with_alpha(CERTIFICATES)];
+
+const fn with_alpha(options: PictureOptions) -> PictureOptions {
+    PictureOptions { transparent: true, ..options }
 }
 
 /// All pixels of a picture.
@@ -30,146 +40,182 @@ fn whole(width: u32, height: u32) -> Pixels {
     Pixels::whole(View::new(&Camera::new(DVec3::Z, DVec3::ZERO)), width, height)
 }
 
-/// A palette that goes through all 256 values of each channel, and its `#rrggbb`.
-fn every_byte() -> (Vec<Color>, Vec<[u8; 3]>) {
-    let srgb: Vec<[u8; 3]> =
-        (0..=255_u8).map(|i| [i, 255 - i, i.wrapping_mul(167).wrapping_add(13)]).collect();
-    let colors = srgb.iter().map(|c| Color(c.map(linear))).collect();
-    (colors, srgb)
+/// What a picture is made of.
+#[derive(Clone)]
+struct Made {
+    colors: Colors,
+    coverage: Coverage,
+    hits: Hits,
 }
 
-/// Hits with every field, random but for the corners: background, infinity, tiny and huge `t`.
-fn random_hits(rng: &mut impl Rng, n: usize, n_colors: usize) -> Hits {
-    let id: Vec<u32> = (0..n).map(|_| rng.random_range(0..n_colors as u32)).collect();
-    let t = id.iter().map(|&id| match id {
-        0 => f32::INFINITY,
-        1 => f32::MIN_POSITIVE,
-        2 => f32::MAX,
-        _ => f32::from_bits(rng.random_range(1..f32::MAX.to_bits())),
-    });
-    Hits {
-        t: t.collect(),
-        normal: id.iter().map(|&id| if id == 0 { [0.0; 3] } else { [0.1, -0.0, -0.99] }).collect(),
-        level: id.iter().map(|id| (id % 3) as u8).collect(),
-        id,
-        ..Hits::default()
-    }
-}
-
-/// The rows `first..first + n` of a picture.
-fn band(hits: &Hits, width: usize, first: usize, n: usize) -> Hits {
-    let range = first * width..(first + n) * width;
-    Hits {
-        id: hits.id[range.clone()].to_vec(),
-        t: hits.t[range.clone()].to_vec(),
-        normal: hits.normal[range.clone()].to_vec(),
-        level: hits.level[range].to_vec(),
-        ..Hits::default()
-    }
-}
-
-/// The colours of hits whose objects have those of `palette`, the background's first.
-fn shaded(
-    format: Format,
-    options: PictureOptions,
-    palette: &[Color],
-    hits: &Hits,
-) -> Result<Colors> {
-    let object = |&color| Plane { name: None, point: DVec3::ZERO, normal: DVec3::Y, color };
-    let planes = palette[1..].iter().map(object).collect();
-    let scene = Scene { background: palette[0], planes, ..Scene::default() };
-    let encoding = format.encoding(options.bits);
-    let mut colors = Colors::new(encoding);
-    Shader::new(&scene, &Style::new(encoding)).shade(&hits.id, &mut colors)?;
-    Ok(colors)
-}
-
-fn encode(
-    format: Format,
-    options: PictureOptions,
-    pixels: &Pixels,
-    palette: &[Color],
-    hits: &Hits,
-    n_band_rows: u32,
-) -> Result<Vec<u8>> {
-    let sink = Cursor::new(Vec::new());
-    let mut writer = PictureWriter::create(format, options, pixels, sink, "memory")?;
-    let mut first = 0;
-    while first < pixels.height {
-        let n = n_band_rows.min(pixels.height - first);
-        let rows = band(hits, pixels.width as usize, first as usize, n as usize);
-        writer.rows(&shaded(format, options, palette, &rows)?, &rows, n)?;
-        first += n;
-    }
-    Ok(writer.finish()?.into_inner())
-}
-
-const EIGHT: PictureOptions =
-    PictureOptions { bits: Bits::Eight, certificates: false, transparent: false };
-const SIXTEEN: PictureOptions = PictureOptions { bits: Bits::Sixteen, ..EIGHT };
-const CERTIFICATES: PictureOptions = PictureOptions { certificates: true, ..EIGHT };
-
-#[test]
-fn every_srgb_value_comes_out_as_the_file_names_it() {
-    let (palette, srgb) = every_byte();
-    let hits = Hits { id: (0..256).collect(), ..Hits::default() };
-    let hits = Hits { t: vec![1.0; 256], normal: vec![[0.0; 3]; 256], level: vec![0; 256], ..hits };
-    let pixels = whole(64, 4);
-    for (format, image_format) in
-        [(Format::Png, image::ImageFormat::Png), (Format::Ppm, image::ImageFormat::Pnm)]
-    {
-        let bytes = encode(format, EIGHT, &pixels, &palette, &hits, 3).unwrap();
-        let picture = image::load_from_memory_with_format(&bytes, image_format).unwrap();
-        let image::DynamicImage::ImageRgb8(picture) = picture else {
-            panic!("{format} is not 8-bit RGB");
+impl Made {
+    /// Random numbers in every place, but for the corners: background, infinity, tiny and huge `t`, ids beyond 2¹⁶, which
+    /// neither u16 nor a half float would hold.
+    fn new(rng: &mut impl Rng, encoding: Encoding, n: usize, n_samples: u16) -> Made {
+        let id: Vec<u32> = (0..n).map(|i| (i as u32 * 7919) % 70_001).collect();
+        let t = id.iter().map(|&id| match id {
+            0 => f32::INFINITY,
+            7919 => f32::MIN_POSITIVE,
+            15838 => f32::MAX,
+            _ => f32::from_bits(rng.random_range(1..f32::MAX.to_bits())),
+        });
+        let t = t.collect();
+        let normal = |&id: &u32| if id == 0 { [0.0; 3] } else { [0.1, -0.0, -0.99] };
+        let hits = Hits {
+            t,
+            normal: id.iter().map(normal).collect(),
+            level: id.iter().map(|id| (id % 3) as u8).collect(),
+            id,
+            ..Hits::default()
         };
-        assert_eq!(picture.dimensions(), (64, 4));
-        for (id, pixel) in picture.pixels().enumerate() {
-            assert_eq!(pixel.0, srgb[id], "{format}, id {id}");
-        }
-
-        let bytes = encode(format, SIXTEEN, &pixels, &palette, &hits, 3).unwrap();
-        let picture = image::load_from_memory_with_format(&bytes, image_format).unwrap();
-        let image::DynamicImage::ImageRgb16(picture) = picture else {
-            panic!("{format} is not 16-bit RGB");
+        let colors = match encoding {
+            Encoding::Srgb8 => Colors::Srgb8((0..n).map(|_| rng.random()).collect()),
+            Encoding::Srgb16 => Colors::Srgb16((0..n).map(|_| rng.random()).collect()),
+            Encoding::Linear => Colors::Linear((0..n).map(|_| rng.random()).collect()),
         };
-        assert_eq!(picture.dimensions(), (64, 4));
-        for (id, pixel) in picture.pixels().enumerate() {
-            // 65535 = 257·255, so a named colour has the same digits twice.
-            assert_eq!(pixel.0, srgb[id].map(|v| u16::from(v) * 257), "{format}, id {id}");
+        let n_hits = (0..n).map(|i| (i * 41 % (usize::from(n_samples) + 1)) as u16).collect();
+        Made { colors, coverage: Coverage { n_hits, n_samples }, hits }
+    }
+
+    /// The pixels of a range.
+    fn part(&self, first: usize, end: usize) -> Made {
+        let Hits { id, t, normal, level, .. } = &self.hits;
+        let range = first..end;
+        let hits = Hits {
+            id: id[range.clone()].to_vec(),
+            t: t[range.clone()].to_vec(),
+            normal: normal[range.clone()].to_vec(),
+            level: level[range.clone()].to_vec(),
+            ..Hits::default()
+        };
+        let colors = match &self.colors {
+            Colors::Srgb8(pixels) => Colors::Srgb8(pixels[range.clone()].to_vec()),
+            Colors::Srgb16(pixels) => Colors::Srgb16(pixels[range.clone()].to_vec()),
+            Colors::Linear(pixels) => Colors::Linear(pixels[range.clone()].to_vec()),
+        };
+        let coverage = Coverage { n_hits: self.coverage.n_hits[range].to_vec(), ..self.coverage };
+        Made { colors, coverage, hits }
+    }
+
+    fn put<W: std::io::Write + std::io::Seek>(
+        &self,
+        writer: &mut PictureWriter<W>,
+        options: PictureOptions,
+        n_rows: u32,
+    ) -> Result<()> {
+        match options.transparent {
+            true => writer.transparent_rows(&self.colors, &self.coverage, &self.hits, n_rows),
+            false => writer.rows(&self.colors, &self.hits, n_rows),
         }
     }
+
+    /// A file of these pixels, written in bands.
+    fn file(
+        &self,
+        format: Format,
+        options: PictureOptions,
+        pixels: &Pixels,
+        n_band_rows: u32,
+    ) -> Result<Vec<u8>> {
+        let sink = Cursor::new(Vec::new());
+        let mut writer = PictureWriter::create(format, options, pixels, sink, "memory")?;
+        for first in (0..pixels.height).step_by(n_band_rows as usize) {
+            let n = n_band_rows.min(pixels.height - first);
+            let [first, end] = [first, first + n].map(|row| (row * pixels.width) as usize);
+            self.part(first, end).put(&mut writer, options, n)?;
+        }
+        Ok(writer.finish()?.into_inner())
+    }
+
+    /// What a file of these pixels must hold.
+    fn channels(&self, format: Format, options: PictureOptions) -> Channels {
+        let mut channels = Channels::new();
+        let mut add = |name: &str, numbers: Vec<u32>| drop(channels.insert(name.into(), numbers));
+        for (i, name) in ["R", "G", "B"].into_iter().enumerate() {
+            let numbers = match &self.colors {
+                Colors::Srgb8(pixels) => pixels.iter().map(|rgb| rgb[i].into()).collect(),
+                Colors::Srgb16(pixels) => pixels.iter().map(|rgb| rgb[i].into()).collect(),
+                Colors::Linear(pixels) => pixels.iter().map(|rgb| rgb[i].to_bits()).collect(),
+            };
+            add(name, numbers);
+        }
+        let Coverage { n_hits, n_samples } = &self.coverage;
+        let of = u64::from(*n_samples);
+        let alpha = |&n: &u16| match self.colors.encoding() {
+            Encoding::Linear if !options.transparent => 1f32.to_bits(),
+            Encoding::Linear => ((f64::from(n) / of as f64) as f32).to_bits(),
+            encoding => {
+                // To the nearest whole number, half up, as decimals on paper do it.
+                let largest = if encoding == Encoding::Srgb8 { 255 } else { 65535 };
+                let all = u64::from(n) * largest;
+                (all / of + u64::from(2 * (all % of) >= of)) as u32
+            }
+        };
+        if options.transparent || format == Format::Exr {
+            add("A", n_hits.iter().map(alpha).collect());
+        }
+        if matches!(format, Format::Exr | Format::Npy) {
+            let Hits { id, t, normal, level, .. } = &self.hits;
+            add("id", id.clone());
+            add("Z", t.iter().map(|t| t.to_bits()).collect());
+            for (i, name) in ["N.X", "N.Y", "N.Z"].into_iter().enumerate() {
+                add(name, normal.iter().map(|n| n[i].to_bits()).collect());
+            }
+            if options.certificates {
+                add("level", level.iter().map(|&level| level.into()).collect());
+            }
+        }
+        channels
+    }
 }
 
-#[test]
-fn png_says_that_it_is_srgb() {
-    let hits = Hits { id: vec![0], ..Hits::default() };
-    let bytes = encode_ids(Format::Png, &whole(1, 1), &[Color::BLACK], hits).unwrap();
-    let reader = png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
-    assert_eq!(reader.info().srgb, Some(png::SrgbRenderingIntent::Perceptual));
-    let software = &reader.info().uncompressed_latin1_text[0];
-    assert_eq!(software.keyword, "Software");
-    assert!(software.text.starts_with("kugelblitz "));
+/// A picture of 4 × 3 pixels in a file of this format.
+pub fn small_file(format: Format) -> Vec<u8> {
+    let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
+    let made = Made::new(rng, format.encoding(Bits::Eight), 12, 1);
+    made.file(format, EIGHT, &whole(4, 3), 3).unwrap()
 }
 
-/// Formats that only need colours take hits that have only ids.
-fn encode_ids(format: Format, pixels: &Pixels, palette: &[Color], hits: Hits) -> Result<Vec<u8>> {
-    let sink = Cursor::new(Vec::new());
-    let mut writer = PictureWriter::create(format, EIGHT, pixels, sink, "memory")?;
-    writer.rows(&shaded(format, EIGHT, palette, &hits)?, &hits, pixels.height)?;
-    Ok(writer.finish()?.into_inner())
+/// Columns, rows and numbers of a file, read by another program's reader.
+fn decoded(format: Format, bytes: &[u8]) -> std::result::Result<([usize; 2], Channels), String> {
+    match format {
+        Format::Exr => read_exr(bytes).map(|file| (file.size, file.channels)),
+        Format::Npy => {
+            let (dtype, shape, records) = read_npy(bytes);
+            Ok(([shape[1], shape[0]], fields(&dtype, &records)))
+        }
+        Format::Png | Format::Ppm => {
+            let kind = match format {
+                Format::Png => image::ImageFormat::Png,
+                _ => image::ImageFormat::Pnm,
+            };
+            let image = image::load_from_memory_with_format(bytes, kind);
+            let image = image.map_err(|error| error.to_string())?;
+            let size = [image.width() as usize, image.height() as usize];
+            let numbers: Vec<u32> = match &image {
+                DynamicImage::ImageRgb8(image) => image.iter().map(|&n| n.into()).collect(),
+                DynamicImage::ImageRgba8(image) => image.iter().map(|&n| n.into()).collect(),
+                DynamicImage::ImageRgb16(image) => image.iter().map(|&n| n.into()).collect(),
+                DynamicImage::ImageRgba16(image) => image.iter().map(|&n| n.into()).collect(),
+                _ => return Err("neither RGB nor RGBA".into()),
+            };
+            let n = usize::from(image.color().channel_count());
+            let channel = |i| numbers.iter().skip(i).step_by(n).copied().collect();
+            let names = ["R", "G", "B", "A"].into_iter().take(n).enumerate();
+            Ok((size, names.map(|(i, name)| (name.to_string(), channel(i))).collect()))
+        }
+    }
 }
 
 struct ExrFile {
     display: exr::meta::attribute::IntegerBounds,
     position: Vec2<i32>,
-    size: Vec2<usize>,
+    size: [usize; 2],
     software: String,
-    /// Name and samples, row by row; f32 as their bits.
-    channels: Vec<(String, Vec<u32>)>,
+    channels: Channels,
 }
 
-fn read_exr(bytes: &[u8]) -> exr::error::Result<ExrFile> {
+fn read_exr(bytes: &[u8]) -> std::result::Result<ExrFile, String> {
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -177,91 +223,28 @@ fn read_exr(bytes: &[u8]) -> exr::error::Result<ExrFile> {
         .first_valid_layer()
         .all_attributes()
         .pedantic()
-        .from_buffered(Cursor::new(bytes))?;
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|error| error.to_string())?;
     let layer = image.layer_data;
     let channels = layer.channel_data.list.into_iter().map(|channel| {
         let bits = match channel.sample_data {
-            exr::prelude::FlatSamples::F32(v) => v.iter().map(|v| v.to_bits()).collect(),
-            exr::prelude::FlatSamples::U32(v) => v,
-            exr::prelude::FlatSamples::F16(_) => panic!("half floats"),
+            FlatSamples::F32(v) => v.iter().map(|v| v.to_bits()).collect(),
+            FlatSamples::U32(v) => v,
+            FlatSamples::F16(_) => panic!("half floats"),
         };
         (channel.name.to_string(), bits)
     });
     Ok(ExrFile {
         display: image.attributes.display_window,
         position: layer.attributes.layer_position,
-        size: layer.size,
+        size: [layer.size.0, layer.size.1],
         software: layer.attributes.software_name.unwrap_or_default().to_string(),
         channels: channels.collect(),
     })
 }
 
-/// The channels of an EXR as they must be, bit for bit.
-fn expected_channels(hits: &Hits, palette: &[Color], level: bool) -> Vec<(String, Vec<u32>)> {
-    let rgb = |i: usize| {
-        let color = |&id: &u32| (palette[id as usize].0[i] as f32).to_bits();
-        hits.id.iter().map(color).collect::<Vec<u32>>()
-    };
-    let normal = |i: usize| hits.normal.iter().map(|n| n[i].to_bits()).collect();
-    let mut channels = vec![
-        ("A".into(), vec![1.0_f32.to_bits(); hits.id.len()]),
-        ("B".into(), rgb(2)),
-        ("G".into(), rgb(1)),
-        ("N.X".into(), normal(0)),
-        ("N.Y".into(), normal(1)),
-        ("N.Z".into(), normal(2)),
-        ("R".into(), rgb(0)),
-        ("Z".into(), hits.t.iter().map(|t| t.to_bits()).collect()),
-        ("id".into(), hits.id.clone()),
-    ];
-    if level {
-        channels.push(("level".into(), hits.level.iter().map(|&level| level.into()).collect()));
-    }
-    channels
-}
-
-/// Ids beyond 2¹⁶, which neither u16 nor a half float would hold.
-fn large_palette() -> Vec<Color> {
-    (0..70_000).map(|i| Color([f64::from(i) / 70_000.0, 0.25, 1.0])).collect()
-}
-
-#[test]
-fn exr_holds_every_value_bit_for_bit() {
-    let palette = large_palette();
-    let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
-    for (width, height) in [(1, 1), (3, 16), (17, 33), (40, 50), (1, 100)] {
-        let mut hits = random_hits(rng, width * height, palette.len());
-        hits.id[0] = 0;
-        hits.t[0] = f32::INFINITY;
-        for options in [EIGHT, CERTIFICATES] {
-            let pixels = whole(width as u32, height as u32);
-            let bytes = encode(Format::Exr, options, &pixels, &palette, &hits, 7).unwrap();
-            let file = read_exr(&bytes).unwrap();
-            assert_eq!(file.size, Vec2(width, height));
-            assert_eq!(file.display.size, Vec2(width, height));
-            assert!(file.software.starts_with("kugelblitz "));
-            let expected = expected_channels(&hits, &palette, options.certificates);
-            assert!(file.channels == expected, "{width}x{height}");
-        }
-    }
-}
-
-#[test]
-fn exr_of_a_crop_says_where_it_belongs() {
-    let (palette, _) = every_byte();
-    let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 20 * 35, palette.len());
-    let pixels = Pixels { x: 600, y: 101, width: 20, height: 35, ..whole(640, 480) };
-    let bytes = encode(Format::Exr, EIGHT, &pixels, &palette, &hits, 35).unwrap();
-    let file = read_exr(&bytes).unwrap();
-    assert_eq!(file.display.position, Vec2(0, 0));
-    assert_eq!(file.display.size, Vec2(640, 480));
-    assert_eq!(file.position, Vec2(600, 101));
-    assert_eq!(file.size, Vec2(20, 35));
-    assert!(file.channels == expected_channels(&hits, &palette, false));
-}
-
 /// A structured array: its type as the header has it, the shape, and the raw records.
-fn read_npy(bytes: &[u8]) -> (String, Vec<u64>, Vec<u8>) {
+fn read_npy(bytes: &[u8]) -> (String, Vec<usize>, Vec<u8>) {
     assert_eq!(bytes[..8], *b"\x93NUMPY\x01\x00");
     let n_text = usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
     assert_eq!((10 + n_text) % 64, 0);
@@ -269,41 +252,130 @@ fn read_npy(bytes: &[u8]) -> (String, Vec<u64>, Vec<u8>) {
     let text = std::str::from_utf8(text).unwrap().strip_suffix('\n').unwrap().trim_end();
     let text = text.strip_prefix("{'descr': ").unwrap().strip_suffix("), }").unwrap();
     let (dtype, shape) = text.split_once(", 'fortran_order': False, 'shape': (").unwrap();
-    let shape: Vec<u64> = shape.split_terminator(", ").map(|n| n.parse().unwrap()).collect();
-    let n_of = |what: &str| dtype.matches(what).count() as u64;
-    let n_record_bytes = 4 * (n_of("4'") + 2 * n_of("(3,)")) + n_of("u1'");
-    assert_eq!(records.len() as u64, n_record_bytes * shape.iter().product::<u64>());
+    let shape = shape.split_terminator(", ").map(|n| n.parse().unwrap()).collect();
     (dtype.to_owned(), shape, records.to_vec())
 }
 
+/// The numbers of records of this type.
+fn fields(dtype: &str, records: &[u8]) -> Channels {
+    let known: [(&str, &[&str], usize); 6] = [
+        ("('id', '<u4'), ", &["id"], 4),
+        ("('t', '<f4'), ", &["Z"], 4),
+        ("('normal', '<f4', (3,)), ", &["N.X", "N.Y", "N.Z"], 4),
+        ("('rgb', '<f4', (3,)), ", &["R", "G", "B"], 4),
+        ("('a', '<f4'), ", &["A"], 4),
+        ("('level', '|u1'), ", &["level"], 1),
+    ];
+    let mut rest = dtype.strip_prefix('[').unwrap().strip_suffix(']').unwrap();
+    let (mut places, mut n_bytes) = (Vec::new(), 0);
+    while !rest.is_empty() {
+        let field = known.iter().find_map(|field| Some((field, rest.strip_prefix(field.0)?)));
+        let ((_, names, size), behind) = field.unwrap_or_else(|| panic!("{dtype}"));
+        for name in *names {
+            places.push((*name, n_bytes, *size));
+            n_bytes += size;
+        }
+        rest = behind;
+    }
+    let (records, rest) = (records.chunks_exact(n_bytes), records.len() % n_bytes);
+    assert_eq!(rest, 0);
+    let numbers = |at: usize, size: usize| {
+        let number = |record: &[u8]| {
+            let mut word = [0; 4];
+            word[..size].copy_from_slice(&record[at..at + size]);
+            u32::from_le_bytes(word)
+        };
+        records.clone().map(number).collect()
+    };
+    places.iter().map(|&(name, at, size)| (name.to_string(), numbers(at, size))).collect()
+}
+
+/// However its rows are cut into bands; and a flipped bit is noticed.
 #[test]
-fn npy_holds_every_value_bit_for_bit() {
-    let palette = large_palette();
-    let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 13 * 9, palette.len());
-    for options in [EIGHT, CERTIFICATES] {
-        let bytes = encode(Format::Npy, options, &whole(13, 9), &palette, &hits, 4).unwrap();
-        let (dtype, shape, records) = read_npy(&bytes);
-        let level = if options.certificates { "('level', '|u1'), " } else { "" };
-        assert_eq!(
-            dtype,
-            format!(
-                "[('id', '<u4'), ('t', '<f4'), ('normal', '<f4', (3,)), ('rgb', '<f4', (3,)), \
-                 {level}]"
-            )
-        );
-        assert_eq!(shape, [9, 13]);
-        let record_bytes = 32 + usize::from(options.certificates);
-        assert_eq!(records.len(), 13 * 9 * record_bytes);
-        for (i, record) in records.chunks_exact(record_bytes).enumerate() {
-            let mut expected = hits.id[i].to_le_bytes().to_vec();
-            let color = palette[hits.id[i] as usize].to_f32();
-            for value in [hits.t[i]].iter().chain(&hits.normal[i]).chain(&color) {
-                expected.extend(value.to_le_bytes());
+fn every_file_holds_every_value_bit_for_bit() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
+    let all = [EIGHT, SIXTEEN, CERTIFICATES].into_iter().chain(TRANSPARENT);
+    for (format, options) in Format::ALL.into_iter().flat_map(|f| all.clone().map(move |o| (f, o)))
+    {
+        for (width, height, n_samples) in
+            [(1, 1, 1), (3, 16, 4), (17, 33, 9), (40, 50, 36), (1, 100, 196), (31, 70, 256)]
+        {
+            let what = format!("{format} {options:?} {width}x{height}");
+            let pixels = whole(width, height);
+            let n = (width * height) as usize;
+            let made = Made::new(rng, format.encoding(options.bits), n, n_samples);
+            let file = |n_rows| made.file(format, options, &pixels, n_rows);
+            if options.check(format).is_err() {
+                assert!(matches!(file(height), Err(Error::Usage(_))), "{what}");
+                continue;
             }
-            expected.extend(options.certificates.then_some(hits.level[i]));
-            assert_eq!(record, expected, "record {i}");
+            let whole = file(height).unwrap();
+            let expected = ([width as usize, height as usize], made.channels(format, options));
+            assert!(decoded(format, &whole).as_ref() == Ok(&expected), "{what}");
+            for n_rows in [1, 7, 16, 64] {
+                assert!(file(n_rows).unwrap() == whole, "{what} in bands of {n_rows}");
+            }
+            // The middle of a larger file is pixels.
+            if n > 1000 {
+                let mut bad = whole.clone();
+                bad[whole.len() / 2] ^= 0x10;
+                assert!(decoded(format, &bad).as_ref() != Ok(&expected), "{what}: a flipped bit");
+            }
         }
     }
+}
+
+/// Bytes of all values as a file names them; with 16 bits the same digits twice, as 65535 = 257·255.
+#[test]
+fn every_srgb_value_comes_out_as_the_file_names_it() {
+    // The sRGB curve from its standard, in the other direction than the writer's.
+    let linear = |byte: u8| {
+        let v = f64::from(byte) / 255.0;
+        if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+    };
+    let srgb: Vec<[u8; 3]> =
+        (0..=255_u8).map(|i| [i, 255 - i, i.wrapping_mul(167).wrapping_add(13)]).collect();
+    let object = |&[r, g, b]: &[u8; 3]| Plane {
+        name: None,
+        point: DVec3::ZERO,
+        normal: DVec3::Y,
+        color: Color([r, g, b].map(linear)),
+    };
+    let planes: Vec<_> = srgb.iter().map(object).collect();
+    let scene =
+        Scene { background: planes[0].color, planes: planes[1..].into(), ..Scene::default() };
+    let shaded = |encoding, ids: &[u32]| {
+        let mut colors = Colors::new(encoding);
+        Shader::new(&scene, &Style::new(encoding)).shade(ids, &mut colors).map(|()| colors)
+    };
+    let ids: Vec<u32> = (0..256).collect();
+    let twice = srgb.iter().map(|rgb| rgb.map(|byte| u16::from(byte) * 257)).collect();
+    assert!(shaded(Encoding::Srgb8, &ids).unwrap() == Colors::Srgb8(srgb));
+    assert!(shaded(Encoding::Srgb16, &ids).unwrap() == Colors::Srgb16(twice));
+    let message = shaded(Encoding::Linear, &[256]).unwrap_err().to_string();
+    assert!(message.contains("id 256") && message.contains("end at 255"), "{message}");
+}
+
+#[test]
+fn files_say_what_they_are() {
+    let bytes = small_file(Format::Png);
+    let reader = png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
+    assert_eq!(reader.info().srgb, Some(png::SrgbRenderingIntent::Perceptual));
+    let software = &reader.info().uncompressed_latin1_text[0];
+    assert_eq!(software.keyword, "Software");
+    assert!(software.text.starts_with("kugelblitz "));
+    // A part says where it belongs.
+    let made = Made::new(&mut ChaCha8Rng::seed_from_u64(SEED), Encoding::Linear, 20 * 35, 1);
+    let pixels = Pixels { x: 600, y: 101, width: 20, height: 35, ..whole(640, 480) };
+    let file = read_exr(&made.file(Format::Exr, EIGHT, &pixels, 35).unwrap()).unwrap();
+    assert!(file.software.starts_with("kugelblitz "));
+    assert_eq!((file.display.position, file.display.size), (Vec2(0, 0), Vec2(640, 480)));
+    assert_eq!((file.position, file.size), (Vec2(600, 101), [20, 35]));
+    assert!(file.channels == made.channels(Format::Exr, EIGHT));
+    let of_array = made.file(Format::Npy, TRANSPARENT[2], &pixels, 35).unwrap();
+    let dtype = "[('id', '<u4'), ('t', '<f4'), ('normal', '<f4', (3,)), ('rgb', '<f4', (3,)), \
+                 ('a', '<f4'), ('level', '|u1'), ]";
+    assert_eq!(read_npy(&of_array).0, dtype);
 }
 
 fn write(path: &Path, hits: &Hits) -> Result<()> {
@@ -316,339 +388,124 @@ fn write(path: &Path, hits: &Hits) -> Result<()> {
 fn hits_of_rays_hold_every_value_bit_for_bit() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("hits.npy");
-    let hits = Hits {
-        id: vec![0, u32::MAX, 7],
-        t: vec![f32::INFINITY, f32::MIN_POSITIVE, 1.5],
-        normal: vec![[0.0; 3], [0.0, -0.0, 1.0], [0.6, 0.8, 0.0]],
-        ..Hits::default()
-    };
-    write(&path, &hits).unwrap();
-    let (dtype, shape, records) = read_npy(&std::fs::read(&path).unwrap());
-    assert_eq!(dtype, "[('id', '<u4'), ('t', '<f4'), ('normal', '<f4', (3,)), ]");
-    assert_eq!(shape, [3]);
-    let mut expected = Vec::new();
-    for i in 0..3 {
-        expected.extend(hits.id[i].to_le_bytes());
-        expected.extend(hits.t[i].to_le_bytes());
-        expected.extend(hits.normal[i].iter().flat_map(|v| v.to_le_bytes()));
+    for (n, has_level) in [(0, false), (3, false), (70_000, true)] {
+        let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
+        let mut made = Made::new(rng, Encoding::Linear, n, 1);
+        let mut expected = made.channels(Format::Npy, CERTIFICATES);
+        expected.retain(|name, _| !["R", "G", "B"].contains(&&**name));
+        if !has_level {
+            made.hits.level.clear();
+            expected.remove("level");
+        }
+        write(&path, &made.hits).unwrap();
+        let (dtype, shape, records) = read_npy(&std::fs::read(&path).unwrap());
+        assert_eq!(shape, [n]);
+        assert!(fields(&dtype, &records) == expected, "{n}");
     }
-    assert_eq!(records, expected);
-
-    let many = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 70_000, 9);
-    write(&path, &many).unwrap();
-    let (dtype, shape, records) = read_npy(&std::fs::read(&path).unwrap());
-    assert!(dtype.contains("('level', '|u1')"), "{dtype}");
-    assert_eq!(shape, [70_000]);
-    assert_eq!(records[69_999 * 21 + 20], many.level[69_999]);
-
-    write(&path, &Hits::default()).unwrap();
-    assert_eq!(read_npy(&std::fs::read(&path).unwrap()).1, [0]);
     let lacking = Hits { id: vec![1], ..Hits::default() };
     assert!(matches!(write(&path, &lacking), Err(Error::Usage(_))));
 }
 
-/// A transparent picture of 10 × 5 pixels, written in bands.
-fn encode_transparent(
-    format: Format,
-    options: PictureOptions,
-    colors: &Colors,
-    coverage: &Coverage,
-    hits: &Hits,
-    n_band_rows: u32,
-) -> Result<Vec<u8>> {
-    let options = PictureOptions { transparent: true, ..options };
-    let sink = Cursor::new(Vec::new());
-    let mut writer = PictureWriter::create(format, options, &whole(10, 5), sink, "memory")?;
-    for first in (0..5).step_by(n_band_rows as usize) {
-        let n = n_band_rows.min(5 - first);
-        let range = 10 * first as usize..10 * (first + n) as usize;
-        let colors = match colors {
-            Colors::Srgb8(pixels) => Colors::Srgb8(pixels[range.clone()].to_vec()),
-            Colors::Srgb16(pixels) => Colors::Srgb16(pixels[range.clone()].to_vec()),
-            Colors::Linear(pixels) => Colors::Linear(pixels[range.clone()].to_vec()),
-        };
-        let coverage = Coverage { n_hits: coverage.n_hits[range].to_vec(), ..*coverage };
-        let hits = band(hits, 10, first as usize, n as usize);
-        writer.transparent_rows(&colors, &coverage, &hits, n)?;
-    }
-    Ok(writer.finish()?.into_inner())
-}
-
-/// Numbers of samples, and numbers of them that hit.
-fn coverages() -> Vec<Coverage> {
-    [1, 4, 9, 36, 196, 256]
-        .map(|n_samples| Coverage {
-            n_hits: (0..50).map(|i| i * 41 % (n_samples + 1)).collect(),
-            n_samples,
-        })
-        .to_vec()
-}
-
-/// `n / of · largest` to the nearest whole number, half up, as decimals on paper do it.
-fn nearest(n: u16, of: u16, largest: u64) -> u64 {
-    let (quotient, rest) =
-        (u64::from(n) * largest / u64::from(of), u64::from(n) * largest % u64::from(of));
-    quotient + u64::from(2 * rest >= u64::from(of))
-}
-
+/// Bands of another size, colours in another encoding or too few, no alpha where there must be some.
 #[test]
-fn a_transparent_picture_holds_the_share_of_the_samples_that_hit() {
+fn what_does_not_fit_is_refused() {
     let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
-    let hits = random_hits(rng, 50, 9);
-    for coverage in coverages() {
-        let (n_hits, of) = (&coverage.n_hits, coverage.n_samples);
-        for n_band_rows in [1, 2, 5] {
-            let encode = |format, options, colors: &Colors| {
-                encode_transparent(format, options, colors, &coverage, &hits, n_band_rows).unwrap()
-            };
-            let pixels: Vec<[u8; 3]> = (0..50).map(|_| rng.random()).collect();
-            let bytes = encode(Format::Png, EIGHT, &Colors::Srgb8(pixels.clone()));
-            let image::DynamicImage::ImageRgba8(picture) = image::load_from_memory(&bytes).unwrap()
-            else {
-                panic!("not RGBA of 8 bits")
-            };
-            for (i, pixel) in picture.pixels().enumerate() {
-                assert_eq!(pixel.0[..3], pixels[i]);
-                assert_eq!(u64::from(pixel.0[3]), nearest(n_hits[i], of, 255), "{i} of {of}");
-            }
-
-            let pixels: Vec<[u16; 3]> = (0..50).map(|_| rng.random()).collect();
-            let bytes = encode(Format::Png, SIXTEEN, &Colors::Srgb16(pixels.clone()));
-            let image::DynamicImage::ImageRgba16(picture) =
-                image::load_from_memory(&bytes).unwrap()
-            else {
-                panic!("not RGBA of 16 bits")
-            };
-            for (i, pixel) in picture.pixels().enumerate() {
-                assert_eq!(pixel.0[..3], pixels[i]);
-                assert_eq!(u64::from(pixel.0[3]), nearest(n_hits[i], of, 65535), "{i} of {of}");
-            }
-
-            let alphas: Vec<u32> = n_hits
-                .iter()
-                .map(|&n| (f64::from(n) / f64::from(of)) as f32)
-                .map(f32::to_bits)
-                .collect();
-            let pixels: Vec<[f32; 3]> = (0..50).map(|_| rng.random()).collect();
-            let linear = Colors::Linear(pixels.clone());
-            let channels = read_exr(&encode(Format::Exr, CERTIFICATES, &linear)).unwrap().channels;
-            let names: Vec<&str> = channels.iter().map(|(name, _)| &**name).collect();
-            assert_eq!(names, ["A", "B", "G", "N.X", "N.Y", "N.Z", "R", "Z", "id", "level"]);
-            assert_eq!(channels[0].1, alphas, "of {of}");
-            for (channel, rgb) in [(1, 2), (2, 1), (6, 0)] {
-                let expected = pixels.iter().map(|pixel| pixel[rgb].to_bits());
-                assert!(channels[channel].1.iter().copied().eq(expected));
-            }
-
-            for options in [EIGHT, CERTIFICATES] {
-                let (dtype, _, records) = read_npy(&encode(Format::Npy, options, &linear));
-                assert!(dtype.contains("('rgb', '<f4', (3,)), ('a', '<f4'), "), "{dtype}");
-                let record_bytes = 36 + usize::from(options.certificates);
-                for (i, record) in records.chunks_exact(record_bytes).enumerate() {
-                    let words: Vec<u32> =
-                        record.as_chunks().0.iter().copied().map(u32::from_le_bytes).collect();
-                    assert_eq!(words[0], hits.id[i]);
-                    assert_eq!(words[5..8], pixels[i].map(f32::to_bits));
-                    assert_eq!(words[8], alphas[i], "{i} of {of}");
-                    if options.certificates {
-                        assert_eq!(record[36], hits.level[i]);
-                    }
-                }
-            }
-        }
-    }
-}
-
-#[test]
-fn alpha_and_picture_must_fit_each_other() {
-    let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 50, 9);
-    let refused = |format, coverage: &Coverage| {
-        let colors = match format {
-            Format::Png | Format::Ppm => Colors::Srgb8(vec![[0; 3]; 50]),
-            Format::Exr | Format::Npy => Colors::Linear(vec![[0.0; 3]; 50]),
-        };
-        match encode_transparent(format, EIGHT, &colors, coverage, &hits, 5) {
-            Err(Error::Usage(message)) => message,
-            other => panic!("{format}: {other:?}"),
-        }
-    };
-    let good = Coverage { n_hits: vec![3; 50], n_samples: 4 };
-    let message = refused(Format::Ppm, &good);
-    assert!(message.contains("ppm") && message.contains(".png, .exr or .npy"), "{message}");
-    for format in [Format::Png, Format::Exr, Format::Npy] {
-        let short = Coverage { n_hits: vec![3; 49], ..good };
-        let sink = || Cursor::new(Vec::new());
-        let begin = |options| PictureWriter::create(format, options, &whole(10, 5), sink(), "m");
-        let colors = match format.encoding(Bits::Eight) {
-            Encoding::Linear => Colors::Linear(vec![[0.0; 3]; 50]),
-            _ => Colors::Srgb8(vec![[0; 3]; 50]),
-        };
-        let transparent = PictureOptions { transparent: true, ..EIGHT };
-        let mut writer = begin(transparent).unwrap();
-        let message = writer.transparent_rows(&colors, &short, &hits, 5).unwrap_err().to_string();
-        assert!(message.contains("49 entries of “coverage”"), "{message}");
-        let message = writer.rows(&colors, &hits, 5).unwrap_err().to_string();
-        assert!(message.contains("is transparent"), "{message}");
-        let message = begin(EIGHT)
-            .unwrap()
-            .transparent_rows(&colors, &good, &hits, 5)
-            .unwrap_err()
-            .to_string();
-        assert!(message.contains("is not transparent"), "{message}");
-        let mut more = good.clone();
-        more.n_hits[7] = 5;
-        assert!(refused(format, &more).contains("no more hits than its 4"));
-    }
-    assert_eq!(
-        Coverage::of_ids(&[0, 7, 0], 3, 1),
-        Coverage { n_hits: vec![0, 1, 0], n_samples: 1 }
-    );
-}
-
-#[test]
-fn the_size_of_the_bands_does_not_show() {
-    let (palette, _) = every_byte();
-    let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 31 * 70, palette.len());
-    let pixels = whole(31, 70);
     for format in Format::ALL {
-        for options in [EIGHT, SIXTEEN, CERTIFICATES] {
-            let whole = encode(format, options, &pixels, &palette, &hits, 70).unwrap();
-            for n_band_rows in [1, 7, 16, 64] {
-                let bands = encode(format, options, &pixels, &palette, &hits, n_band_rows).unwrap();
-                assert!(bands == whole, "{format} in bands of {n_band_rows}");
-            }
+        let begin = |options| {
+            PictureWriter::create(format, options, &whole(4, 2), Cursor::new(Vec::new()), "m")
+        };
+        let made = Made::new(rng, format.encoding(Bits::Eight), 8, 4);
+        let rows = |made: &Made, n_rows| {
+            begin(CERTIFICATES).unwrap().rows(&made.colors, &made.hits, n_rows)
+        };
+        let other = match &made.colors {
+            Colors::Linear(_) => Colors::Srgb8(vec![[0; 3]; 8]),
+            _ => Colors::Linear(vec![[0.0; 3]; 8]),
+        };
+        let too_few = Colors::new(made.colors.encoding());
+        let made_of = |colors| Made { colors, ..made.clone() };
+        assert!(rows(&made, 2).is_ok(), "{format}");
+        for refused in
+            [rows(&made, 3), rows(&made, 1), rows(&made_of(other), 2), rows(&made_of(too_few), 2)]
+        {
+            assert!(matches!(refused, Err(Error::Usage(_))), "{format}: {refused:?}");
+        }
+        let ids_only = Hits { id: made.hits.id.clone(), ..Hits::default() };
+        let is_enough = !format.wants(true).surface;
+        let found = rows(&Made { hits: ids_only, ..made.clone() }, 2);
+        assert_eq!(found.is_ok(), is_enough, "{format}");
+
+        let transparent = with_alpha(EIGHT);
+        if format == Format::Ppm {
+            let message = begin(transparent).err().unwrap().to_string();
+            assert!(message.contains(".png, .exr or .npy"), "{message}");
+            continue;
+        }
+        let mut short = made.clone();
+        short.coverage.n_hits.pop();
+        let mut more = made.clone();
+        more.coverage.n_hits[7] = 5;
+        for (made, options, is_alpha, says) in [
+            (&short, transparent, true, "7 entries of “coverage”"),
+            (&more, transparent, true, "no more hits than its 4"),
+            (&made, transparent, false, "is transparent"),
+            (&made, EIGHT, true, "is not transparent"),
+        ] {
+            let given = PictureOptions { transparent: is_alpha, ..options };
+            let message = made.put(&mut begin(options).unwrap(), given, 2).unwrap_err().to_string();
+            assert!(message.contains(says), "{format}: {message}");
         }
     }
+    let coverage = Coverage { n_hits: vec![0, 1, 0], n_samples: 1 };
+    assert_eq!(Coverage::of_ids(&[0, 7, 0], 3, 1), coverage);
 }
 
 #[test]
 fn an_interrupted_picture_leaves_the_old_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("picture");
-    let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 8 * 4, 2);
-    let palette = [Color::BLACK, Color([1.0; 3])];
     let n_files = || std::fs::read_dir(folder.path()).unwrap().count();
     for format in Format::ALL {
-        let colors = shaded(format, EIGHT, &palette, &hits).unwrap();
+        let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
+        let made = Made::new(rng, format.encoding(Bits::Eight), 8 * 8, 1);
         std::fs::write(&path, "old").unwrap();
-        let begin = || {
+        let begun = |n_rows: u32| {
             let file = OutputFile::create(&path, format.needs_seek()).unwrap();
-            let pixels = whole(8, 8);
-            PictureWriter::create(format, EIGHT, &pixels, file, &path).unwrap()
+            let mut writer =
+                PictureWriter::create(format, EIGHT, &whole(8, 8), file, &path).unwrap();
+            for first in (0..n_rows as usize).step_by(4) {
+                let half = made.part(8 * first, 8 * first + 32);
+                half.put(&mut writer, EIGHT, 4).unwrap();
+            }
+            writer
         };
-        let mut writer = begin();
-        writer.rows(&colors, &hits, 4).unwrap();
-        drop(writer);
+        drop(begun(4));
         assert_eq!(std::fs::read(&path).unwrap(), b"old", "{format}");
-
         // Ended too early is no better than interrupted.
-        let mut writer = begin();
-        writer.rows(&colors, &hits, 4).unwrap();
-        assert!(matches!(writer.finish(), Err(Error::Usage(_))), "{format}");
+        assert!(matches!(begun(4).finish(), Err(Error::Usage(_))), "{format}");
         assert_eq!(std::fs::read(&path).unwrap(), b"old", "{format}");
         assert_eq!(n_files(), 1, "{format}");
-
-        let mut writer = begin();
-        writer.rows(&colors, &hits, 4).unwrap();
-        writer.rows(&colors, &hits, 4).unwrap();
-        commit([writer.finish().unwrap()], &Control::default()).unwrap();
-        let written = std::fs::read(&path).unwrap();
-        let both = Hits {
-            id: [&hits.id[..], &hits.id].concat(),
-            t: [&hits.t[..], &hits.t].concat(),
-            normal: [&hits.normal[..], &hits.normal].concat(),
-            level: [&hits.level[..], &hits.level].concat(),
-            ..Hits::default()
-        };
-        let expected = encode(format, EIGHT, &whole(8, 8), &palette, &both, 8).unwrap();
-        assert!(written == expected, "{format}");
-    }
-}
-
-#[test]
-fn wrong_bands_are_refused() {
-    let palette = [Color::BLACK, Color([1.0; 3])];
-    let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 8, 2);
-    for format in Format::ALL {
-        let begin = || {
-            let sink = Cursor::new(Vec::new());
-            PictureWriter::create(format, CERTIFICATES, &whole(4, 2), sink, "m").unwrap()
-        };
-        let colors = shaded(format, CERTIFICATES, &palette, &hits).unwrap();
-        assert!(matches!(begin().rows(&colors, &hits, 3), Err(Error::Usage(_))));
-        assert!(matches!(begin().rows(&colors, &hits, 1), Err(Error::Usage(_))));
-        let alien = Hits { id: vec![2; 8], ..hits.clone() };
-        let message = shaded(format, CERTIFICATES, &palette, &alien).unwrap_err().to_string();
-        assert!(message.contains("id 2") && message.contains("end at 1"), "{message}");
-        let other = match colors {
-            Colors::Linear(_) => Colors::Srgb8(vec![[0; 3]; 8]),
-            _ => Colors::Linear(vec![[0.0; 3]; 8]),
-        };
-        assert!(matches!(begin().rows(&other, &hits, 2), Err(Error::Usage(_))), "{format}");
-        let too_few = Colors::new(colors.encoding());
-        assert!(matches!(begin().rows(&too_few, &hits, 2), Err(Error::Usage(_))), "{format}");
-        let ids_only = Hits { id: hits.id.clone(), ..Hits::default() };
-        let is_enough = !format.wants(true).surface;
-        assert_eq!(begin().rows(&colors, &ids_only, 2).is_ok(), is_enough, "{format}");
+        commit([begun(8).finish().unwrap()], &Control::default()).unwrap();
+        let expected = made.file(format, EIGHT, &whole(8, 8), 8).unwrap();
+        assert!(std::fs::read(&path).unwrap() == expected, "{format}");
     }
 }
 
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_is_an_error_with_a_name() {
-    let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 512 * 512, 2);
-    let palette = [Color::BLACK, Color([1.0; 3])];
     for format in Format::ALL {
+        let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
+        let made = Made::new(rng, format.encoding(Bits::Eight), 512 * 512, 1);
         let attempt = || -> Result<()> {
             let file = OutputFile::create("/dev/full", format.needs_seek())?;
-            let pixels = whole(512, 512);
-            let mut writer = PictureWriter::create(format, EIGHT, &pixels, file, "/dev/full")?;
-            writer.rows(&shaded(format, EIGHT, &palette, &hits)?, &hits, 512)?;
+            let mut writer =
+                PictureWriter::create(format, EIGHT, &whole(512, 512), file, "/dev/full")?;
+            made.put(&mut writer, EIGHT, 512)?;
             commit([writer.finish()?], &Control::default())
         };
         let error = attempt().err().unwrap();
         assert!(matches!(&error, Error::Io { path, .. } if path == Path::new("/dev/full")));
         assert_eq!(error.exit_code(), 1, "{format}");
-    }
-}
-
-// Sabotage: the tests above must be able to fail.
-
-#[test]
-fn a_flipped_bit_is_noticed() {
-    let (palette, srgb) = every_byte();
-    let mut hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 16 * 16, palette.len());
-    hits.id = (0..256).collect();
-    let pixels = whole(16, 16);
-    for format in Format::ALL {
-        let good = encode(format, EIGHT, &pixels, &palette, &hits, 16).unwrap();
-        // The middle of the file is pixels in each of them.
-        let mut bad = good.clone();
-        bad[good.len() / 2] ^= 0x10;
-        let is_right = |bytes: &[u8]| match format {
-            Format::Png | Format::Ppm => image::load_from_memory(bytes).is_ok_and(|picture| {
-                picture.to_rgb8().pixels().map(|p| p.0).eq(srgb.iter().copied())
-            }),
-            Format::Exr => read_exr(bytes)
-                .is_ok_and(|file| file.channels == expected_channels(&hits, &palette, false)),
-            Format::Npy => read_npy(bytes).2 == read_npy(&good).2,
-        };
-        assert!(is_right(&good), "{format}");
-        assert!(!is_right(&bad), "{format}: a flipped bit went unnoticed");
-    }
-}
-
-#[test]
-fn a_wrong_palette_is_noticed() {
-    let (mut palette, srgb) = every_byte();
-    palette.swap(200, 201);
-    let hits = Hits { id: (0..256).collect(), ..Hits::default() };
-    for format in [Format::Png, Format::Ppm] {
-        let bytes = encode_ids(format, &whole(16, 16), &palette, hits.clone()).unwrap();
-        let picture = image::load_from_memory(&bytes).unwrap().to_rgb8();
-        let wrong: Vec<usize> = (0..256)
-            .filter(|&i| picture.get_pixel(i as u32 % 16, i as u32 / 16).0 != srgb[i])
-            .collect();
-        assert_eq!(wrong, [200, 201], "{format}");
     }
 }

@@ -5,10 +5,6 @@ use std::path::Path;
 use kugelblitz::control::Control;
 use kugelblitz::picture::read_rays;
 use kugelblitz::{Error, Result};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-
-const SEED: u64 = 20_240_611;
 
 /// An array of these numbers, in the order of the file.
 fn npy_bytes(dtype: &str, shape: &str, is_fortran: bool, values: &[f64]) -> Vec<u8> {
@@ -103,37 +99,7 @@ fn wrong_rays_are_named() {
 }
 
 #[test]
-fn garbage_is_refused_without_a_panic() {
-    let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
-    let good = npy_bytes("<f8", "(2, 6)", false, &[1.0; 12]);
-    let header_length = good.len() - 12 * 8;
-    let interesting = b"{}()[]'\",:<>|=fbuiOUV0123456789xXeEjLN\\ \n\x00\xff-+_.";
-    let (mut n_read, mut n_refused) = (0, 0);
-    for _ in 0..2000 {
-        let mut bytes = good.clone();
-        for _ in 0..rng.random_range(1..6) {
-            let at = rng.random_range(0..header_length);
-            match rng.random_range(0..4) {
-                0 => bytes[at] = rng.random(),
-                1 => bytes[at] = interesting[rng.random_range(0..interesting.len())],
-                2 => bytes.truncate(rng.random_range(0..bytes.len() + 1).max(header_length)),
-                _ => {
-                    let from = rng.random_range(0..header_length);
-                    bytes[at] = bytes[from];
-                }
-            }
-        }
-        // A mutation may be harmless; whatever is read is rays.
-        match read_bytes(&bytes) {
-            Ok(rays) => {
-                assert!(rays.iter().all(|ray| ray.direction.is_finite()));
-                n_read += usize::from(!rays.is_empty());
-            }
-            Err(_) => n_refused += 1,
-        }
-    }
-    assert!(n_read > 20 && n_refused > 1000, "{n_read} read, {n_refused} refused");
-
+fn headers_that_promise_too_much_are_refused() {
     let with_text = |text: String| {
         let mut bytes = b"\x93NUMPY\x02\x00".to_vec();
         bytes.extend((text.len() as u32).to_le_bytes());

@@ -1,5 +1,4 @@
-//! What a release shows beside the program: the book, the report's page in a browser, the package.
+//! What a release shows beside the program: the book, and the report's page in a browser.
 
 mod book;
 mod browser;
-mod package;
