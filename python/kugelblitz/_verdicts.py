@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from operator import index
 from typing import TYPE_CHECKING, Any, Literal, SupportsIndex, TypedDict, final
 
@@ -161,14 +162,14 @@ class Judgement(Verdict):
         blue; None for rays."""
         return self._of.picture()
 
-    def at(self, at: SupportsIndex | tuple[int, int]) -> list[Finding]:
+    def at(self, at: SupportsIndex | Sequence[int]) -> list[Finding]:
         """What is wrong with one ray, by its index or a pixel's (column, row): as ``worst``, and an empty list where
         all is as it may be."""
         return self._of.at(self._index(at))
 
     def explain(
         self,
-        at: SupportsIndex | tuple[int, int],
+        at: SupportsIndex | Sequence[int],
         *,
         all: bool = False,
         lang: Literal["en", "de"] = "en",
@@ -177,16 +178,17 @@ class Judgement(Verdict):
         """The ray in numbers, by its index or a pixel's (column, row)."""
         return self._of.explain(self._index(at), all, lang, digits)
 
-    def _index(self, at: SupportsIndex | tuple[int, int]) -> int:
+    def _index(self, at: Any) -> int:
         """The index of a ray, or of a pixel's (column, row) in the whole picture."""
         whole = self.to_dict()
         try:
-            if isinstance(at, SupportsIndex):
-                row, column, n = 0, index(at), whole["rays"]
+            if np.ndim(at) == 0:
+                column, row, n = index(at), 0, whole["rays"]
             else:
-                x, y, n, _ = whole["crop"] or [0, 0, *whole["size"]]
-                column, row = index(at[0]) - x, index(at[1]) - y
-        except TypeError:
+                left, top, n, _ = whole["crop"] or [0, 0, *whole["size"]]
+                x, y = at
+                column, row = index(x) - left, index(y) - top
+        except (TypeError, ValueError):
             raise TypeError("at: give the index of a ray, or (column, row) of a picture") from None
         if 0 <= column < n and 0 <= row * n + column < whole["rays"]:
             return row * n + column

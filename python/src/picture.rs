@@ -29,42 +29,20 @@ use crate::table::{Given, to_python};
 /// file.
 #[pyclass(frozen, module = "kugelblitz")]
 pub struct Picture {
-    scene: Py<Scene>,
-    device: String,
-    kernel: Kernel,
-    camera: Camera,
-    pixels: Pixels,
-    style: Style,
-    kept: Kept,
-    linear: PyOnceLock<Colors>,
-    srgb16: PyOnceLock<Colors>,
+    pub scene: Py<Scene>,
+    pub device: String,
+    pub kernel: Kernel,
+    pub camera: Camera,
+    pub pixels: Pixels,
+    pub style: Style,
+    pub kept: Kept,
+    pub linear: PyOnceLock<Colors>,
+    pub srgb16: PyOnceLock<Colors>,
     /// The hits with `t` and normals, where `kept` has none.
-    traced: PyOnceLock<Hits>,
+    pub traced: PyOnceLock<Hits>,
 }
 
 impl Picture {
-    /// What a session of this device and kernel kept of these pixels of the camera's picture.
-    pub fn new(
-        scene: Py<Scene>,
-        (device, kernel): (&str, Kernel),
-        (camera, pixels): (Camera, Pixels),
-        style: Style,
-        kept: Kept,
-    ) -> Picture {
-        Picture {
-            scene,
-            device: device.into(),
-            kernel,
-            camera,
-            pixels,
-            style,
-            kept,
-            linear: PyOnceLock::new(),
-            srgb16: PyOnceLock::new(),
-            traced: PyOnceLock::new(),
-        }
-    }
-
     /// The hits with `t` and normals: traced anew when they are first wanted, unless they were kept.
     fn hits(&self, py: Python<'_>) -> PyResult<&Hits> {
         self.scene.get().keep_surfaces();

@@ -13,11 +13,17 @@ use crate::camera::Camera;
 use crate::error::{wrong_type, wrong_value};
 use crate::table::value_of;
 
-/// What is wrong where a picture has no camera.
-pub fn no_camera() -> PyErr {
-    PyValueError::new_err(
-        "camera: the scene has none; give one, e.g. Camera((0, 1, 6), (0, 0, 0)), or Camera.frame(scene)",
-    )
+/// The camera that is given, or the scene's own.
+pub fn camera_of<'a>(
+    scene: &'a Scene,
+    camera: Option<&'a Camera>,
+) -> PyResult<&'a kugelblitz::scene::Camera> {
+    camera.map(|camera| &camera.of_scene).or(scene.camera.as_ref()).ok_or_else(|| {
+        PyValueError::new_err(
+            "camera: the scene has none; give one, e.g. Camera((0, 1, 6), (0, 0, 0)), or \
+             Camera.frame(scene)",
+        )
+    })
 }
 
 /// The pixels of a picture, or of a part of it.
@@ -27,14 +33,9 @@ pub fn pixels_of(
     size: Option<Size>,
     crop: Option<Crop>,
 ) -> PyResult<Pixels> {
-    let camera = match (camera, &scene.camera) {
-        (Some(camera), _) => &camera.of_scene,
-        (None, Some(camera)) => camera,
-        (None, None) => return Err(no_camera()),
-    };
     let of_scene = scene.image.map(|image| Size([image.width, image.height]));
     let Size([width, height]) = size.or(of_scene).unwrap_or(Size([1280, 720]));
-    let whole = Pixels::whole(View::new(camera), width, height);
+    let whole = Pixels::whole(View::new(camera_of(scene, camera)?), width, height);
     let Some(Crop(crop @ [x, y, width, height])) = crop else { return Ok(whole) };
     whole.part(crop).ok_or_else(|| {
         PyValueError::new_err(format!(

@@ -28,6 +28,7 @@ use kugelblitz_judge::judge::Conventions;
 use kugelblitz_judge::show::{self, Entry, Show};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
 use serde_json::json;
 
@@ -41,7 +42,7 @@ use crate::judge;
 use crate::pickle::{State, of_state, state_of};
 use crate::picture::Picture;
 use crate::place;
-use crate::rays::{no_camera, one_ray, pixels_of, rays_of};
+use crate::rays::{camera_of, one_ray, pixels_of, rays_of};
 use crate::session::Sessions;
 use crate::table::{Given, Keywords, keys_of, section, to_python};
 use crate::verify;
@@ -136,7 +137,7 @@ impl Scene {
     }
 }
 
-/// The keys of a cloud that [`Scene::open`] takes.
+/// The arguments of [`Scene::open`] beside [`FRAMING`].
 const OF_DATA: [&str; 8] =
     ["radius", "color", "color_by", "colormap", "range", "columns", "frame", "samples"];
 
@@ -569,9 +570,19 @@ impl Scene {
             this.run(py, (device, kernel, n_rays), (progress, n_steps), |session, control| {
                 session.keep(&pixels, style, wants, control)
             })?;
-        let camera = camera.map(|camera| &camera.of_scene).or(this.of.camera.as_ref());
-        let camera = camera.cloned().ok_or_else(no_camera)?;
-        Ok(Picture::new(slf.clone().unbind(), (device, kernel), (camera, pixels), style, kept))
+        let camera = camera_of(&this.of, camera)?.clone();
+        Ok(Picture {
+            scene: slf.clone().unbind(),
+            device: device.into(),
+            kernel,
+            camera,
+            pixels,
+            style,
+            kept,
+            linear: PyOnceLock::new(),
+            srgb16: PyOnceLock::new(),
+            traced: PyOnceLock::new(),
+        })
     }
 
     /// For pickle: rows, colours, names, the rest as the text of a scene file, and how numbers became colours.

@@ -78,7 +78,11 @@ def test_judge(told, other):
     wrong_ids = set(np.flatnonzero(array["id"] != exact.id))
     assert judgement.counts["wrong_ids"] == len(wrong_ids) and wrong_ids <= set(judgement.wrong)
     row, column = divmod(min(wrong_ids), SIZE[0])
-    assert judgement.at((column, row)) == judgement.at(min(wrong_ids)) != []
+    for at in [(column, row), np.array([column, row]), np.int64(min(wrong_ids))]:
+        assert judgement.at(at) == judgement.at(min(wrong_ids)) != []
+    for at, error in [((SIZE[0], 0), ValueError), (-1, ValueError), ((-1, 0), ValueError), ("p", TypeError), ((1, 2, 3), TypeError)]:
+        with pytest.raises(error, match="at: "):
+            judgement.at(at)
     assert judgement.explain((column, row)).id == exact.id[row, column]
     assert judgement.picture.rgb8.shape == (SIZE[1], SIZE[0], 3)
     assert scene.judge(against=exact) and not scene.judge(against=exact).broken

@@ -2,7 +2,6 @@
 //! column, structured arrays, extended XYZ, LAMMPS dumps, and the legend.
 
 use glam::DVec3;
-use kugelblitz_judge::figure::{legend_svg, svg_of_colorings};
 use kugelblitz::scene::{Color, ColorMap, Coloring, Scene, Spheres};
 use kugelblitz_judge::figure::{legend_svg, svg_of_colorings};
 use kugelblitz_tests::folder::Folder;
