@@ -2,7 +2,6 @@
 
 use kugelblitz::picture::Image;
 use kugelblitz_judge::compare::{Allowed, PictureDifference, compare_pictures};
-use kugelblitz_judge::compare::{Allowed, PictureDifference, compare_pictures};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 

@@ -7,10 +7,6 @@ use kugelblitz::rays::{Pixels, Rays};
 use kugelblitz::scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz_judge::judge::{self, Allowed, Case, Conventions, Quantity, pixels_of, whole_size};
-use kugelblitz_judge::judge::{
-    Allowed, Case, Conventions, Finding, Judged, NormalSide, NormalSpace, Quantity, pixels_of,
-    whole_size,
-};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
