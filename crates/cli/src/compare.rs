@@ -8,12 +8,11 @@ use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{Format, read_image, rgb8_file};
 use kugelblitz::plain::Shown;
 use kugelblitz::{Error, Result};
-use kugelblitz_judge::compare::{Allowed, compare_pictures};
+use kugelblitz_judge::compare::{Allowed, PictureDifference, compare_pictures};
 
 use crate::Run;
 use crate::args::TalkArgs;
-use crate::head::print_verdict;
-use crate::output::print_text;
+use crate::head::{Done, failed};
 
 /// Compare two pictures, channel by channel
 ///
@@ -39,7 +38,7 @@ pub struct CompareArgs {
 }
 
 /// Compares two pictures.
-pub fn run(args: &CompareArgs, run: &Run) -> Result<()> {
+pub fn run(args: &CompareArgs, run: &Run) -> Result<Done<PictureDifference>> {
     let CompareArgs { a: path_a, b: path_b, output, talk, allow } = args;
     let begin = |output: &PathBuf| begin_picture(output, &[path_a, path_b], talk);
     let file = output.as_ref().map(begin).transpose()?;
@@ -52,15 +51,9 @@ pub fn run(args: &CompareArgs, run: &Run) -> Result<()> {
         let size = [a.width as u32, a.height as u32];
         write_picture(file, size, &found.picture(&a))
     });
-    let file = file.transpose()?;
-    let broken = found.broken.join("; ");
-    let failure = (!broken.is_empty()).then_some(Error::Comparison(broken));
-    match talk.json {
-        true => print_verdict("compare", &found, failure.as_ref())?,
-        false => print_text(&found.in_words())?,
-    }
-    output::commit(file, &run.control)?;
-    failure.map_or(Ok(()), Err)
+    let (files, failure) = (Vec::from_iter(file.transpose()?), failed(&found.broken));
+    let words = found.in_words();
+    Ok(Done { files, failure, ..Done::in_words(found, words) })
 }
 
 /// Begins the file for a picture of errors or differences, before the work.

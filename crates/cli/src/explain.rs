@@ -13,20 +13,20 @@ use serde::Serialize;
 
 use crate::args::ExplainArgs;
 use crate::device;
-use crate::head::{Objects, On, print_summary};
-use crate::output::print_text;
+use crate::head::{Done, Objects, On};
 use crate::{Run, scene};
 
+/// An explanation, and the device that it asked.
 #[derive(Serialize)]
-struct Summary<'a> {
+pub struct Summary {
     #[serde(flatten)]
     on: On,
     objects: Objects,
-    explanation: &'a Explanation,
+    explanation: Explanation,
 }
 
 /// Shows the formulas of one ray with its numbers in them.
-pub fn run(args: &ExplainArgs, run: &Run) -> Result<()> {
+pub fn run(args: &ExplainArgs, run: &Run) -> Result<Done<Summary>> {
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let rays = match (args.pixel, args.ray) {
         (Some(pixel), _) => Rays::Pixels(one_pixel(args.size.pixels(&scene, &args.scene)?, pixel)?),
@@ -53,14 +53,12 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<()> {
     };
     explanation.add_device(&scene, &rays, make)?;
     run.control.check()?;
-    if args.talk.json {
-        let (on, objects) = (On::from(&device), Objects::from(&*scene));
-        return print_summary("explain", &Summary { on, objects, explanation: &explanation });
-    }
-    if args.latex {
-        return print_text(&latex::latex(&explanation));
-    }
-    print_text(&text::text(&explanation))
+    let words = match args.latex {
+        true => latex::latex(&explanation),
+        false => text::text(&explanation),
+    };
+    let (on, objects) = (On::from(&device), Objects::from(&*scene));
+    Ok(Done::in_words(Summary { on, objects, explanation }, words))
 }
 
 /// The pixel alone, as part of its picture.

@@ -55,7 +55,7 @@ static IS_PRINTED: AtomicBool = AtomicBool::new(false);
 ///
 /// # Errors
 /// As [`print`].
-pub fn print_summary(command: &'static str, fields: &impl Serialize) -> Result<()> {
+fn print_summary(command: &'static str, fields: &impl Serialize) -> Result<()> {
     IS_PRINTED.store(true, Ordering::Relaxed);
     print(&summary(command, fields)?)
 }
@@ -109,7 +109,10 @@ impl<S: Serialize> Done<S> {
     pub fn finish(self, command: &'static str, talk: &TalkArgs, run: &Run) -> Result<()> {
         let Done { summary, words, files, said, failure } = self;
         match summary {
-            Some(summary) if talk.json => print_verdict(command, &summary, failure.as_ref())?,
+            Some(summary) if talk.json => {
+                let failure = failure.as_ref().map(Failure::from);
+                print_summary(command, &Verdict { fields: &summary, failure })?;
+            }
             _ if words.is_empty() => {}
             _ => print_text(&words)?,
         }
@@ -119,16 +122,9 @@ impl<S: Serialize> Done<S> {
     }
 }
 
-/// Prints the summary of a `command` that did its work and has found a failure, if any.
-///
-/// # Errors
-/// As [`print`].
-pub fn print_verdict(
-    command: &'static str,
-    fields: &impl Serialize,
-    failure: Option<&Error>,
-) -> Result<()> {
-    print_summary(command, &Verdict { fields, failure: failure.map(Failure::from) })
+/// The failure of a comparison that found this to be wrong.
+pub fn failed(broken: &[String]) -> Option<Error> {
+    (!broken.is_empty()).then(|| Error::Comparison(broken.join("; ")))
 }
 
 #[derive(Serialize)]

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
-use kugelblitz::output;
 use kugelblitz::picture::{Image, read_image, read_rays};
 use kugelblitz::plain::Shown;
 use kugelblitz::rays::Pixels;
@@ -20,8 +19,8 @@ use serde::Serialize;
 
 use crate::args::{DeviceArgs, SizeArgs, TalkArgs, WholeArgs};
 use crate::compare::{begin_picture, write_picture};
-use crate::head::{On, print_verdict};
-use crate::output::{objects, print_text, shell_quoted};
+use crate::head::{Done, On, failed};
+use crate::output::{objects, shell_quoted};
 use crate::progress::Progress;
 use crate::render::size;
 use crate::{Run, device, scene};
@@ -134,18 +133,19 @@ fn plane(text: &str) -> Result<f64, String> {
     }
 }
 
+/// What was judged, and how.
 #[derive(Serialize)]
-struct Summary<'a> {
+pub struct Summary {
     #[serde(flatten)]
     on: On,
     against: String,
     format: &'static str,
     #[serde(flatten)]
-    judged: JudgeSummary<'a>,
+    judged: JudgeSummary,
 }
 
 /// Judges another renderer's results.
-pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
+pub fn run(args: &JudgeArgs, run: &Run) -> Result<Done<Summary>> {
     let inputs = [Some(&args.scene), Some(&args.against), args.rays.as_ref()];
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
     let begin = |output: &PathBuf| begin_picture(output, &inputs, &args.talk);
@@ -173,30 +173,24 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
     let picture = file.zip(judged.picture());
     let file =
         picture.map(|(file, (size, colors))| write_picture(file, size, &colors)).transpose()?;
-    let broken = judged.broken.join("; ");
-    let failure = (!broken.is_empty()).then_some(Error::Comparison(broken));
     let worst = judged.worst(args.worst, |ray| Some(explain(&args.scene, &judged.case.rays, ray)));
-    if args.talk.json {
-        let summary = Summary {
-            on: On::from(session.device()),
-            against: args.against.display().to_string(),
-            format,
-            judged: judged.summary(worst),
-        };
-        print_verdict("judge", &summary, failure.as_ref())?;
-    } else {
-        let what = judged.pixels().map_or(count(n, "ray"), size);
-        let head = format!(
-            "{}: {what}, {} against exact arithmetic on {} ({})\n\n",
-            args.against.shown(),
-            judged.quantities().join(", "),
-            args.scene.shown(),
-            objects(&scene)
-        );
-        print_text(&(head + &judged.in_words(&worst)))?;
-    }
-    output::commit(file, &run.control)?;
-    failure.map_or(Ok(()), Err)
+    let what = judged.pixels().map_or(count(n, "ray"), size);
+    let head = format!(
+        "{}: {what}, {} against exact arithmetic on {} ({})\n\n",
+        args.against.shown(),
+        judged.quantities().join(", "),
+        args.scene.shown(),
+        objects(&scene)
+    );
+    let words = head + &judged.in_words(&worst);
+    let summary = Summary {
+        on: On::from(session.device()),
+        against: args.against.display().to_string(),
+        format,
+        judged: judged.summary(worst),
+    };
+    let (files, failure) = (Vec::from_iter(file), failed(&judged.broken));
+    Ok(Done { files, failure, ..Done::in_words(summary, words) })
 }
 
 fn conventions(args: &JudgeArgs) -> Result<Conventions> {

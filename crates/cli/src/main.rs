@@ -93,14 +93,14 @@ fn start_threads() -> Result<()> {
 fn dispatch(command: Command, run: &Run) -> Result<()> {
     match command {
         Command::Render(args) => render::run(&args, run),
-        Command::Verify(args) => verify::run(&args, run),
+        Command::Verify(args) => verify::run(&args, run)?.finish("verify", &args.talk, run),
         Command::Check(args) => check::run(&args, run)?.finish("check", &args.talk, run),
         Command::Trace(args) => trace::run(&args, run)?.finish("trace", &args.talk, run),
-        Command::Explain(args) => explain::run(&args, run),
-        Command::Judge(args) => judge::run(&args, run),
-        Command::Compare(args) => compare::run(&args, run),
+        Command::Explain(args) => explain::run(&args, run)?.finish("explain", &args.talk, run),
+        Command::Judge(args) => judge::run(&args, run)?.finish("judge", &args.talk, run),
+        Command::Compare(args) => compare::run(&args, run)?.finish("compare", &args.talk, run),
         Command::Info(args) => info::run(&args)?.finish("info", &args.talk, run),
-        Command::Report(args) => report::run(&args, run),
+        Command::Report(args) => report::run(&args, run)?.finish("report", &args.talk, run),
         Command::Export(args) => export::run(&args, run)?.finish("export", &args.talk, run),
         Command::Figure(args) => figure::run(&args, run)?.finish("figure", &args.talk, run),
         #[cfg(feature = "view")]

@@ -19,14 +19,13 @@ use kugelblitz_report::{
 };
 
 use crate::args::ReportArgs;
-use crate::head::{print_summary, summary};
-use crate::output::print_text;
+use crate::head::{Done, summary};
 use crate::progress::Progress;
 use crate::quiet::{self, quietly};
 use crate::{Run, device, version};
 
 /// Measures and shows.
-pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
+pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
     let cases = cases(args, run)?;
     refuse_overwriting(args, &cases)?;
     let settings = settings(args);
@@ -53,15 +52,11 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
         let path = file.path().to_path_buf();
         file.write_all(&form.of(&report)?).map_err(Error::io(path))?;
     }
-    if args.talk.json {
-        if let Some(warning) = report.noise.warning() {
-            args.talk.warn(&warning);
-        }
-        print_summary("report", &report)?;
-    } else {
-        print_text(&text::terminal(&report))?;
+    if let Some(warning) = report.noise.warning().filter(|_| args.talk.json) {
+        args.talk.warn(&warning);
     }
-    output::commit(outputs.into_iter().map(|(file, _)| file), &run.control)
+    let (files, words) = (outputs.into_iter().map(|(file, _)| file), text::terminal(&report));
+    Ok(Done { files: files.collect(), ..Done::in_words(report, words) })
 }
 
 /// The forms in which a report can be written.

@@ -1,29 +1,30 @@
 //! `kugelblitz verify`
 
+use kugelblitz::Result;
 use kugelblitz::plain::Shown;
 use kugelblitz::trace::Kernel;
-use kugelblitz::{Error, Result};
 use kugelblitz_judge::verify::{Verification, Verified};
 use serde::Serialize;
 
 use crate::args::VerifyArgs;
 use crate::device;
-use crate::head::{On, print_verdict};
-use crate::output::{objects, print_text};
+use crate::head::{Done, On, failed};
+use crate::output::objects;
 use crate::progress::Progress;
 use crate::render::size;
 use crate::{Run, scene};
 
+/// What was found on a device.
 #[derive(Serialize)]
-struct Summary<'a> {
+pub struct Summary {
     #[serde(flatten)]
     on: On,
     #[serde(flatten)]
-    verified: &'a Verified,
+    verified: Verified,
 }
 
 /// Compares the devices with each other and with exact arithmetic.
-pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
+pub fn run(args: &VerifyArgs, run: &Run) -> Result<Done<Summary>> {
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
     let verification = Verification::new(&scene, &pixels, args.samples, args.seed)?;
@@ -38,25 +39,19 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
     let verified = verification.run(&kernels, device_of, &run.control)?;
     drop(progress);
 
-    let broken = verified.broken().join("; ");
-    let failure = (!broken.is_empty()).then_some(Error::Comparison(broken));
-    if args.talk.json {
-        let summary = Summary { on: On::from(&device), verified: &verified };
-        print_verdict("verify", &summary, failure.as_ref())?;
-    } else {
-        let Verified { rays, samples, seed, .. } = verified;
-        let share = match samples == rays {
-            true => "all pixels".to_string(),
-            false => format!("{samples} of {rays} pixels (seed {seed})"),
-        };
-        let head = format!(
-            "{}: {}, {}, on {}; {share} against exact arithmetic\n",
-            args.scene.shown(),
-            size(&pixels),
-            objects(&scene),
-            device.label()
-        );
-        print_text(&(head + &verified.in_words()))?;
-    }
-    failure.map_or(Ok(()), Err)
+    let Verified { rays, samples, seed, .. } = verified;
+    let share = match samples == rays {
+        true => "all pixels".to_string(),
+        false => format!("{samples} of {rays} pixels (seed {seed})"),
+    };
+    let head = format!(
+        "{}: {}, {}, on {}; {share} against exact arithmetic\n",
+        args.scene.shown(),
+        size(&pixels),
+        objects(&scene),
+        device.label()
+    );
+    let (words, failure) = (head + &verified.in_words(), failed(&verified.broken()));
+    let summary = Summary { on: On::from(&device), verified };
+    Ok(Done { failure, ..Done::in_words(summary, words) })
 }

@@ -169,7 +169,7 @@ pub struct Judged {
 
 /// What became of a case.
 #[derive(Serialize)]
-pub struct JudgeSummary<'a> {
+pub struct JudgeSummary {
     size: Option<[u32; 2]>,
     /// Left column, top row, width and height of a part.
     crop: Option<[u32; 4]>,
@@ -177,11 +177,11 @@ pub struct JudgeSummary<'a> {
     rays: usize,
     judged: Vec<&'static str>,
     allowed: String,
-    away: &'a ErrorStats,
-    silhouettes: Option<&'a ErrorStats>,
+    away: ErrorStats,
+    silhouettes: Option<ErrorStats>,
     worst: Vec<Finding>,
-    hint: Option<&'a str>,
-    broken: &'a [String],
+    hint: Option<String>,
+    broken: Vec<String>,
 }
 
 impl Judged {
@@ -228,7 +228,7 @@ impl Judged {
     }
 
     /// All in numbers, with these findings.
-    pub fn summary(&self, worst: Vec<Finding>) -> JudgeSummary<'_> {
+    pub fn summary(&self, worst: Vec<Finding>) -> JudgeSummary {
         let (pixels, Case { scene, rays, allowed, .. }) = (self.pixels(), &self.case);
         let is_part = |p: &&Pixels| (p.width, p.height) != (p.image_width, p.image_height);
         JudgeSummary {
@@ -238,11 +238,11 @@ impl Judged {
             rays: rays.len(),
             judged: self.quantities(),
             allowed: allowed.to_string(),
-            away: &self.errors.away,
-            silhouettes: self.silhouettes(),
+            away: self.errors.away.clone(),
+            silhouettes: self.silhouettes().cloned(),
             worst,
-            hint: self.hint.as_deref(),
-            broken: &self.broken,
+            hint: self.hint.clone(),
+            broken: self.broken.clone(),
         }
     }
 
