@@ -287,9 +287,10 @@ impl eframe::App for App<'_> {
         if self.follow_screen(ui) {
             return;
         }
-        if !commands.iter().any(|command| matches!(command, Command::Hover(_))) {
-            // The pointer is elsewhere; what it finds when it comes back must be looked up again.
-            self.hovered = None;
+        // Where the pointer comes back from elsewhere, what it finds is looked up again.
+        if self.hovered != self.state.pointed {
+            self.hovered = self.state.pointed.clone();
+            self.hovered.clone().into_iter().for_each(|question| self.hover.ask(question));
         }
         for command in commands {
             self.carry_out(ui.ctx(), command);
@@ -483,12 +484,6 @@ impl<'a> App<'a> {
             Command::Explain(question) => {
                 self.state.explained = Some(Explained { question: question.clone(), why: None });
                 self.explain.ask(question);
-            }
-            Command::Hover(question) => {
-                if !self.hovered.as_ref().is_some_and(|last| last.is(&question)) {
-                    self.hovered = Some(question.clone());
-                    self.hover.ask(question);
-                }
             }
             Command::Quit => context.send_viewport_cmd(ViewportCommand::Close),
         }

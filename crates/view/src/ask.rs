@@ -33,9 +33,10 @@ impl Question {
     pub fn pixel(&self) -> Pixels {
         Pixels { x: self.x, y: self.y, width: 1, height: 1, ..self.pixels }
     }
+}
 
-    /// True where `other` asks the same.
-    pub fn is(&self, other: &Question) -> bool {
+impl PartialEq for Question {
+    fn eq(&self, other: &Question) -> bool {
         Arc::ptr_eq(&self.scene, &other.scene)
             && (self.pixels, self.kernel, self.x, self.y)
                 == (other.pixels, other.kernel, other.x, other.y)

@@ -1,13 +1,12 @@
 //! The bar above the picture, in as many rows as it needs.
 
 use eframe::egui;
-use egui::Ui;
+use egui::{ThemePreference, Ui};
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::Samples;
 use kugelblitz::trace::Kernel;
 use kugelblitz_judge::show::Show;
 
-use super::controls::next_theme;
 use super::rig::Axis;
 use super::state::{Command, SAMPLES, State};
 
@@ -31,7 +30,7 @@ pub fn bar(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
         });
         ui.menu_button("file", |ui| file_menu(ui, state, commands));
         ui.menu_button("camera", |ui| camera_menu(ui, state, commands));
-        if ui.button(theme_name(ui)).on_hover_text("Light or dark (T)").clicked() {
+        if ui.button(THEMES[theme(ui)].1).on_hover_text("Light or dark (T)").clicked() {
             next_theme(ui);
         }
         if toggle(ui, "help", state.has_help, "All controls (H)") {
@@ -82,12 +81,22 @@ fn samples_text(samples: Samples) -> String {
     format!("{0} × {0}", samples.across())
 }
 
-fn theme_name(ui: &Ui) -> &'static str {
-    match ui.options(|options| options.theme_preference) {
-        egui::ThemePreference::Dark => "dark theme",
-        egui::ThemePreference::Light => "light theme",
-        egui::ThemePreference::System => "system theme",
-    }
+/// In the order of the key T.
+const THEMES: [(ThemePreference, &str); 3] = [
+    (ThemePreference::System, "system theme"),
+    (ThemePreference::Light, "light theme"),
+    (ThemePreference::Dark, "dark theme"),
+];
+
+/// The theme's place among all.
+fn theme(ui: &Ui) -> usize {
+    let chosen = ui.options(|options| options.theme_preference);
+    THEMES.iter().position(|(theme, _)| *theme == chosen).unwrap_or(0)
+}
+
+/// The theme after this one, and round.
+pub fn next_theme(ui: &Ui) {
+    ui.ctx().set_theme(THEMES[(theme(ui) + 1) % THEMES.len()].0);
 }
 
 fn item(ui: &mut Ui, name: &str, key: &str, is_there: bool) -> bool {

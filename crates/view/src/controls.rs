@@ -4,14 +4,16 @@ use std::time::Duration;
 
 use eframe::egui;
 use egui::{
-    Color32, CursorIcon, Event, Key, Modifiers, MouseWheelUnit, PointerButton, Rect, Response,
-    Sense, Stroke, Ui, pos2, vec2,
+    Align2, Color32, CursorIcon, Event, Key, Modifiers, MouseWheelUnit, PointerButton, Rect,
+    Response, Sense, Ui, pos2,
 };
 use glam::{DVec2, DVec3};
 use kugelblitz_judge::show::Show;
 
+use super::bar;
+use super::overlay;
 use super::rig::Axis;
-use super::state::{Command, PAUSE, State};
+use super::state::{Area, Command, PAUSE, State};
 
 /// Orbiting by a drag over the whole height of the picture, radians.
 const ORBIT_OF_HEIGHT: f64 = std::f64::consts::PI;
@@ -37,6 +39,9 @@ const DOUBLE_CLICK: f64 = 0.32;
 /// Half the width in which the divider can be taken, points.
 const GRIP: f32 = 6.0;
 
+/// From the divider to the names of the kernels, points.
+const APART: f32 = 17.0;
+
 const NUMBER_KEYS: [Key; 6] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6];
 const SHOW_KEYS: [Key; 8] =
     [Key::F1, Key::F2, Key::F3, Key::F4, Key::F5, Key::F6, Key::F7, Key::F8];
@@ -55,19 +60,17 @@ pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
     });
     for &(key, modifiers) in &pressed {
         match key {
-            _ if modifiers.command => {
-                state.with_command.push(key);
-                match key {
-                    Key::S => commands.push(Command::Save),
-                    Key::O => commands.extend(state.scene_before().map(Command::Open)),
-                    Key::Z if modifiers.shift => state.redo(),
-                    Key::Y => state.redo(),
-                    Key::Z => state.undo(),
-                    Key::Q => commands.push(Command::Quit),
-                    _ => {}
-                }
+            _ if !modifiers.command => {
+                state.flying.push(key);
+                press(ui, key, modifiers.shift, state, commands);
             }
-            _ => press(ui, key, modifiers.shift, state, commands),
+            Key::S => commands.push(Command::Save),
+            Key::O => commands.extend(state.scene_before().map(Command::Open)),
+            Key::Z if modifiers.shift => state.redo(),
+            Key::Y => state.redo(),
+            Key::Z => state.undo(),
+            Key::Q => commands.push(Command::Quit),
+            _ => {}
         }
     }
     let copies = ui.input(|input| input.events.contains(&Event::Copy));
@@ -76,9 +79,8 @@ pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
     {
         ui.ctx().copy_text(why.text.clone());
     }
-    let alone = pressed.iter().filter(|(_, modifiers)| !modifiers.command);
-    fly(ui, &alone.map(|&(key, _)| key).collect::<Vec<_>>(), state);
-    state.with_command.retain(|&key| ui.input(|input| input.key_down(key)));
+    fly(ui, !pressed.is_empty(), state);
+    state.flying.retain(|&key| ui.input(|input| input.key_down(key)));
 }
 
 fn press(ui: &Ui, key: Key, shift: bool, state: &mut State, commands: &mut Vec<Command>) {
@@ -100,7 +102,7 @@ fn press(ui: &Ui, key: Key, shift: bool, state: &mut State, commands: &mut Vec<C
         Key::V => state.show = state.show.step(!shift),
         Key::L => state.has_light = !state.has_light,
         Key::N => state.step_samples(!shift),
-        Key::T => next_theme(ui),
+        Key::T => bar::next_theme(ui),
         Key::O => state.has_panels = !state.has_panels,
         Key::H | Key::Questionmark => state.has_help = !state.has_help,
         Key::Escape if state.has_help => state.has_help = false,
@@ -109,26 +111,15 @@ fn press(ui: &Ui, key: Key, shift: bool, state: &mut State, commands: &mut Vec<C
     }
 }
 
-fn fly(ui: &Ui, pressed: &[Key], state: &mut State) {
+fn fly(ui: &Ui, begins: bool, state: &mut State) {
+    let held = |key| f64::from(u8::from(state.flying.contains(&key)));
     let axes = [(Key::D, Key::A), (Key::E, Key::Q), (Key::W, Key::S)];
-    let mut touched = false;
-    let direction = ui.input(|input| {
-        axes.map(|(plus, minus)| {
-            let mut held = |key| {
-                let is_held = input.key_down(key) && !state.with_command.contains(&key);
-                let counts = is_held || pressed.contains(&key);
-                touched |= pressed.contains(&key);
-                f64::from(u8::from(counts))
-            };
-            held(plus) - held(minus)
-        })
-    });
-    let direction = DVec3::from_array(direction);
+    let direction = DVec3::from_array(axes.map(|(plus, minus)| held(plus) - held(minus)));
     if direction == DVec3::ZERO {
         return;
     }
     let [longest, touch] = FLY_STEPS;
-    let seconds = match touched {
+    let seconds = match begins {
         // Before the first step nobody held a key.
         true => touch,
         false => f64::from(ui.input(|input| input.unstable_dt)).min(longest),
@@ -139,21 +130,20 @@ fn fly(ui: &Ui, pressed: &[Key], state: &mut State) {
     ui.ctx().request_repaint();
 }
 
-/// System, light, dark, and round.
-pub fn next_theme(ui: &Ui) {
-    let next = match ui.options(|options| options.theme_preference) {
-        egui::ThemePreference::System => egui::ThemePreference::Light,
-        egui::ThemePreference::Light => egui::ThemePreference::Dark,
-        egui::ThemePreference::Dark => egui::ThemePreference::System,
-    };
-    ui.ctx().set_theme(next);
-}
-
 /// Follows the mouse over the picture: drags, clicks, the wheel, and what is under the pointer.
 pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Command>) {
     let response = ui.allocate_rect(rect, Sense::click_and_drag());
+    // What the hand meant is what was shown: the window may have another size by now.
+    let divider = state.compares.then(|| divide(ui, rect, state));
+    match &divider {
+        Some(divider) if divider.dragged() => state.pointed = None,
+        _ => mouse(ui, &response, state),
+    }
+    state.area = Area::of(rect, ui.pixels_per_point());
     state.paint(&ui.painter_at(rect));
-    mouse(ui, rect, &response, state, commands);
+    if let Some(divider) = divider {
+        draw_divider(ui, rect, state, divider.dragged() || divider.hovered());
+    }
     // A drag that rests on its way is one step.
     if ui.input(|input| !input.pointer.any_down() && input.keys_down.is_empty()) {
         state.history.feed_state(ui.input(|input| input.time), &state.rig);
@@ -169,17 +159,8 @@ pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Co
     }
 }
 
-fn mouse(
-    ui: &mut Ui,
-    rect: Rect,
-    response: &Response,
-    state: &mut State,
-    commands: &mut Vec<Command>,
-) {
-    let is_dividing = state.compares && divider(ui, rect, state);
-    if is_dividing {
-        return;
-    }
+fn mouse(ui: &Ui, response: &Response, state: &mut State) {
+    state.pointed = None;
     let scale = f64::from(ui.pixels_per_point());
     if response.drag_started() {
         state.history.add_undo(&state.rig);
@@ -195,9 +176,7 @@ fn mouse(
     let Some(pixel) = pixel_at(in_picture, state) else { return };
     wheel(ui, in_picture, pixel, state);
     click(response, pixel, state);
-    if !response.dragged() {
-        commands.push(Command::Hover(state.question(pixel)));
-    }
+    state.pointed = (!response.dragged()).then(|| state.question(pixel));
 }
 
 fn pixel_at(at: DVec2, state: &State) -> Option<[u32; 2]> {
@@ -263,10 +242,14 @@ fn click(response: &Response, pixel: [u32; 2], state: &mut State) {
     }
 }
 
-/// The line between two kernels; whether it is being dragged.
-fn divider(ui: &mut Ui, rect: Rect, state: &mut State) -> bool {
-    // Between two columns of pixels.
-    let x = state.area.point([f64::from(state.divider_px()), 0.0], ui.pixels_per_point()).x;
+/// Where the line between two kernels is in the window: between two columns of pixels.
+fn divider_at(ui: &Ui, state: &State) -> f32 {
+    state.area.point([f64::from(state.divider_px()), 0.0], ui.pixels_per_point()).x
+}
+
+/// Moves the line between two kernels.
+fn divide(ui: &Ui, rect: Rect, state: &mut State) -> Response {
+    let x = divider_at(ui, state);
     let grip = Rect::from_min_max(pos2(x - GRIP, rect.top()), pos2(x + GRIP, rect.bottom()));
     let response = ui
         .interact(grip, egui::Id::unique("divider"), Sense::drag())
@@ -276,30 +259,21 @@ fn divider(ui: &mut Ui, rect: Rect, state: &mut State) -> bool {
     {
         state.divider = ((at.x - rect.left()) / rect.width().max(1.0)).clamp(0.0, 1.0);
     }
-    let is_held = response.dragged() || response.hovered();
-    let painter = ui.painter_at(rect);
-    let line = Stroke::new(1.0, Color32::from_white_alpha(if is_held { 255 } else { 200 }));
-    painter.vline(x, rect.y_range(), Stroke::new(3.0, Color32::from_black_alpha(90)));
-    painter.vline(x, rect.y_range(), line);
-    if state.has_panels {
-        let names = state.kernels.map(|kernel| kernel.name());
-        for (name, side) in names.into_iter().zip([-1.0, 1.0]) {
-            label(ui, rect, x, name, side);
-        }
-    }
-    response.dragged()
+    response
 }
 
-/// The kernel's name on its side of the line.
-fn label(ui: &Ui, rect: Rect, x: f32, name: &str, side: f32) {
-    let painter = ui.painter_at(rect);
-    let font = egui::FontId::proportional(13.0);
-    let text = painter.layout_no_wrap(name.into(), font, Color32::WHITE);
-    let size = text.size() + vec2(14.0, 6.0);
-    let center = pos2(x + side * (size.x / 2.0 + 10.0), rect.bottom() - 24.0);
-    let plate = Rect::from_center_size(center, size);
-    painter.rect_filled(plate, 4.0, Color32::from_black_alpha(150));
-    painter.galley(plate.center() - text.size() / 2.0, text, Color32::WHITE);
+fn draw_divider(ui: &Ui, rect: Rect, state: &State, is_held: bool) {
+    let (painter, x) = (ui.painter_at(rect), divider_at(ui, state));
+    let ends = [rect.top(), rect.bottom()].map(|y| pos2(x, y));
+    let alpha = if is_held { 255 } else { 200 };
+    overlay::line(&painter, ends, 1.0, Color32::from_white_alpha(alpha));
+    if state.has_panels {
+        let sides = [(Align2::RIGHT_CENTER, -APART), (Align2::LEFT_CENTER, APART)];
+        for (kernel, (align, aside)) in state.kernels.iter().zip(sides) {
+            let at = pos2(x + aside, rect.bottom() - 24.0);
+            overlay::text(&painter, at, align, kernel.name(), Color32::WHITE);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -311,6 +285,8 @@ mod tests {
     use kugelblitz::prepare::Prepared;
     use kugelblitz::scene::{Camera, Projection, parse_scene};
     use kugelblitz::trace::{Kernel, Rays};
+
+    use egui::vec2;
 
     use super::*;
     use crate::panels;
@@ -364,13 +340,14 @@ mod tests {
         let away = pos2(100.0, 100.0);
         let click = [Event::PointerMoved(at), button(at, true), button(at, false)];
         let and_away = [&click[..], &[Event::PointerMoved(away)]].concat();
-        frames(&context, &mut state, large, and_away);
         let (scene, pixels) = (Arc::clone(&state.scene), state.pixels());
+        // The window becomes smaller in the frame of the click.
+        frames(&context, &mut state, small, and_away);
+        assert_ne!(state.pixels(), pixels);
         let projection = Projection::Perspective { fov_degrees: 20.0 };
         let camera = Camera { projection, ..state.home.clone() };
         let other = parse_scene(&FIGURE5.replace("radius", "radius "), Path::new("figure5.toml"));
         state.reload(Arc::new(other.unwrap()), camera);
-        frames(&context, &mut state, small, vec![Event::PointerGone]);
         let later = (0..40).flat_map(|_| frames(&context, &mut state, small, Vec::new()));
         let commands: Vec<Command> = later.collect();
         let asked = commands.into_iter().find_map(|command| match command {

@@ -23,7 +23,7 @@ const AXES: [(&str, DVec3, Color32); 3] = [
 ];
 
 /// A line that is seen on any ground.
-fn line(painter: &Painter, ends: [Pos2; 2], width: f32, color: Color32) {
+pub fn line(painter: &Painter, ends: [Pos2; 2], width: f32, color: Color32) {
     painter.line_segment(ends, Stroke::new(width + 2.0, Color32::from_black_alpha(150)));
     painter.line_segment(ends, Stroke::new(width, color));
 }
@@ -35,7 +35,7 @@ fn ring(painter: &Painter, at: Pos2, radius: f32, color: Color32) {
 }
 
 /// Text that is read on any ground.
-fn text(painter: &Painter, at: Pos2, align: Align2, words: &str, color: Color32) {
+pub fn text(painter: &Painter, at: Pos2, align: Align2, words: &str, color: Color32) {
     let galley = painter.layout_no_wrap(words.into(), FontId::proportional(13.0), color);
     let place = align.anchor_size(at, galley.size());
     painter.rect_filled(place.expand2(vec2(5.0, 2.0)), 4.0, Color32::from_black_alpha(165));

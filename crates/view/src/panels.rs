@@ -2,8 +2,8 @@
 
 use eframe::egui;
 use egui::{
-    Align2, Color32, CornerRadius, Frame, Margin, Panel, RichText, ScrollArea, Stroke, StrokeKind,
-    Ui, vec2,
+    Align2, Color32, CornerRadius, Frame, Margin, Panel, Pos2, Rect, RichText, ScrollArea, Stroke,
+    StrokeKind, Ui, vec2,
 };
 use kugelblitz_judge::explain::six_digits;
 use kugelblitz_judge::show::Show;
@@ -12,7 +12,7 @@ use super::bar::bar;
 use super::controls;
 use super::explanation::explanation;
 use super::overlay;
-use super::state::{Area, Command, State, point};
+use super::state::{Command, State, point};
 
 /// Height of the lines below the picture, points.
 const LINES: f32 = 46.0;
@@ -70,7 +70,6 @@ pub fn layout(ui: &mut Ui, state: &mut State) -> Vec<Command> {
         panel(Panel::bottom("lines").exact_size(LINES), ui).show(ui, |ui| lines(ui, state));
     }
     let rect = ui.available_rect_before_wrap();
-    state.area = Area::of(rect, ui.pixels_per_point());
     controls::picture(ui, rect, state, &mut commands);
     overlay::few(ui, rect, state);
     if state.is_moving {
@@ -93,18 +92,21 @@ fn dropped(ui: &Ui) -> Option<std::path::PathBuf> {
 
 /// Height of what stands above and below the picture in a window of this width, points.
 pub fn around(context: &egui::Context, state: &mut State, width: f32) -> f32 {
-    let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, vec2(width, 1000.0));
+    let screen = Rect::from_min_size(Pos2::ZERO, vec2(width, 1000.0));
     let input = egui::RawInput { screen_rect: Some(screen), ..egui::RawInput::default() };
     let _ = context.run_ui(input, |ui| drop(layout(ui, state)));
     screen.height() - state.area.height as f32
 }
 
-fn over_picture(ui: &Ui) -> Frame {
-    Frame::new()
+/// Something over the picture that the pointer goes through; gives its place.
+fn plate(ui: &Ui, id: &str, (pivot, at): (Align2, Pos2), add: impl FnOnce(&mut Ui)) -> Rect {
+    let frame = Frame::new()
         .fill(ui.visuals().window_fill.gamma_multiply(0.94))
         .stroke(ui.visuals().window_stroke)
         .corner_radius(CornerRadius::same(6))
-        .inner_margin(Margin::symmetric(12, 8))
+        .inner_margin(Margin::symmetric(12, 8));
+    let area = egui::Area::new(egui::Id::unique(id)).pivot(pivot).fixed_pos(at);
+    area.interactable(false).show(ui.ctx(), |ui| frame.show(ui, add)).response.rect
 }
 
 fn lines(ui: &mut Ui, state: &State) {
@@ -172,38 +174,33 @@ fn progress_text(state: &State) -> Option<String> {
 }
 
 /// What the colours mean, and how many pixels of each meaning there are, of two kernels the left one's first.
-fn legend(ui: &Ui, rect: egui::Rect, state: &State) {
+fn legend(ui: &Ui, rect: Rect, state: &State) {
     let is_narrow = rect.width() < NARROW;
     if state.show == Show::Color || (is_narrow && state.explained.is_some()) {
         return;
     }
-    egui::Area::new(egui::Id::unique("legend"))
-        .pivot(Align2::LEFT_BOTTOM)
-        .fixed_pos(rect.left_bottom() + vec2(INSET, -INSET))
-        .interactable(false)
-        .show(ui.ctx(), |ui| {
-            over_picture(ui).show(ui, |ui| {
-                ui.set_max_width((rect.width() - 4.0 * INSET).clamp(100.0, 440.0));
-                ui.spacing_mut().interact_size.y = 15.0;
-                ui.strong(state.show.name());
-                if !is_narrow {
-                    ui.label(state.show.explanation());
-                }
-                for (i, entry) in state.legend().iter().enumerate() {
-                    ui.horizontal(|ui| {
-                        let [r, g, b] = entry.color;
-                        swatch(ui, Color32::from_rgb(r, g, b));
-                        ui.label(&entry.meaning);
-                        if let Some(counts) = counts_text(state, i) {
-                            ui.weak(counts);
-                        }
-                    });
-                }
-                if let Some(text) = progress_text(state) {
-                    ui.weak(text);
+    let corner = rect.left_bottom() + vec2(INSET, -INSET);
+    plate(ui, "legend", (Align2::LEFT_BOTTOM, corner), |ui| {
+        ui.set_max_width((rect.width() - 4.0 * INSET).clamp(100.0, 440.0));
+        ui.spacing_mut().interact_size.y = 15.0;
+        ui.strong(state.show.name());
+        if !is_narrow {
+            ui.label(state.show.explanation());
+        }
+        for (i, entry) in state.legend().iter().enumerate() {
+            ui.horizontal(|ui| {
+                let [r, g, b] = entry.color;
+                swatch(ui, Color32::from_rgb(r, g, b));
+                ui.label(&entry.meaning);
+                if let Some(counts) = counts_text(state, i) {
+                    ui.weak(counts);
                 }
             });
-        });
+        }
+        if let Some(text) = progress_text(state) {
+            ui.weak(text);
+        }
+    });
 }
 
 /// A colour that is seen on the ground of either theme.
@@ -222,17 +219,14 @@ fn counts_text(state: &State, entry: usize) -> Option<String> {
 }
 
 /// The error of the scene file, and without panels what else there is to tell.
-fn notices(ui: &Ui, rect: egui::Rect, state: &State) {
+fn notices(ui: &Ui, rect: Rect, state: &State) {
     let mut corner = rect.left_top() + vec2(INSET, INSET);
     let mut notice = |id: &str, text: RichText| {
-        let shown = egui::Area::new(egui::Id::unique(id))
-            .fixed_pos(corner)
-            .interactable(false)
-            .show(ui.ctx(), |ui| {
-                ui.set_max_width((rect.width() - 2.0 * INSET).max(100.0));
-                over_picture(ui).show(ui, |ui| ui.label(text));
-            });
-        corner.y = shown.response.rect.bottom() + 6.0;
+        let shown = plate(ui, id, (Align2::LEFT_TOP, corner), |ui| {
+            ui.set_max_width((rect.width() - 2.0 * INSET).max(100.0));
+            ui.label(text);
+        });
+        corner.y = shown.bottom() + 6.0;
     };
     if let Some(error) = state.scene_error.as_ref().filter(|_| state.has_panels) {
         let color = ui.visuals().error_fg_color;
@@ -244,7 +238,7 @@ fn notices(ui: &Ui, rect: egui::Rect, state: &State) {
     }
 }
 
-fn help(ui: &Ui, rect: egui::Rect, state: &mut State) {
+fn help(ui: &Ui, rect: Rect, state: &mut State) {
     if !state.has_help {
         return;
     }
@@ -273,7 +267,6 @@ fn help(ui: &Ui, rect: egui::Rect, state: &mut State) {
 mod tests {
     use std::sync::Arc;
 
-    use egui::Rect;
     use kugelblitz::scene::parse_scene;
     use kugelblitz::trace::Kernel;
 

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use eframe::egui::{Color32, ColorImage};
 use kugelblitz::Result;
 use kugelblitz::Session;
 use kugelblitz::control::Control;
@@ -14,6 +13,7 @@ use kugelblitz::scene::{Samples, Scene};
 use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants};
 use kugelblitz_judge::show::{self, Show, Shown, Tally};
 
+use super::present::Image;
 use super::worker::{Turn, Worker};
 
 /// How long the camera must rest before what takes long is drawn: else numbers and colours would flicker.
@@ -77,7 +77,7 @@ pub struct Frame {
     /// What was wanted.
     pub order: Order,
     /// The colours, of each kernel.
-    pub images: Vec<Arc<ColorImage>>,
+    pub images: Vec<Arc<Image>>,
     /// Time that tracing the ids took, without making ready.
     pub time: Duration,
     /// How many of them each stage decided.
@@ -151,8 +151,8 @@ impl Artist {
             session.trace(&rays, Wants::default(), control, hits)?;
             time += start.elapsed();
             counts.add(hits.counts);
-            let colors = hits.id.iter().map(|&id| color(palette[id as usize])).collect();
-            images.push(Arc::new(ColorImage::new(size_of(pixels), colors)));
+            let colors = hits.id.iter().map(|&id| palette[id as usize]);
+            images.push(Image::new([pixels.width, pixels.height], colors));
         }
         let (share, tallies) = (if order.takes_long() { 0.0 } else { 1.0 }, Vec::new());
         Ok(Frame { order, images, time, counts, share, range: None, tallies })
@@ -199,11 +199,7 @@ impl Artist {
                         show::paint(session, show, &band, frame.range, control, hits, shown)?
                     }
                 };
-                let image = Arc::make_mut(&mut frame.images[kernel]);
-                let rows = &mut image.pixels[(y * pixels.width) as usize..];
-                for (pixel, rgb) in rows.iter_mut().zip(colors) {
-                    *pixel = color(rgb);
-                }
+                Image::change(&mut frame.images[kernel], (y * pixels.width) as usize, colors);
                 y += band.height;
                 done += work_of(n, band.height);
                 if start.elapsed() < BAND_TIME / 2 {
@@ -223,14 +219,6 @@ impl Artist {
         say(frame.clone());
         Ok(())
     }
-}
-
-fn size_of(pixels: &Pixels) -> [usize; 2] {
-    [pixels.width, pixels.height].map(|n| n as usize)
-}
-
-fn color([r, g, b]: [u8; 3]) -> Color32 {
-    Color32::from_rgb(r, g, b)
 }
 
 #[cfg(test)]
@@ -288,8 +276,7 @@ mod tests {
                     order.n_samples,
                     &control,
                 );
-                let expected: Vec<Color32> = expected.unwrap().into_iter().map(color).collect();
-                assert!(image.pixels == expected, "{show} {} {n}", kernel.name());
+                assert!(**image == expected.unwrap()[..], "{show} {} {n}", kernel.name());
             }
             let is_counted = frame.tallies.iter().any(|tally| tally.count(0).is_some());
             assert_eq!(is_counted, show == Show::Error);

@@ -1,25 +1,58 @@
 //! Brings pictures into the window.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use eframe::egui::{ColorImage, PaintCallbackInfo};
+use eframe::egui::PaintCallbackInfo;
 use eframe::egui_wgpu::{
     CallbackResources, CallbackTrait, RenderState, ScreenDescriptor, WgpuConfiguration,
     WgpuSetupCreateNew,
 };
 use eframe::wgpu;
+use wgpu::util::DeviceExt;
 use wgpu::{Adapter, AdapterInfo, DeviceType, Surface};
 
-/// A picture for the window. egui's own shader has branches for all that widgets may want, which a device in software
-/// takes one after the other: a frame at 1920 × 1080 was 320 ms of lavapipe's time with it, and is 53.
-pub struct Presented {
-    /// The colours.
-    pub image: Arc<ColorImage>,
-    /// Its place among those side by side.
-    pub place: usize,
-    /// How many these are.
-    pub n_places: usize,
+/// Colours for the window.
+#[derive(Clone)]
+pub struct Image {
+    /// Columns and rows.
+    size: [u32; 2],
+    /// Red, green, blue, and 255.
+    colors: Vec<[u8; 4]>,
+    /// The colours on the window's device.
+    taken: OnceLock<wgpu::BindGroup>,
 }
+
+impl Image {
+    /// With this many columns and rows.
+    pub fn new(size: [u32; 2], colors: impl Iterator<Item = [u8; 3]>) -> Arc<Image> {
+        let colors = colors.map(opaque).collect();
+        Arc::new(Image { size, colors, taken: OnceLock::new() })
+    }
+
+    /// Gives the pixels from this one on other colours.
+    pub fn change(image: &mut Arc<Image>, first: usize, colors: Vec<[u8; 3]>) {
+        let image = Arc::make_mut(image);
+        image.taken.take();
+        for (pixel, color) in image.colors[first..].iter_mut().zip(colors) {
+            *pixel = opaque(color);
+        }
+    }
+}
+
+#[cfg(test)]
+impl PartialEq<[[u8; 3]]> for Image {
+    fn eq(&self, colors: &[[u8; 3]]) -> bool {
+        self.colors.iter().copied().eq(colors.iter().copied().map(opaque))
+    }
+}
+
+fn opaque([r, g, b]: [u8; 3]) -> [u8; 4] {
+    [r, g, b, 255]
+}
+
+/// An image as the window draws it. egui's own shader has branches for all that widgets may want, which a device in software
+/// takes one after the other: a frame at 1920 × 1080 was 320 ms of lavapipe's time with it, and is 53.
+pub struct Presented(pub Arc<Image>);
 
 impl CallbackTrait for Presented {
     fn prepare(
@@ -30,9 +63,8 @@ impl CallbackTrait for Presented {
         _: &mut wgpu::CommandEncoder,
         resources: &mut CallbackResources,
     ) -> Vec<wgpu::CommandBuffer> {
-        if let Some(presenter) = resources.get_mut::<Presenter>() {
-            presenter.taken.truncate(self.n_places);
-            presenter.take(device, queue, self);
+        if let Some(presenter) = resources.get::<Presenter>() {
+            self.0.taken.get_or_init(|| presenter.take(device, queue, &self.0));
         }
         Vec::new()
     }
@@ -43,31 +75,12 @@ impl CallbackTrait for Presented {
         pass: &mut wgpu::RenderPass<'static>,
         resources: &CallbackResources,
     ) {
-        let presenter = resources.get::<Presenter>();
-        if let Some((presenter, taken)) =
-            presenter.and_then(|presenter| Some((presenter, presenter.taken.get(self.place)?)))
-        {
+        if let (Some(presenter), Some(taken)) = (resources.get::<Presenter>(), self.0.taken.get()) {
             pass.set_pipeline(&presenter.pipeline);
-            pass.set_bind_group(0, &taken.bindings, &[]);
+            pass.set_bind_group(0, taken, &[]);
             pass.draw(0..3, 0..1);
         }
     }
-}
-
-/// What pictures are drawn with.
-struct Presenter {
-    pipeline: wgpu::RenderPipeline,
-    nearest: wgpu::Sampler,
-    /// As the window's: what is written is then what was read.
-    format: wgpu::TextureFormat,
-    taken: Vec<Taken>,
-}
-
-/// A picture on the device.
-struct Taken {
-    image: Arc<ColorImage>,
-    texture: wgpu::Texture,
-    bindings: wgpu::BindGroup,
 }
 
 /// How a window's device is chosen: hardware before software, and the one with this name, which traces, before others.
@@ -96,7 +109,15 @@ pub fn options(tracing: Option<String>) -> WgpuConfiguration {
     WgpuConfiguration { wgpu_setup: setup.into(), ..WgpuConfiguration::default() }
 }
 
-/// Makes ready for pictures in a window.
+/// What images are drawn with.
+struct Presenter {
+    pipeline: wgpu::RenderPipeline,
+    nearest: wgpu::Sampler,
+    /// As the window's: what is written is then what was read.
+    format: wgpu::TextureFormat,
+}
+
+/// Makes ready for images in a window.
 pub fn make_ready(window: &RenderState) {
     let (device, target) = (&window.device, window.target_format);
     let shader = device.create_shader_module(wgpu::include_wgsl!("present.wgsl"));
@@ -106,78 +127,54 @@ pub fn make_ready(window: &RenderState) {
         vertex: wgpu::VertexState {
             module: &shader,
             entry_point: None,
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            compilation_options: Default::default(),
             buffers: &[],
         },
-        primitive: wgpu::PrimitiveState::default(),
+        primitive: Default::default(),
         depth_stencil: None,
-        multisample: wgpu::MultisampleState::default(),
+        multisample: Default::default(),
         fragment: Some(wgpu::FragmentState {
             module: &shader,
             entry_point: None,
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            compilation_options: Default::default(),
             targets: &[Some(target.into())],
         }),
         multiview_mask: None,
         cache: None,
     });
-    let nearest = device.create_sampler(&wgpu::SamplerDescriptor::default());
     let format = match target.is_srgb() {
         true => wgpu::TextureFormat::Rgba8UnormSrgb,
         false => wgpu::TextureFormat::Rgba8Unorm,
     };
-    let presenter = Presenter { pipeline, nearest, format, taken: Vec::new() };
-    window.renderer.write().callback_resources.insert(presenter);
+    let nearest = device.create_sampler(&Default::default());
+    window.renderer.write().callback_resources.insert(Presenter { pipeline, nearest, format });
 }
 
 impl Presenter {
-    /// Brings a picture onto the device, unless it is there.
-    fn take(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, presented: &Presented) {
-        let Presented { image, place, .. } = presented;
-        if self.taken.get(*place).is_none_or(|taken| taken.image.size != image.size) {
-            let taken = self.room(device, image);
-            self.taken.truncate(*place);
-            self.taken.push(taken);
-        } else if Arc::ptr_eq(&self.taken[*place].image, image) {
-            return;
-        }
-        let taken = &mut self.taken[*place];
-        taken.image = Arc::clone(image);
-        let layout = wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(4 * taken.texture.width()),
-            rows_per_image: None,
-        };
-        queue.write_texture(
-            taken.texture.as_image_copy(),
-            image.as_raw(),
-            layout,
-            taken.texture.size(),
-        );
-    }
-
-    fn room(&self, device: &wgpu::Device, image: &Arc<ColorImage>) -> Taken {
-        let [width, height] = image.size.map(|n| n as u32);
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
+    /// Brings an image onto the device.
+    fn take(&self, device: &wgpu::Device, queue: &wgpu::Queue, image: &Image) -> wgpu::BindGroup {
+        let [width, height] = image.size;
+        let descriptor = wgpu::TextureDescriptor {
             label: Some("picture"),
             size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format: self.format,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
             view_formats: &[],
-        });
-        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        };
+        let (order, bytes) = (Default::default(), image.colors.as_flattened());
+        let texture = device.create_texture_with_data(queue, &descriptor, order, bytes);
+        let view = texture.create_view(&Default::default());
         let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
-        let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("picture"),
             layout: &self.pipeline.get_bind_group_layout(0),
             entries: &[
                 entry(0, wgpu::BindingResource::TextureView(&view)),
                 entry(1, wgpu::BindingResource::Sampler(&self.nearest)),
             ],
-        });
-        Taken { image: Arc::clone(image), texture, bindings }
+        })
     }
 }

@@ -77,8 +77,6 @@ pub enum Command {
     Open(PathBuf),
     /// Explain a pixel.
     Explain(Question),
-    /// Look up a pixel.
-    Hover(Question),
     /// Close the window.
     Quit,
 }
@@ -117,8 +115,8 @@ pub struct State {
     pub has_light: bool,
     /// Samples across and down a pixel, where colours are shown.
     pub n_samples: Samples,
-    /// Keys that went down with Ctrl and are not up again: they don't fly, even if Ctrl is.
-    pub with_command: Vec<egui::Key>,
+    /// Keys that went down without Ctrl and are not up again: one of Ctrl + S does not fly, even when Ctrl is up.
+    pub flying: Vec<egui::Key>,
     pub has_panels: bool,
     pub has_help: bool,
     /// The files that were opened last.
@@ -131,6 +129,9 @@ pub struct State {
     pub frame: Option<Frame>,
     /// The newest order.
     pub ordered: Option<Order>,
+    /// The pixel under the pointer, unless that drags.
+    pub pointed: Option<Question>,
+    /// What is there.
     pub hover: Option<Answer>,
     /// The pixel that shall become the pivot when its answer comes.
     pub pivot_wanted: Option<[u32; 2]>,
@@ -163,7 +164,7 @@ impl State {
             divider: 0.5,
             show: Show::Color,
             has_light: true,
-            with_command: Vec::new(),
+            flying: Vec::new(),
             has_panels: true,
             has_help: false,
             recent: Vec::new(),
@@ -171,6 +172,7 @@ impl State {
             device: String::new(),
             frame: None,
             ordered: None,
+            pointed: None,
             hover: None,
             pivot_wanted: None,
             click: None,
@@ -273,11 +275,10 @@ impl State {
             painter.rect_filled(rect(0, width), 0.0, Color32::BLACK);
             return;
         };
-        let n_places = images.len();
-        let split = if n_places > 1 { self.divider_px() } else { width };
-        for (place, ends) in (0..n_places).zip([(0, split), (split, width)]) {
-            let presented = Presented { image: Arc::clone(&images[place]), place, n_places };
+        let split = if images.len() > 1 { self.divider_px() } else { width };
+        for (image, ends) in images.iter().zip([(0, split), (split, width)]) {
             let side = painter.with_clip_rect(rect(ends.0, ends.1));
+            let presented = Presented(Arc::clone(image));
             side.add(Callback::new_paint_callback(rect(0, width), presented));
         }
     }

@@ -54,13 +54,15 @@ fn begins_a_turn(before: &[Event], next: &Event) -> bool {
     let after_button = before.iter().any(is_button);
     match next {
         Event::PointerButton { pressed: false, .. } => !after_button && before.iter().any(is_move),
+        // Keys are carried out before the mouse, whichever came first.
+        Event::Key { .. } => after_button,
         next => is_move(next) && after_button,
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use eframe::egui::{Modifiers, PointerButton, Pos2, pos2};
+    use eframe::egui::{Key, Modifiers, PointerButton, Pos2, pos2};
 
     use super::*;
 
@@ -77,7 +79,8 @@ mod tests {
             Event::PointerMoved(_) => 'm',
             Event::PointerButton { pressed: true, .. } => 'P',
             Event::PointerButton { .. } => 'R',
-            _ => 'k',
+            Event::Key { .. } => 'k',
+            _ => 's',
         };
         events.iter().map(letter).collect()
     }
@@ -85,7 +88,14 @@ mod tests {
     fn input(time: f64, letters: &str) -> RawInput {
         let event = |letter| match letter {
             'm' => Event::PointerMoved(AT),
-            'k' => Event::ModifiersChanged(Modifiers::SHIFT),
+            's' => Event::ModifiersChanged(Modifiers::SHIFT),
+            'k' => Event::Key {
+                key: Key::A,
+                physical_key: None,
+                pressed: true,
+                repeat: false,
+                modifiers: Modifiers::NONE,
+            },
             letter => button(letter == 'P'),
         };
         let events = letters.chars().map(event).collect();
@@ -115,7 +125,8 @@ mod tests {
             ("mmkm", "mmkm"),
             ("mPR", "mPR"),
             ("mPRPR", "mPRPR"),
-            ("kmPmmkR", "kmP mmk R"),
+            ("smPmmsR", "smP mms R"),
+            ("kPRsk", "kPRs k"),
             ("mmR", "mm R"),
             ("RmPRmk", "R mPR mk"),
         ] {
