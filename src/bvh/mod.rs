@@ -30,8 +30,9 @@ pub const WIDTH: usize = 16;
 /// Set in the link of a leaf's [`FlatBox`], on the device too.
 pub const IS_LEAF: u32 = 1 << 31;
 
-/// Boxes that a ray of a device looks at before it is left open. Rays into 10⁶ spheres look at some hundreds; without an end those
-/// into many nested spheres would hold the device until its driver takes it for dead.
+/// Boxes that a ray of a device looks at before it is left open. Of 10⁶ spheres in a cube, rays from outside looked at 2300 at
+/// most and half of them at 16; without an end those into many nested spheres would hold the device until its driver takes it for
+/// dead.
 pub const MOST_BOXES: u32 = 1 << 13;
 
 /// Boxes side by side: first those of nodes, then those of spheres, then empty ones.

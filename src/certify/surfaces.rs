@@ -84,8 +84,6 @@ pub struct Pack<F: Float, const N: usize> {
     /// The rays.
     pub ray: Ray<Lanes<F, N>>,
     kind: Kind,
-    /// Whether the formula for close spheres is needed.
-    is_close: bool,
     /// What is found.
     pub surface: Surface<Lanes<F, N>>,
 }
@@ -104,7 +102,6 @@ impl<F: Float, const N: usize> Default for Pack<F, N> {
             scale: Lanes::lit(1.0),
             ray: Ray { origin: V3([zero; 3]), direction: V3([zero; 3]), a: zero, inv_a: zero },
             kind: Kind::Nothing,
-            is_close: false,
             surface: Surface::unknown(),
         }
     }
@@ -138,7 +135,7 @@ impl<F: Float, const N: usize> Pack<F, N> {
             Err(_) => all[..ids.len()].copy_from_slice(ids),
         }
         let differ = all.iter().fold(0, |differ, id| differ | (id ^ all[0]));
-        (self.ids, self.n_spheres, self.is_close) = (all, n_spheres, false);
+        (self.ids, self.n_spheres) = (all, n_spheres);
         self.kind = match self.ids[0] {
             _ if differ != 0 => Kind::Several,
             0 => Kind::Nothing,
@@ -316,8 +313,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
                 true => self.leaves_spheres_open(pack),
             };
             for pack in one_by_one(&mut *packs).filter(is_left) {
-                pack.is_close = is_close;
-                pack.surface = self.on_several(pack);
+                pack.surface = self.on_several(pack, is_close);
             }
         }
     }
@@ -359,9 +355,13 @@ impl<'a, F: Float> Surfaces<'a, F> {
 
     /// Where a pack's rays meet their objects: the spheres together, then each plane.
     #[inline(always)]
-    fn on_several<const N: usize>(&self, pack: &Pack<F, N>) -> Surface<Lanes<F, N>> {
+    fn on_several<const N: usize>(
+        &self,
+        pack: &Pack<F, N>,
+        is_close: bool,
+    ) -> Surface<Lanes<F, N>> {
         let ids = &pack.ids;
-        let mut surface = self.on_spheres(pack);
+        let mut surface = self.on_spheres(pack, is_close);
         for lane in 0..N {
             let id = ids[lane];
             if id > pack.n_spheres && !ids[..lane].contains(&id) {
@@ -391,7 +391,11 @@ impl<'a, F: Float> Surfaces<'a, F> {
     }
 
     #[inline(always)]
-    fn on_spheres<const N: usize>(&self, pack: &Pack<F, N>) -> Surface<Lanes<F, N>> {
+    fn on_spheres<const N: usize>(
+        &self,
+        pack: &Pack<F, N>,
+        is_close: bool,
+    ) -> Surface<Lanes<F, N>> {
         let spheres = &self.scene.spheres[..];
         let (mut center, mut r) = (V3([Lanes::<f64, N>::lit(0.0); 3]), Lanes::lit(0.0));
         for lane in 0..N {
@@ -411,9 +415,9 @@ impl<'a, F: Float> Surfaces<'a, F> {
         let k_error = Lanes::lit(guard::K_ERROR * f64::UNIT) * (l2 + r2);
         let eye = &self.eye;
         let seen = SphereSeen::of::<F>(center, r, l2 - r2, k_error, eye.input, eye);
-        let is_close = Lanes::lit(0.0).lt(seen.is_close).any();
+        let is_close = is_close || Lanes::lit(0.0).lt(seen.is_close).any();
         let seen = SphereSeen::round_lanes(&seen);
-        match pack.is_close || is_close {
+        match is_close {
             false => SphereSeen::surface(&seen, &pack.ray, &self.lengths.splat()),
             true => SphereSeen::surface_close(&seen, &pack.ray, &self.lengths.splat()),
         }

@@ -43,15 +43,16 @@ impl<'a> Surd<'a> {
         (signum(&self.y) == 0 || signum(self.radicand) == 0).then_some(&self.x)
     }
 
-    /// Bounds of a number that is at least 0, with at least half of `n_bits` bits right. Parts of different signs may cancel any
-    /// number of bits, those of `x + y·√D = (x² − y²D)/(x − y·√D)` none.
+    /// Bounds of a number that is at least 0, some units of the last of `n_bits/2` bits apart or nearer. Parts of different signs
+    /// may cancel any number of bits, those of `x + y·√D = (x² − y²D)/(x − y·√D)` none.
     fn enclose(&self, n_bits: usize) -> Enclosure {
         let root = Enclosure::of(self.radicand).sqrt(n_bits);
         let (near, far) = (&self.y * &root.low, &self.y * &root.high);
         let (low, high) = if near < far { (near, far) } else { (far, near) };
         let sum = Enclosure::between(&self.x + low, &self.x + high);
         let half = power_of_two(-(n_bits as isize / 2));
-        if &sum.high - &sum.low <= &sum.low * &half {
+        let cancels = signum(&self.x) * signum(&self.y) < 0;
+        if !cancels || &sum.high - &sum.low <= &sum.low * &half {
             return sum.to_bits(n_bits);
         }
         let (x, y) = (magnitude(&self.x), magnitude(&self.y));

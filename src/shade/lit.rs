@@ -118,7 +118,8 @@ const CELL: usize = LANES_F32;
 /// Most samples that go from stage to stage together, so that what is known of them stays in the cache.
 const MOST_SAMPLES: usize = 512;
 
-/// Bytes of a cosine in exact numbers with its weights, of the largest that were seen.
+/// Bytes of a cosine in exact numbers with its weights: resident memory grew by 540 each, for two shells an ulp apart under skies
+/// of 2048 and 4096 directions.
 const EXACT_COSINE_BYTES: u64 = 1 << 10;
 
 /// The pixels of one call.
