@@ -15,8 +15,7 @@ use kugelblitz_judge::export::Language;
 use kugelblitz_judge::show::Show;
 
 use crate::options::{
-    DEFAULT_KERNEL, distribution_parser, kernel_parser, lang_parser, language_parser, parse_crop,
-    parse_epsilon, parse_pixel, parse_ray, parse_size,
+    DEFAULT_KERNEL, parse_crop, parse_epsilon, parse_pixel, parse_ray, parse_size, parser_of,
 };
 use crate::show::show_parser;
 use crate::{compare, figure, film, info, judge, man, picture, version};
@@ -41,6 +40,8 @@ Exit codes:
     after_help = EXIT_CODES
 )]
 pub struct Cli {
+    #[command(flatten)]
+    pub talk: TalkArgs,
     #[command(subcommand)]
     pub command: Command,
 }
@@ -61,7 +62,8 @@ pub enum Command {
     View(ViewArgs),
     Generate(GenerateArgs),
     Digest(DigestArgs),
-    Probe(ProbeArgs),
+    /// List the Vulkan adapters and their limits
+    Probe,
     Completions(CompletionsArgs),
     Man(man::ManArgs),
 }
@@ -77,7 +79,7 @@ impl Command {
             | Command::Explain(_)
             | Command::Info(_)
             | Command::Digest(_)
-            | Command::Probe(_)
+            | Command::Probe
             | Command::Completions(_) => false,
             _ => true,
         }
@@ -86,15 +88,16 @@ impl Command {
 
 /// The options of every command.
 #[derive(Args, Clone, Copy)]
+#[command(next_display_order = 100)]
 pub struct TalkArgs {
     /// Print a machine-readable summary (JSON) on standard output
-    #[arg(long)]
+    #[arg(long, global = true)]
     pub json: bool,
     /// Say nothing but warnings and errors
-    #[arg(short, long, conflicts_with = "verbose")]
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub quiet: bool,
     /// Say more, also what the driver prints
-    #[arg(short, long)]
+    #[arg(short, long, global = true)]
     pub verbose: bool,
 }
 
@@ -102,7 +105,7 @@ pub struct TalkArgs {
 #[derive(Args)]
 pub struct KernelArgs {
     /// Intersection kernel
-    #[arg(long, default_value = DEFAULT_KERNEL.name(), value_parser = kernel_parser())]
+    #[arg(long, default_value = DEFAULT_KERNEL.name(), value_parser = parser_of(Kernel::ALL, Kernel::name))]
     pub kernel: Kernel,
 }
 
@@ -130,7 +133,7 @@ pub struct WholeArgs {
 #[derive(Args)]
 pub struct LangArgs {
     /// Language of all words: en or de
-    #[arg(long, default_value = Lang::English.name(), value_parser = lang_parser(),
+    #[arg(long, default_value = Lang::English.name(), value_parser = parser_of(Lang::ALL, Lang::name),
         hide_possible_values = true)]
     pub lang: Lang,
 }
@@ -188,8 +191,6 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub size: SizeArgs,
     #[command(flatten)]
-    pub talk: TalkArgs,
-    #[command(flatten)]
     pub picture: picture::PictureArgs,
     #[command(flatten)]
     pub film: film::FilmArgs,
@@ -221,8 +222,6 @@ pub struct VerifyArgs {
     pub device: DeviceArgs,
     #[command(flatten)]
     pub size: SizeArgs,
-    #[command(flatten)]
-    pub talk: TalkArgs,
 }
 
 /// Read a scene and say what it costs, without rendering
@@ -232,8 +231,6 @@ pub struct CheckArgs {
     pub scene: PathBuf,
     #[command(flatten)]
     pub size: SizeArgs,
-    #[command(flatten)]
-    pub talk: TalkArgs,
 }
 
 /// Trace any rays of a NumPy file
@@ -256,8 +253,6 @@ pub struct TraceArgs {
     pub kernel: KernelArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
-    #[command(flatten)]
-    pub talk: TalkArgs,
 }
 
 /// Show the lecture's formulas with one ray's numbers in them
@@ -304,8 +299,6 @@ pub struct ExplainArgs {
     pub device: DeviceArgs,
     #[command(flatten)]
     pub size: SizeArgs,
-    #[command(flatten)]
-    pub talk: TalkArgs,
 }
 
 /// Measure speed against error: every kernel on every device
@@ -329,7 +322,7 @@ pub struct ReportArgs {
     #[arg(long, value_name = "DEVICE", value_parser = DeviceChoice::parse)]
     pub device: Option<DeviceChoice>,
     /// Only this intersection kernel; can be given several times [default: all]
-    #[arg(long, value_parser = kernel_parser())]
+    #[arg(long, value_parser = parser_of(Kernel::ALL, Kernel::name))]
     pub kernel: Vec<Kernel>,
     /// Size of the pictures, in pixels [default: 1280x720]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -343,8 +336,6 @@ pub struct ReportArgs {
     /// Rounds of three timed runs each; shaders are compiled anew in each [default: 3]
     #[arg(long, value_name = "N")]
     pub rounds: Option<NonZeroUsize>,
-    #[command(flatten)]
-    pub talk: TalkArgs,
 }
 
 /// Write a scene for another renderer: POV-Ray or Tachyon
@@ -353,7 +344,7 @@ pub struct ReportArgs {
 #[derive(Args)]
 pub struct ExportArgs {
     /// The other renderer's language
-    #[arg(value_parser = language_parser())]
+    #[arg(value_parser = parser_of(Language::ALL, Language::name))]
     pub language: Language,
     /// Scene file (TOML), or data: .npy, .csv, .xyz
     pub scene: PathBuf,
@@ -362,8 +353,6 @@ pub struct ExportArgs {
     pub output: Option<PathBuf>,
     #[command(flatten)]
     pub size: WholeArgs,
-    #[command(flatten)]
-    pub talk: TalkArgs,
     #[command(flatten)]
     pub picture: picture::PictureArgs,
 }
@@ -383,7 +372,7 @@ pub struct ViewArgs {
     #[command(flatten)]
     pub size: WholeArgs,
     /// Language of explanations: en or de
-    #[arg(long, default_value = Lang::English.name(), value_parser = lang_parser(),
+    #[arg(long, default_value = Lang::English.name(), value_parser = parser_of(Lang::ALL, Lang::name),
         hide_possible_values = true)]
     pub lang: Lang,
     /// Print what happens, one JSON object a line, in place of all else: for tests
@@ -392,8 +381,6 @@ pub struct ViewArgs {
     /// Give the device up after N frames, as if it had been lost: for tests
     #[arg(long, value_name = "N", hide = true)]
     pub lose_device_after: Option<u64>,
-    #[command(flatten)]
-    pub talk: TalkArgs,
     #[command(flatten)]
     pub picture: picture::PictureArgs,
 }
@@ -423,7 +410,7 @@ pub struct GenerateCloudArgs {
     /// uniform: evenly in the cube of side 1 about the origin, each of radius 0.3 / cbrt(N);
     /// lattice: each touches its six neighbours exactly; packing: a heap of touching spheres on the
     /// floor y = 0.
-    #[arg(long, default_value = Distribution::Uniform.name(), value_parser = distribution_parser())]
+    #[arg(long, default_value = Distribution::Uniform.name(), value_parser = parser_of(Distribution::ALL, Distribution::name))]
     pub distribution: Distribution,
     /// Seed of the random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]
@@ -434,8 +421,6 @@ pub struct GenerateCloudArgs {
     /// Also write a scene file with the cloud and a camera that sees all of it
     #[arg(long, value_name = "SCENE.toml")]
     pub scene: Option<PathBuf>,
-    #[command(flatten)]
-    pub talk: TalkArgs,
 }
 
 /// Print one hash of a picture's exact content
@@ -454,15 +439,6 @@ pub struct DigestArgs {
     pub device: DeviceArgs,
     #[command(flatten)]
     pub size: SizeArgs,
-    #[command(flatten)]
-    pub talk: TalkArgs,
-}
-
-/// List the Vulkan adapters and their limits
-#[derive(Args)]
-pub struct ProbeArgs {
-    #[command(flatten)]
-    pub talk: TalkArgs,
 }
 
 /// Print a completion script for a shell

@@ -8,32 +8,33 @@ use kugelblitz::plain::Shown;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz::words::{bytes, count};
+use kugelblitz_judge::compare::ObjectCounts;
 use serde::Serialize;
 
 use crate::args::CheckArgs;
-use crate::head::{Done, Objects};
+use crate::head::Done;
 use crate::output::objects;
 use crate::{Run, scene};
 
 #[derive(Serialize)]
 pub struct Summary {
-    objects: Objects,
+    objects: ObjectCounts,
     #[serde(flatten)]
     cost: Cost,
 }
 
 /// Reads a scene and says what it costs.
 pub fn run(args: &CheckArgs, run: &Run) -> Result<Done<Summary>> {
-    let scene = scene::read(&args.scene, &args.talk, run)?;
+    let scene = scene::read(&args.scene, run)?;
     let pixels = match scene.camera {
         Some(_) => Some(args.size.pixels(&scene, &args.scene)?),
         None => None,
     };
-    let progress = scene::preparing(&scene, Kernel::Certified, &args.talk);
+    let progress = scene::preparing(&scene, Kernel::Certified, run);
     let cost = Cost::new(&scene, pixels.as_ref(), &run.control)?;
     drop(progress);
     let words = in_words(args, &scene, &cost);
-    Ok(Done::in_words(Summary { objects: Objects::from(&*scene), cost }, words))
+    Ok(Done::in_words(Summary { objects: ObjectCounts::of(&scene), cost }, words))
 }
 
 fn in_words(args: &CheckArgs, scene: &Scene, cost: &Cost) -> String {

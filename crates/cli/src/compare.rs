@@ -1,18 +1,16 @@
 //! `kugelblitz compare`
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use kugelblitz::output::{self, OutputFile};
-use kugelblitz::picture::{Format, read_image, rgb8_file};
-use kugelblitz::plain::Shown;
+use kugelblitz::picture::{read_image, rgb8_file};
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::compare::{Allowed, PictureDifference, compare_pictures};
 
 use crate::Run;
-use crate::args::TalkArgs;
 use crate::head::{Done, failed};
+use crate::output::{check_ending, filled};
 
 /// Compare two pictures, channel by channel
 ///
@@ -33,14 +31,12 @@ pub struct CompareArgs {
     /// red to yellow
     #[arg(short, long, value_name = "DIFFERENCE.png")]
     pub output: Option<PathBuf>,
-    #[command(flatten)]
-    pub talk: TalkArgs,
 }
 
 /// Compares two pictures.
 pub fn run(args: &CompareArgs, run: &Run) -> Result<Done<PictureDifference>> {
-    let CompareArgs { a: path_a, b: path_b, output, talk, allow } = args;
-    let begin = |output: &PathBuf| begin_picture(output, &[path_a, path_b], talk);
+    let CompareArgs { a: path_a, b: path_b, output, allow } = args;
+    let begin = |output: &PathBuf| begin_picture(output, &[path_a, path_b], run);
     let file = output.as_ref().map(begin).transpose()?;
     let (a, b) = (read_image(path_a)?, read_image(path_b)?);
     run.control.check()?;
@@ -57,26 +53,15 @@ pub fn run(args: &CompareArgs, run: &Run) -> Result<Done<PictureDifference>> {
 }
 
 /// Begins the file for a picture of errors or differences, before the work.
-pub fn begin_picture(output: &Path, inputs: &[&Path], talk: &TalkArgs) -> Result<OutputFile> {
-    talk.refuse_json_beside(&[output], "the picture", "write the picture to a file")?;
-    if Format::from_path(output).ok() != Some(Format::Png) {
-        return Err(Error::Usage(format!(
-            "{}: this picture is written as .png; name it so",
-            output.shown()
-        )));
-    }
+pub fn begin_picture(output: &Path, inputs: &[&Path], run: &Run) -> Result<OutputFile> {
+    run.refuse_json_beside(&[output], "the picture", "write the picture to a file")?;
+    check_ending(output, "png", "this picture is")?;
     output::refuse_overwriting(&[output], inputs)?;
     OutputFile::create(output, false)
 }
 
 /// Writes a picture that no camera took; it is then whole, but not in its place.
-pub fn write_picture(
-    mut file: OutputFile,
-    size: [u32; 2],
-    pixels: &[[u8; 3]],
-) -> Result<OutputFile> {
-    let path = file.path().to_path_buf();
-    let bytes = rgb8_file(size, pixels).map_err(Error::io(&path))?;
-    file.write_all(&bytes).map_err(Error::io(&path))?;
-    Ok(file)
+pub fn write_picture(file: OutputFile, size: [u32; 2], pixels: &[[u8; 3]]) -> Result<OutputFile> {
+    let bytes = rgb8_file(size, pixels).map_err(Error::io(file.path()))?;
+    filled(file, &bytes)
 }

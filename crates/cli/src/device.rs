@@ -12,9 +12,10 @@ use kugelblitz::prepare::FEW_SPHERES;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz::words::duration;
-use kugelblitz::{Error, Result};
+use kugelblitz::{Error, Result, Session};
 
-use crate::args::TalkArgs;
+use crate::Run;
+use crate::args::DeviceArgs;
 use crate::quiet::{self, quietly};
 
 /// Opens what --device asks for. With a `kernel`, the device must be able to run it.
@@ -22,17 +23,17 @@ use crate::quiet::{self, quietly};
 /// # Errors
 /// [`Error::NoAdapter`], and [`Error::TooLarge`] within a limit that no driver keeps, but for
 /// `auto`, which then takes the CPU and says so.
-pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, talk: &TalkArgs) -> Result<Device> {
+pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, run: &Run) -> Result<Device> {
     let Some(pick) = choice.pick() else { return Ok(Device::Cpu) };
     let start = Instant::now();
     let (opened, noise) = quietly(|| device::open(&pick, kernel));
     let falls_back = *choice == DeviceChoice::Auto;
-    if talk.verbose || opened.is_err() && !falls_back {
-        quiet::show(&noise, talk.verbose);
+    if run.talk.verbose || opened.is_err() && !falls_back {
+        quiet::show(&noise, run.talk.verbose);
     }
     match opened {
         Ok(gpu) => {
-            talk.note(&format!(
+            run.note(&format!(
                 "opened {} ({}, {}) in {}",
                 gpu.facts.name,
                 gpu.facts.kind,
@@ -40,13 +41,13 @@ pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, talk: &TalkArgs) -> R
                 duration(start.elapsed())
             ));
             match gpu.arithmetic()?.suits_filter() {
-                true => talk.note(&filter_line(&gpu)?),
-                false => talk.warn(&format!("{} (see `kugelblitz probe`)", filter_line(&gpu)?)),
+                true => run.note(&filter_line(&gpu)?),
+                false => run.warn(&format!("{} (see `kugelblitz probe`)", filter_line(&gpu)?)),
             }
             Ok(Device::Gpu(Arc::new(gpu)))
         }
         Err(Error::NoAdapter(reason) | Error::TooLarge(reason)) if falls_back => {
-            talk.warn(&format!("tracing on the CPU: {reason}"));
+            run.warn(&format!("tracing on the CPU: {reason}"));
             Ok(Device::Cpu)
         }
         Err(error) => Err(error),
@@ -58,18 +59,18 @@ fn filter_line(gpu: &Gpu) -> Result<String> {
     Ok(format!("{}, `certified`: {}", gpu.facts.name, gpu.arithmetic()?.filter_in_words()))
 }
 
-/// Opens what --device asks for to trace these rays: `auto` takes a real GPU, else the quicker one of
-/// the CPU and a device in software.
+/// Opens what --device asks for to trace these rays of a scene: `auto` takes a real GPU, else the quicker
+/// one of the CPU and a device in software.
 ///
 /// # Errors
 /// Those of [`open`].
-pub fn open_for(
-    choice: &DeviceChoice,
+pub fn session(
+    DeviceArgs { device: choice }: &DeviceArgs,
     kernel: Kernel,
-    scene: &Scene,
+    scene: &Arc<Scene>,
     n_rays: usize,
-    talk: &TalkArgs,
-) -> Result<Device> {
+    run: &Run,
+) -> Result<Session> {
     let n_spheres = scene.spheres.len();
     let because = |why: &str| {
         format!(
@@ -78,16 +79,16 @@ pub fn open_for(
     };
     if let Some(why) = choice.why_the_cpu(kernel, n_spheres, n_rays) {
         let because = because(&why);
-        talk.note(&format!("tracing on the CPU: {because}; `--device gpu` takes that"));
-        return Ok(Device::Cpu);
+        run.note(&format!("tracing on the CPU: {because}; `--device gpu` takes that"));
+        return Ok(Session::new(Arc::clone(scene), Device::Cpu, kernel));
     }
-    if talk.verbose
+    if run.talk.verbose
         && *choice == DeviceChoice::Gpu
         && let Some(why) = device::why_auto_takes_the_cpu(kernel, n_spheres, n_rays)
     {
-        talk.note(&format!("`--device auto` would trace on the CPU: {}", because(&why)));
+        run.note(&format!("`--device auto` would trace on the CPU: {}", because(&why)));
     }
-    open(choice, Some(kernel), talk)
+    Ok(Session::new(Arc::clone(scene), open(choice, Some(kernel), run)?, kernel))
 }
 
 /// The device for a window: `auto` lets the CPU trace many spheres where there is no GPU in hardware. Few
@@ -99,12 +100,12 @@ pub fn pick_for_window(choice: &DeviceChoice, kernel: Kernel, scene: &Scene) -> 
 }
 
 /// The device for one kernel of several: the CPU, with a warning, where this can't run it.
-pub fn or_cpu<'a>(device: &'a Device, kernel: Kernel, talk: &TalkArgs) -> &'a Device {
+pub fn or_cpu<'a>(device: &'a Device, kernel: Kernel, run: &Run) -> &'a Device {
     match device {
         Device::Gpu(gpu) => match gpu.facts.check_kernel(kernel) {
             Ok(()) => device,
             Err(reason) => {
-                talk.warn(&format!("`{}` on the CPU alone: {reason}", kernel.name()));
+                run.warn(&format!("`{}` on the CPU alone: {reason}", kernel.name()));
                 &Device::Cpu
             }
         },
@@ -117,11 +118,13 @@ mod tests {
     use kugelblitz::gpu::Pick;
 
     use super::*;
+    use crate::args::TalkArgs;
 
     /// No adapter here lacks f64, so one is made to.
     #[test]
     fn an_adapter_without_f64_leaves_the_f64_kernel_to_the_cpu() {
         let talk = TalkArgs { json: false, quiet: true, verbose: false };
+        let run = Run { start: Instant::now(), control: Arc::default(), talk };
         let open = |f64| {
             let mut gpu =
                 Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
@@ -135,7 +138,7 @@ mod tests {
             let refusal = open(f64).facts.check_kernel(kernel).err();
             assert_eq!(refusal.as_ref().map(Error::exit_code), (!runs).then_some(4));
             let device = Device::Gpu(Arc::new(open(f64)));
-            assert_eq!(matches!(or_cpu(&device, kernel, &talk), Device::Gpu(_)), runs);
+            assert_eq!(matches!(or_cpu(&device, kernel, &run), Device::Gpu(_)), runs);
         }
     }
 

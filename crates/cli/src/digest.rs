@@ -1,15 +1,14 @@
 //! `kugelblitz digest`
 
-use std::sync::Arc;
-
+use kugelblitz::Result;
 use kugelblitz::render::n_steps;
 use kugelblitz::trace::Kernel;
-use kugelblitz::{Result, Session};
+use kugelblitz_judge::compare::ObjectCounts;
 use serde::Serialize;
 
 use crate::args::DigestArgs;
 use crate::device;
-use crate::head::{Done, Objects, On};
+use crate::head::{Done, On};
 use crate::progress::Progress;
 use crate::{Run, scene};
 
@@ -19,20 +18,18 @@ pub struct Summary {
     on: On,
     size: [u32; 2],
     samples: u32,
-    objects: Objects,
+    objects: ObjectCounts,
     digest: String,
 }
 
 /// Prints the digest of one picture.
 pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
-    let scene = scene::read(&args.scene, &args.talk, run)?;
+    let scene = scene::read(&args.scene, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
     let samples = args.samples.or(scene.samples).unwrap_or_default();
-    let (choice, kernel) = (&args.device.device, Kernel::Certified);
-    let device = device::open_for(choice, kernel, &scene, pixels.len(), &args.talk)?;
-    let mut session = Session::new(Arc::clone(&scene), device, kernel);
+    let mut session = device::session(&args.device, Kernel::Certified, &scene, pixels.len(), run)?;
     let n_steps = n_steps(&pixels, samples, scene.is_lit());
-    let progress = Progress::start(&args.talk, &run.control, n_steps);
+    let progress = Progress::start(run, n_steps);
     let digest = session.digest(&pixels, samples, &run.control)?;
     drop(progress);
     let words = format!("{digest}\n");
@@ -40,7 +37,7 @@ pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
         on: On::from(session.device()),
         size: [pixels.width, pixels.height],
         samples: samples.across(),
-        objects: Objects::from(&*scene),
+        objects: ObjectCounts::of(&scene),
         digest,
     };
     Ok(Done::in_words(summary, words))

@@ -8,12 +8,13 @@ use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::trace::{Ray, Rays};
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::compare::ObjectCounts;
 use kugelblitz_judge::explain::{DEFAULT_OBJECTS, Explanation, Style, explain_as, latex, text};
 use serde::Serialize;
 
 use crate::args::ExplainArgs;
 use crate::device;
-use crate::head::{Done, Objects, On};
+use crate::head::{Done, On};
 use crate::{Run, scene};
 
 /// An explanation, and the device that it asked.
@@ -21,13 +22,13 @@ use crate::{Run, scene};
 pub struct Summary {
     #[serde(flatten)]
     on: On,
-    objects: Objects,
+    objects: ObjectCounts,
     explanation: Explanation,
 }
 
 /// Shows the formulas of one ray with its numbers in them.
 pub fn run(args: &ExplainArgs, run: &Run) -> Result<Done<Summary>> {
-    let scene = scene::read(&args.scene, &args.talk, run)?;
+    let scene = scene::read(&args.scene, run)?;
     let rays = match (args.pixel, args.ray) {
         (Some(pixel), _) => Rays::Pixels(one_pixel(args.size.pixels(&scene, &args.scene)?, pixel)?),
         (None, Some(ray)) => Rays::List(vec![usable(ray)?]),
@@ -42,12 +43,9 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<Done<Summary>> {
     };
     let mut explanation = explain_as(&scene, &rays, &style)?;
     run.control.check()?;
-    let device = device::open(&args.device.device, None, &args.talk)?;
-    let make = |prepared: &Arc<Prepared>, wants| match device::or_cpu(
-        &device,
-        prepared.kernel,
-        &args.talk,
-    ) {
+    let device = device::open(&args.device.device, None, run)?;
+    let make = |prepared: &Arc<Prepared>, wants| match device::or_cpu(&device, prepared.kernel, run)
+    {
         device @ Device::Gpu(_) => Ok(Some(device.tracer(prepared, wants)?.tracer)),
         Device::Cpu => Ok(None),
     };
@@ -57,7 +55,7 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<Done<Summary>> {
         true => latex::latex(&explanation),
         false => text::text(&explanation),
     };
-    let (on, objects) = (On::from(&device), Objects::from(&*scene));
+    let (on, objects) = (On::from(&device), ObjectCounts::of(&scene));
     Ok(Done::in_words(Summary { on, objects, explanation }, words))
 }
 

@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use kugelblitz::output::OutputFile;
 use kugelblitz::rays::Pixels;
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::compare::ObjectCounts;
 use kugelblitz_judge::export;
 use serde::Serialize;
 
 use crate::args::ExportArgs;
-use crate::head::{Done, Objects};
+use crate::head::Done;
 use crate::output::{is_stdout, name, objects, shell_quoted};
 use crate::{Run, scene};
 
@@ -17,7 +18,7 @@ use crate::{Run, scene};
 pub struct Summary {
     language: &'static str,
     size: [u32; 2],
-    objects: Objects,
+    objects: ObjectCounts,
     /// The command line that renders the file.
     run: String,
 }
@@ -28,8 +29,8 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<Done<Summary>> {
     let prints_alone = args.output.is_none() && args.picture.print_scene.is_some();
     let output = args.output.as_ref().unwrap_or(&stdout);
     let beside = (!prints_alone).then_some(&**output);
-    args.picture.check_outputs(beside, "the scene for the other renderer", &args.talk)?;
-    let (scene, composed) = args.picture.read(&args.scene, args.size.size, 0, &args.talk, run)?;
+    args.picture.check_outputs(beside, "the scene for the other renderer", run)?;
+    let (scene, composed) = args.picture.read(&args.scene, args.size.size, 0, run)?;
     let printed = args.picture.print(&composed, &scene, &args.scene)?;
     if prints_alone {
         return Ok(Done::scene_alone(printed));
@@ -51,7 +52,7 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<Done<Summary>> {
     };
     let (name, renderer) = (name(output), language.renderer());
     let line = format!("{name}: {} for {renderer}{next}", objects(&scene));
-    let objects = Objects::from(&*scene);
+    let objects = ObjectCounts::of(&scene);
     let summary = Summary { language: language.name(), size, objects, run: command };
     Ok(Done::with_files(summary, printed.into_iter().chain([file]), line))
 }

@@ -1,21 +1,18 @@
 //! `kugelblitz figure`
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use clap::builder::TypedValueParser;
-use kugelblitz::output::OutputFile;
+use kugelblitz::Result;
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::parse_scene;
-use kugelblitz::{Error, Result};
 use kugelblitz_judge::figure::Figure;
 use serde::Serialize;
 
-use crate::args::{LangArgs, TalkArgs, WholeArgs};
+use crate::args::{LangArgs, WholeArgs};
 use crate::head::Done;
 use crate::options::parser_of;
-use crate::output::{is_stdout, name};
+use crate::output::{check_ending, is_stdout, name, written};
 use crate::{Run, scene};
 
 /// Draw the lecture's figure 3 or 4 from a scene, as SVG
@@ -26,7 +23,8 @@ use crate::{Run, scene};
 #[derive(Args)]
 pub struct FigureArgs {
     /// Number of the figure in the lecture: 3 or 4
-    #[arg(value_name = "N", value_parser = figure_parser(), hide_possible_values = true)]
+    #[arg(value_name = "N", value_parser = parser_of(Figure::ALL, Figure::number),
+        hide_possible_values = true)]
     pub figure: Figure,
     /// Scene file (TOML) [default: the lecture's figure]
     pub scene: Option<PathBuf>,
@@ -40,12 +38,6 @@ pub struct FigureArgs {
     pub lang: LangArgs,
     #[command(flatten)]
     pub size: WholeArgs,
-    #[command(flatten)]
-    pub talk: TalkArgs,
-}
-
-fn figure_parser() -> impl TypedValueParser<Value = Figure> {
-    parser_of(Figure::ALL, Figure::number)
 }
 
 #[derive(Serialize)]
@@ -59,15 +51,13 @@ pub struct Summary {
 /// Draws a figure.
 pub fn run(args: &FigureArgs, run: &Run) -> Result<Done<Summary>> {
     let advice = "write the figure to a file with -o";
-    args.talk.refuse_json_beside(&[&args.output], "the figure", advice)?;
-    let is_svg = args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg"));
-    if !is_svg && !is_stdout(&args.output) {
-        let name = args.output.shown();
-        return Err(Error::Usage(format!("{name}: a figure is SVG; name the file .svg")));
+    run.refuse_json_beside(&[&args.output], "the figure", advice)?;
+    if !is_stdout(&args.output) {
+        check_ending(&args.output, "svg", "a figure is")?;
     }
     let (figure, lang) = (args.figure, args.lang.lang);
     let (path, scene) = match &args.scene {
-        Some(path) => (path.as_path(), scene::read(path, &args.talk, run)?),
+        Some(path) => (path.as_path(), scene::read(path, run)?),
         None => {
             let (name, text) = figure.scene();
             (Path::new(name), parse_scene(text, Path::new(name))?.into())
@@ -81,9 +71,7 @@ pub fn run(args: &FigureArgs, run: &Run) -> Result<Done<Summary>> {
         None => figure.object(&scene)?,
     };
     let drawn = figure.draw(&scene, object, &pixels, lang)?;
-    let mut file = OutputFile::create(&args.output, false)?;
-    let target = file.path().to_path_buf();
-    file.write_all(drawn.as_bytes()).map_err(Error::io(target))?;
+    let file = written(&args.output, drawn.as_bytes())?;
     let (size, number) = ([pixels.width, pixels.height], figure.number());
     let summary = Summary { figure: number, size, object, lang: lang.name() };
     let line = format!("{}: figure {number} of {}", name(&args.output), path.shown());

@@ -17,11 +17,12 @@ use kugelblitz::scene::{Camera, Samples};
 use kugelblitz::trace::Rays;
 use kugelblitz::words::{count, duration};
 use kugelblitz::{Error, Result, Session};
+use kugelblitz_judge::compare::ObjectCounts;
 use serde::Serialize;
 
 use crate::Run;
 use crate::args::RenderArgs;
-use crate::head::{Done, Drawn, Objects, On};
+use crate::head::{Done, Drawn, On};
 use crate::output::{is_stdout, ms, name, objects, shell_quoted};
 use crate::progress::Progress;
 use crate::render::{Begun, size};
@@ -85,7 +86,7 @@ pub struct Summary {
     on: On,
     kernel: &'static str,
     size: [u32; 2],
-    objects: Objects,
+    objects: ObjectCounts,
     /// Samples across and down a pixel, where there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
     samples: Option<u32>,
@@ -118,7 +119,6 @@ struct Frame {
 
 /// Renders the frames one after the other: the scene is read, and its tree built, once for all.
 pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<Done<Summary>> {
-    let talk = &args.talk;
     if is_stdout(output) {
         return Err(Error::Usage(
             "a film is several files, and can't go to standard output; name them with -o, e.g. \
@@ -152,10 +152,10 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         drop(created(path)?);
     }
 
-    let mut session = begun.session(args)?;
+    let mut session = begun.session(args, run)?;
     let plan = begun.plan()?;
     let n_steps = plan.n_steps(&begun.pixels, begun.scene.is_lit());
-    let progress = Progress::of_frames(talk, &run.control, n_steps, n_left as u64);
+    let progress = Progress::of_frames(run, n_steps, n_left as u64);
     let is_lit = begun.scene.is_lit();
     let mut draw = |camera: &Camera, path: &Path| -> Result<Drawn> {
         let start = Instant::now();
@@ -184,7 +184,7 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     drop(progress);
     if let Err(error) = done {
         if n_done > 0 {
-            talk.say(&format!(
+            run.say(&format!(
                 "{n_done} of {} are whole; --resume goes on with the others",
                 count(n_left, "frame")
             ));
@@ -199,7 +199,7 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         on: On::from(session.device()),
         kernel: session.kernel().name(),
         size: [begun.pixels.width, begun.pixels.height],
-        objects: Objects::from(&*begun.scene),
+        objects: ObjectCounts::of(&begun.scene),
         samples: (begun.n_samples > Samples::ONE).then_some(begun.n_samples.across()),
         n_frames,
         frames,

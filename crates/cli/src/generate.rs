@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use kugelblitz::generate::{Recipe, write_cloud, write_scene};
 use kugelblitz::output::{self, OutputFile};
-use kugelblitz::plain::Shown;
 use kugelblitz::words::{count, duration};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
@@ -13,7 +12,7 @@ use serde::Serialize;
 use crate::Run;
 use crate::args::GenerateCloudArgs;
 use crate::head::Done;
-use crate::output::{is_stdout, ms, name};
+use crate::output::{check_ending, is_stdout, ms, name};
 use crate::progress::Progress;
 
 #[derive(Serialize)]
@@ -33,7 +32,7 @@ struct Ms {
 
 /// Makes a cloud.
 pub fn run(args: &GenerateCloudArgs, run: &Run) -> Result<Done<Summary>> {
-    refuse_wrong_outputs(args)?;
+    refuse_wrong_outputs(args, run)?;
     let GenerateCloudArgs { distribution, count: n, seed, .. } = *args;
     let recipe = Recipe { distribution, count: n, seed };
     let create = |path: &PathBuf| OutputFile::create(path, false);
@@ -42,7 +41,7 @@ pub fn run(args: &GenerateCloudArgs, run: &Run) -> Result<Done<Summary>> {
     if let Some(scene) = &mut scene {
         write_scene(scene, &args.output, &recipe)?;
     }
-    let progress = Progress::of_bytes(&args.talk, &run.control);
+    let progress = Progress::of_bytes(run);
     write_cloud(&mut file, &recipe, &run.control)?;
     drop(progress);
     let took = run.start.elapsed();
@@ -64,18 +63,15 @@ pub fn run(args: &GenerateCloudArgs, run: &Run) -> Result<Done<Summary>> {
     Ok(Done::with_files(summary, [file].into_iter().chain(scene), line))
 }
 
-fn refuse_wrong_outputs(args: &GenerateCloudArgs) -> Result<()> {
-    let output = args.output.shown();
-    let to_stdout = is_stdout(&args.output);
-    if !to_stdout && args.output.extension().is_none_or(|ending| ending != "npy") {
-        return Err(Error::Usage(format!("{output}: a cloud is written as .npy; name it so")));
-    }
-    if to_stdout && args.scene.is_some() {
+fn refuse_wrong_outputs(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
+    if !is_stdout(&args.output) {
+        check_ending(&args.output, "npy", "a cloud is")?;
+    } else if args.scene.is_some() {
         return Err(Error::Usage(
             "--scene needs the name of the cloud's file; write the cloud to a file".into(),
         ));
     }
     let outputs: Vec<&Path> = once(&*args.output).chain(args.scene.as_deref()).collect();
-    args.talk.refuse_json_beside(&outputs, "a file", "write to a file")?;
+    run.refuse_json_beside(&outputs, "a file", "write to a file")?;
     output::refuse_overwriting(&outputs, &[])
 }

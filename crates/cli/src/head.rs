@@ -8,15 +8,15 @@ use kugelblitz::device::Device;
 use kugelblitz::gpu::AdapterFacts;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::render::Rendered;
-use kugelblitz::scene::Scene;
 use kugelblitz::shade::ColorCounts;
 use kugelblitz::trace::StageCounts;
 use kugelblitz::words::duration;
 use kugelblitz::{Error, Making, Result, Session};
+use kugelblitz_judge::compare::ObjectCounts;
 use serde::Serialize;
 
 use crate::Run;
-use crate::args::{Cli, TalkArgs};
+use crate::args::Cli;
 use crate::output::{json, ms, objects, print, print_text};
 use crate::show::JsonEntry;
 
@@ -74,10 +74,17 @@ pub struct Done<S> {
     pub failure: Option<Error>,
 }
 
+impl<S> Default for Done<S> {
+    fn default() -> Done<S> {
+        let (words, files, said) = Default::default();
+        Done { summary: None, words, files, said, failure: None }
+    }
+}
+
 impl<S: Serialize> Done<S> {
     /// Work that `words` tell of on standard output.
     pub fn in_words(summary: S, words: String) -> Done<S> {
-        Done { summary: Some(summary), words, files: Vec::new(), said: Vec::new(), failure: None }
+        Done { summary: Some(summary), words, ..Done::default() }
     }
 
     /// Work that made these files, of which `line` tells.
@@ -87,29 +94,22 @@ impl<S: Serialize> Done<S> {
         line: String,
     ) -> Done<S> {
         let files = files.into_iter().collect();
-        Done {
-            summary: Some(summary),
-            words: String::new(),
-            files,
-            said: vec![line],
-            failure: None,
-        }
+        Done { summary: Some(summary), files, said: vec![line], ..Done::default() }
     }
 
     /// The scene of --print-scene alone, which tells of nothing.
-    pub fn scene_alone(files: impl IntoIterator<Item = OutputFile>) -> Done<S> {
-        let files = files.into_iter().collect();
-        Done { summary: None, words: String::new(), files, said: Vec::new(), failure: None }
+    pub fn scene_alone(file: Option<OutputFile>) -> Done<S> {
+        Done { files: Vec::from_iter(file), ..Done::default() }
     }
 
     /// Tells of the work of `command`, and puts its outputs in their places.
     ///
     /// # Errors
     /// As [`print`] and [`output::commit`]; what the work has found to be wrong.
-    pub fn finish(self, command: &'static str, talk: &TalkArgs, run: &Run) -> Result<()> {
+    pub fn finish(self, command: &'static str, run: &Run) -> Result<()> {
         let Done { summary, words, files, said, failure } = self;
         match summary {
-            Some(summary) if talk.json => {
+            Some(summary) if run.talk.json => {
                 let failure = failure.as_ref().map(Failure::from);
                 print_summary(command, &Verdict { fields: &summary, failure })?;
             }
@@ -117,7 +117,7 @@ impl<S: Serialize> Done<S> {
             _ => print_text(&words)?,
         }
         output::commit(files, &run.control)?;
-        said.iter().for_each(|line| talk.say(line));
+        said.iter().for_each(|line| run.say(line));
         failure.map_or(Ok(()), Err)
     }
 }
@@ -180,7 +180,8 @@ pub fn failed_in_json(error: &Error) {
     if !has("--json") || has("-") || IS_PRINTED.load(Ordering::Relaxed) {
         return;
     }
-    let first = arguments.first().and_then(|word| word.to_str());
+    let mut words = arguments.iter().filter_map(|word| word.to_str());
+    let first = words.find(|word| !word.starts_with('-'));
     let command = first.filter(|word| Cli::command().find_subcommand(word).is_some());
     let failure = Summary {
         schema: command.map_or(SCHEMA, schema),
@@ -215,19 +216,6 @@ impl From<&Device> for On {
             driver: facts.driver.clone(),
         };
         On { adapter: device.facts().map(adapter), device: device.kind() }
-    }
-}
-
-/// Objects of the scene.
-#[derive(Serialize)]
-pub struct Objects {
-    spheres: usize,
-    planes: usize,
-}
-
-impl From<&Scene> for Objects {
-    fn from(scene: &Scene) -> Objects {
-        Objects { spheres: scene.spheres.len(), planes: scene.planes.len() }
     }
 }
 
@@ -346,7 +334,7 @@ pub struct Traced {
     /// Width and height; absent for lists of rays.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<[u32; 2]>,
-    objects: Objects,
+    objects: ObjectCounts,
     /// Samples across and down a pixel, where there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub samples: Option<u32>,
@@ -371,7 +359,7 @@ impl Traced {
             on: On::from(session.device()),
             kernel: session.kernel().name(),
             size: None,
-            objects: Objects::from(&**session.scene()),
+            objects: ObjectCounts::of(session.scene()),
             samples: None,
             drawn,
             show: None,

@@ -9,7 +9,6 @@ use kugelblitz::plain::Shown;
 use kugelblitz::trace::StageCounts;
 use kugelblitz::words::count;
 
-use crate::args::TalkArgs;
 use crate::head::Done;
 
 /// Print what a picture says of itself
@@ -23,8 +22,6 @@ pub struct InfoArgs {
     /// A picture (PNG, OpenEXR, NPY, PPM), or hits of `trace`
     #[arg(value_name = "OUT")]
     pub file: PathBuf,
-    #[command(flatten)]
-    pub talk: TalkArgs,
 }
 
 /// Tells what a file says of itself.

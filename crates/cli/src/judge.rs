@@ -10,14 +10,14 @@ use kugelblitz::rays::Pixels;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Ray, Rays};
 use kugelblitz::words::count;
-use kugelblitz::{Error, Result, Session};
+use kugelblitz::{Error, Result};
 use kugelblitz_judge::judge::{
     Allowed, Case, Conventions, JudgeSummary, NormalSide, NormalSpace, Quantity, pixels_of,
     whole_size,
 };
 use serde::Serialize;
 
-use crate::args::{DeviceArgs, SizeArgs, TalkArgs, WholeArgs};
+use crate::args::{DeviceArgs, SizeArgs, WholeArgs};
 use crate::compare::{begin_picture, write_picture};
 use crate::head::{Done, On, failed};
 use crate::output::{objects, shell_quoted};
@@ -95,8 +95,6 @@ pub struct JudgeArgs {
     pub device: DeviceArgs,
     #[command(flatten)]
     pub size: SizeArgs,
-    #[command(flatten)]
-    pub talk: TalkArgs,
 }
 
 /// The direction of normals.
@@ -148,9 +146,9 @@ pub struct Summary {
 pub fn run(args: &JudgeArgs, run: &Run) -> Result<Done<Summary>> {
     let inputs = [Some(&args.scene), Some(&args.against), args.rays.as_ref()];
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
-    let begin = |output: &PathBuf| begin_picture(output, &inputs, &args.talk);
+    let begin = |output: &PathBuf| begin_picture(output, &inputs, run);
     let file = args.output.as_ref().map(begin).transpose()?;
-    let scene = scene::read(&args.scene, &args.talk, run)?;
+    let scene = scene::read(&args.scene, run)?;
     let conventions = conventions(args)?;
     let image = read_image(&args.against)?;
     let format = image.format;
@@ -161,12 +159,10 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<Done<Summary>> {
     let n = rays.len();
     let allowed = args.allow.clone().map_or_else(|| Allowed::of_rays(""), Ok)?;
     let case = Case::new(Arc::clone(&scene), rays, image, conventions, allowed)?;
-    case.warning().iter().for_each(|warning| args.talk.warn(warning));
+    case.warning().iter().for_each(|warning| run.warn(warning));
 
-    let (choice, kernel) = (&args.device.device, Kernel::Certified);
-    let device = device::open_for(choice, kernel, &scene, n, &args.talk)?;
-    let mut session = Session::new(Arc::clone(&scene), device, kernel);
-    let progress = Progress::start(&args.talk, &run.control, 2 * n as u64);
+    let mut session = device::session(&args.device, Kernel::Certified, &scene, n, run)?;
+    let progress = Progress::start(run, 2 * n as u64);
     let judged = case.judge(&mut session, &run.control)?;
     drop(progress);
     run.control.check()?;

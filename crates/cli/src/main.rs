@@ -47,7 +47,7 @@ use clap::Parser;
 use kugelblitz::control::Control;
 use kugelblitz::{Error, Result};
 
-use args::{Cli, Command, Generate, GenerateArgs};
+use args::{Cli, Command, Generate, GenerateArgs, TalkArgs};
 use complain::{complain, complain_about_usage};
 use head::failed_in_json;
 use output::talk;
@@ -59,15 +59,18 @@ pub struct Run {
     pub start: Instant,
     /// Counts its rays and stops it.
     pub control: Arc<Control>,
+    /// How much it says.
+    pub talk: TalkArgs,
 }
 
 fn main() -> ExitCode {
-    let run = Run { start: Instant::now(), control: Arc::new(Control::default()) };
-    stop_on_interrupt(Arc::clone(&run.control));
+    let (start, control) = (Instant::now(), Arc::new(Control::default()));
+    stop_on_interrupt(Arc::clone(&control));
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return ExitCode::from(complain_about_usage(&error)),
     };
+    let run = Run { start, control, talk: cli.talk };
     let writes = cli.command.writes_files();
     WRITES.store(writes, Ordering::Relaxed);
     let result = start_threads().and_then(|()| dispatch(cli.command, &run));
@@ -93,28 +96,31 @@ fn start_threads() -> Result<()> {
 fn dispatch(command: Command, run: &Run) -> Result<()> {
     match command {
         Command::Render(args) => render::run(&args, run),
-        Command::Verify(args) => verify::run(&args, run)?.finish("verify", &args.talk, run),
-        Command::Check(args) => check::run(&args, run)?.finish("check", &args.talk, run),
-        Command::Trace(args) => trace::run(&args, run)?.finish("trace", &args.talk, run),
-        Command::Explain(args) => explain::run(&args, run)?.finish("explain", &args.talk, run),
-        Command::Judge(args) => judge::run(&args, run)?.finish("judge", &args.talk, run),
-        Command::Compare(args) => compare::run(&args, run)?.finish("compare", &args.talk, run),
-        Command::Info(args) => info::run(&args)?.finish("info", &args.talk, run),
-        Command::Report(args) => report::run(&args, run)?.finish("report", &args.talk, run),
-        Command::Export(args) => export::run(&args, run)?.finish("export", &args.talk, run),
-        Command::Figure(args) => figure::run(&args, run)?.finish("figure", &args.talk, run),
+        Command::Verify(args) => verify::run(&args, run)?.finish("verify", run),
+        Command::Check(args) => check::run(&args, run)?.finish("check", run),
+        Command::Trace(args) => trace::run(&args, run)?.finish("trace", run),
+        Command::Explain(args) => explain::run(&args, run)?.finish("explain", run),
+        Command::Judge(args) => judge::run(&args, run)?.finish("judge", run),
+        Command::Compare(args) => compare::run(&args, run)?.finish("compare", run),
+        Command::Info(args) => info::run(&args)?.finish("info", run),
+        Command::Report(args) => report::run(&args, run)?.finish("report", run),
+        Command::Export(args) => export::run(&args, run)?.finish("export", run),
+        Command::Figure(args) => figure::run(&args, run)?.finish("figure", run),
         #[cfg(feature = "view")]
         Command::View(args) => view::run(&args, run),
         #[cfg(not(feature = "view"))]
-        Command::View(_) => Err(kugelblitz::Error::Usage(
+        Command::View(_) => Err(Error::Usage(
             "this program has no window; `cargo build --release --features view` builds one that has"
                 .into(),
         )),
         Command::Generate(GenerateArgs { what: Generate::Cloud(args) }) => {
-            generate::run(&args, run)?.finish("generate", &args.talk, run)
+            generate::run(&args, run)?.finish("generate", run)
         }
-        Command::Digest(args) => digest::run(&args, run)?.finish("digest", &args.talk, run),
-        Command::Probe(args) => probe::run(&args)?.finish("probe", &args.talk, run),
+        Command::Digest(args) => digest::run(&args, run)?.finish("digest", run),
+        Command::Probe => probe::run(run)?.finish("probe", run),
+        Command::Completions(_) | Command::Man(_) if run.talk.json => {
+            Err(Error::Usage("--json: this command has no summary; leave it out".into()))
+        }
         Command::Completions(args) => completions::run(&args),
         Command::Man(args) => man::run(&args, run),
     }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Command, CommandFactory};
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, bold, italic, roman};
-use kugelblitz::output::{self, OutputFile};
+use kugelblitz::output;
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::schema::SECTIONS;
 use kugelblitz::{Error, Result};
@@ -14,7 +14,7 @@ use kugelblitz::{Error, Result};
 use crate::Run;
 use crate::args::{Cli, EXIT_CODES};
 use crate::manual::{ENVIRONMENT, EXAMPLES, SCENE_EXAMPLE, SCENE_INTRODUCTION, SCENE_NOTES};
-use crate::output::{STDOUT, print};
+use crate::output::{STDOUT, print, written};
 use kugelblitz::words::did_you_mean;
 
 /// Print a manual page (roff), or write all of them
@@ -66,10 +66,7 @@ fn write_all(program: &Command, dir: &Path, run: &Run) -> Result<()> {
     }
     let mut files = Vec::new();
     for (name, text) in pages {
-        let path = dir.join(name);
-        let mut file = OutputFile::create(&path, false)?;
-        std::io::Write::write_all(&mut file, &text).map_err(Error::io(&path))?;
-        files.push(file);
+        files.push(written(&dir.join(name), &text)?);
     }
     output::commit(files, &run.control)
 }

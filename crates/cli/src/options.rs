@@ -5,13 +5,10 @@ use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
-use kugelblitz::generate::Distribution;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{ImageSize, Scene};
 use kugelblitz::trace::{Kernel, Ray};
 use kugelblitz::{Error, Result};
-use kugelblitz_judge::explain::Lang;
-use kugelblitz_judge::export::Language;
 
 use crate::args::{SizeArgs, WholeArgs};
 
@@ -20,26 +17,6 @@ pub const DEFAULT_KERNEL: Kernel = Kernel::Certified;
 
 /// The picture size where neither the command line nor the scene has one.
 const DEFAULT_SIZE: [u32; 2] = [1280, 720];
-
-/// Takes the names of the kernels.
-pub fn kernel_parser() -> impl TypedValueParser<Value = Kernel> {
-    parser_of(Kernel::ALL, Kernel::name)
-}
-
-/// Takes the names of [`Language::ALL`].
-pub fn language_parser() -> impl TypedValueParser<Value = Language> {
-    parser_of(Language::ALL, Language::name)
-}
-
-/// Takes the names of [`Lang::ALL`].
-pub fn lang_parser() -> impl TypedValueParser<Value = Lang> {
-    parser_of(Lang::ALL, Lang::name)
-}
-
-/// Takes the names of [`Distribution::ALL`].
-pub fn distribution_parser() -> impl TypedValueParser<Value = Distribution> {
-    parser_of(Distribution::ALL, Distribution::name)
-}
 
 /// Takes the names of `all`.
 pub fn parser_of<T: Copy + Send + Sync + 'static, const N: usize>(

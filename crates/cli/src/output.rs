@@ -11,7 +11,7 @@ use kugelblitz::words::{count, duration};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
-use crate::args::TalkArgs;
+use crate::Run;
 
 /// Standard output as errors call it.
 pub const STDOUT: &str = OutputFile::STDOUT_IN_WORDS;
@@ -24,6 +24,35 @@ pub fn is_stdout(output: &Path) -> bool {
 /// An output's name for people.
 pub fn name(output: &Path) -> String {
     if is_stdout(output) { STDOUT.into() } else { output.shown() }
+}
+
+/// Refuses a file whose name does not end as what is written does; `what` is e.g. `a figure is`.
+///
+/// # Errors
+/// [`Error::Usage`]
+pub fn check_ending(output: &Path, ending: &str, what: &str) -> Result<()> {
+    if output.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending)) {
+        return Ok(());
+    }
+    let name = output.shown();
+    Err(Error::Usage(format!("{name}: {what} written as .{ending}; name the file so")))
+}
+
+/// A file with these bytes, which is whole but not in its place.
+///
+/// # Errors
+/// Those of [`OutputFile::create`] and of writing.
+pub fn written(path: &Path, bytes: &[u8]) -> Result<OutputFile> {
+    filled(OutputFile::create(path, false)?, bytes)
+}
+
+/// As [`written`], of a file that is there already.
+///
+/// # Errors
+/// [`Error::Io`]
+pub fn filled(mut file: OutputFile, bytes: &[u8]) -> Result<OutputFile> {
+    file.write_all(bytes).map_err(|error| Error::io(file.path())(error))?;
+    Ok(file)
 }
 
 /// A path as a shell takes it.
@@ -103,17 +132,17 @@ pub fn printed_line(object: &impl Serialize) -> Result<()> {
     print(&json_line(serde_json::to_string(object))?)
 }
 
-impl TalkArgs {
+impl Run {
     /// Says a line that every run is worth.
     pub fn say(&self, line: &str) {
-        if !self.quiet {
+        if !self.talk.quiet {
             talk(line);
         }
     }
 
     /// Says a line that only --verbose asks for.
     pub fn note(&self, line: &str) {
-        if self.verbose {
+        if self.talk.verbose {
             talk(&format!("note: {line}"));
         }
     }
@@ -128,7 +157,7 @@ impl TalkArgs {
     /// # Errors
     /// [`Error::Usage`], with advice.
     pub fn refuse_json_beside(&self, outputs: &[&Path], what: &str, advice: &str) -> Result<()> {
-        if self.json && outputs.iter().any(|output| is_stdout(output)) {
+        if self.talk.json && outputs.iter().any(|output| is_stdout(output)) {
             let message = format!("{what} and --json can't both go to standard output; {advice}");
             return Err(Error::Usage(message));
         }

@@ -1,7 +1,6 @@
 //! What a picture shows where its scene doesn't say it: options, and scenes made of data.
 
 use std::collections::HashSet;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -20,9 +19,9 @@ use kugelblitz::scene::{
 use kugelblitz::{Error, Result};
 
 use crate::Run;
-use crate::args::{MAX_SAMPLES, TalkArgs};
+use crate::args::MAX_SAMPLES;
 use crate::options::{check_size, parser_of};
-use crate::output::{is_stdout, print};
+use crate::output::{filled, is_stdout, print};
 use crate::progress::Progress;
 use crate::scene::{refuse_overwriting, say_notes};
 
@@ -168,17 +167,16 @@ impl PictureArgs {
         path: &Path,
         size: Option<[u32; 2]>,
         n_turns: u32,
-        talk: &TalkArgs,
         run: &Run,
     ) -> Result<(Arc<Scene>, Composed)> {
         let overrides = self.overrides(size, n_turns)?;
-        let progress = Progress::of_bytes(talk, &run.control);
+        let progress = Progress::of_bytes(run);
         let mut composed = compose_scene(path, &overrides, &run.control)?;
         drop(progress);
         for note in &composed.notes {
-            talk.say(&format!("note: {note}"));
+            run.say(&format!("note: {note}"));
         }
-        say_notes(&composed.scene, talk);
+        say_notes(&composed.scene, run);
         let scene = Arc::new(std::mem::take(&mut composed.scene));
         Ok((scene, composed))
     }
@@ -187,11 +185,11 @@ impl PictureArgs {
     ///
     /// # Errors
     /// [`Error::Usage`]
-    pub fn check_outputs(&self, output: Option<&Path>, what: &str, talk: &TalkArgs) -> Result<()> {
+    pub fn check_outputs(&self, output: Option<&Path>, what: &str, run: &Run) -> Result<()> {
         let printed = self.print_scene.as_deref();
         let advice = "write to a file";
-        talk.refuse_json_beside(&Vec::from_iter(output), what, advice)?;
-        talk.refuse_json_beside(&Vec::from_iter(printed), "the scene", advice)?;
+        run.refuse_json_beside(&Vec::from_iter(output), what, advice)?;
+        run.refuse_json_beside(&Vec::from_iter(printed), "the scene", advice)?;
         match [output, printed].into_iter().flatten().all(is_stdout)
             && output.and(printed).is_some()
         {
@@ -217,10 +215,8 @@ impl PictureArgs {
             return print(plain_json(&composed.text(None)?).as_bytes()).map(|()| None);
         }
         refuse_overwriting(&[place], &[input], scene)?;
-        let mut file = OutputFile::create(place, false)?;
-        let text = composed.text(Some(place))?;
-        file.write_all(text.as_bytes()).map_err(Error::io(place))?;
-        Ok(Some(file))
+        let file = OutputFile::create(place, false)?;
+        filled(file, composed.text(Some(place))?.as_bytes()).map(Some)
     }
 }
 

@@ -7,7 +7,7 @@ use kugelblitz::words::bytes;
 use kugelblitz::{Error, Result, memory};
 use serde::Serialize;
 
-use crate::args::ProbeArgs;
+use crate::Run;
 use crate::head::Done;
 use crate::quiet::{self, quietly};
 
@@ -54,12 +54,12 @@ fn measure(gpu: &Gpu) -> Result<Measured> {
 }
 
 /// Lists the adapters, the best first.
-pub fn run(args: &ProbeArgs) -> Result<Done<Summary>> {
+pub fn run(run: &Run) -> Result<Done<Summary>> {
     memory::require_device()?;
     let (adapters, noise): (Vec<Probed>, _) =
         quietly(|| list_adapters().into_iter().map(Probed::new).collect());
-    if args.talk.verbose || adapters.is_empty() {
-        quiet::show(&noise, args.talk.verbose);
+    if run.talk.verbose || adapters.is_empty() {
+        quiet::show(&noise, run.talk.verbose);
     }
     let failure = adapters.is_empty().then(|| {
         Error::NoAdapter(

@@ -10,7 +10,7 @@ use indicatif::style::TemplateError;
 use indicatif::{ProgressBar, ProgressStyle};
 use kugelblitz::control::Control;
 
-use crate::args::TalkArgs;
+use crate::Run;
 
 /// Work that takes less time has no bar.
 const DELAY: Duration = Duration::from_millis(500);
@@ -23,22 +23,17 @@ pub struct Progress(Option<(Sender<()>, JoinHandle<()>)>);
 
 impl Progress {
     /// Follows the rays of `control` up to `n_rays`.
-    pub fn start(talk: &TalkArgs, control: &Arc<Control>, n_rays: u64) -> Progress {
-        Progress::follow(talk, control, "{human_pos} of {human_len} rays", move |control| {
+    pub fn start(run: &Run, n_rays: u64) -> Progress {
+        Progress::follow(run, "{human_pos} of {human_len} rays", move |control| {
             (control.rays_done(), n_rays)
         })
     }
 
     /// Follows the frames of a film, of so many rays each.
-    pub fn of_frames(
-        talk: &TalkArgs,
-        control: &Arc<Control>,
-        n_rays_each: u64,
-        n_frames: u64,
-    ) -> Progress {
+    pub fn of_frames(run: &Run, n_rays_each: u64, n_frames: u64) -> Progress {
         let style = ProgressStyle::with_template("{bar:40} {percent:>3} %, {msg}, {eta} left");
-        let (control, n_rays) = (Arc::clone(control), n_rays_each.saturating_mul(n_frames));
-        Progress::show(talk, style, move |bar| {
+        let (control, n_rays) = (Arc::clone(&run.control), n_rays_each.saturating_mul(n_frames));
+        Progress::show(run, style, move |bar| {
             let n_done = control.rays_done().min(n_rays);
             let frame = (n_done / n_rays_each.max(1) + 1).min(n_frames);
             bar.set_length(n_rays);
@@ -49,14 +44,14 @@ impl Progress {
     }
 
     /// Follows the bytes that `control` expects.
-    pub fn of_bytes(talk: &TalkArgs, control: &Arc<Control>) -> Progress {
-        Progress::follow(talk, control, "{bytes} of {total_bytes}", Control::bytes)
+    pub fn of_bytes(run: &Run) -> Progress {
+        Progress::follow(run, "{bytes} of {total_bytes}", Control::bytes)
     }
 
     /// Says what goes on, where nobody knows how far it is.
-    pub fn of_step(talk: &TalkArgs, what: String) -> Progress {
+    pub fn of_step(run: &Run, what: String) -> Progress {
         let style = ProgressStyle::with_template("{spinner} {elapsed} {msg}");
-        Progress::show(talk, style, move |bar| {
+        Progress::show(run, style, move |bar| {
             bar.set_message(what.clone());
             bar.tick();
             true
@@ -65,16 +60,15 @@ impl Progress {
 
     /// `look` gives what is done and what is to be done, and `what` is indicatif's text for it.
     fn follow(
-        talk: &TalkArgs,
-        control: &Arc<Control>,
+        run: &Run,
         what: &str,
         look: impl Fn(&Control) -> (u64, u64) + Send + 'static,
     ) -> Progress {
         let style = ProgressStyle::with_template(&format!(
             "{{bar:40}} {{percent:>3}} %, {what}, {{eta}} left"
         ));
-        let control = Arc::clone(control);
-        Progress::show(talk, style, move |bar| {
+        let control = Arc::clone(&run.control);
+        Progress::show(run, style, move |bar| {
             let (n_done, n_all) = look(&control);
             bar.set_length(n_all);
             bar.set_position(n_done.min(n_all));
@@ -84,11 +78,11 @@ impl Progress {
 
     /// `draw` brings the bar up to date, and says whether there is anything to show at all.
     fn show(
-        talk: &TalkArgs,
+        run: &Run,
         style: Result<ProgressStyle, TemplateError>,
         draw: impl Fn(&ProgressBar) -> bool + Send + 'static,
     ) -> Progress {
-        if talk.quiet || !std::io::stderr().is_terminal() {
+        if run.talk.quiet || !std::io::stderr().is_terminal() {
             return Progress(None);
         }
         let (stop, stopped) = channel();

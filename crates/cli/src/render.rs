@@ -1,6 +1,5 @@
 //! `kugelblitz render`
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -23,21 +22,20 @@ use kugelblitz_judge::show::{self, Show};
 use crate::args::RenderArgs;
 use crate::device;
 use crate::head::{Done, Drawn, MsStages, Traced, traced_in_words};
-use crate::output::{built, name};
+use crate::output::{built, check_ending, name, written};
 use crate::progress::Progress;
 use crate::show::{check, json_legend, legend_in_words};
 use crate::{Run, film, scene};
 
 /// Renders one picture or several, or only prints the scene.
 pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
-    let talk = &args.talk;
     let Some(output) = &args.output else {
-        return Done::<Traced>::scene_alone(print_scene(args, run)?).finish("render", talk, run);
+        return Done::<Traced>::scene_alone(print_scene(args, run)?).finish("render", run);
     };
     let begun = Begun::new(args, output, run)?;
     match args.film.is_film() {
-        true => film::run(args, output, begun, run)?.finish("render", talk, run),
-        false => picture(args, output, begun, run)?.finish("render", talk, run),
+        true => film::run(args, output, begun, run)?.finish("render", run),
+        false => picture(args, output, begun, run)?.finish("render", run),
     }
 }
 
@@ -47,16 +45,16 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     // Early, so that a folder that isn't there is told before the work and not after it.
     let file = OutputFile::create(output, begun.format.needs_seek())?;
 
-    let mut session = begun.session(args)?;
+    let mut session = begun.session(args, run)?;
     let wants = match args.show {
         Show::Color => begun.plan()?.wants(),
         show => show.wants(),
     };
-    let progress = scene::preparing(&begun.scene, session.kernel(), &args.talk);
+    let progress = scene::preparing(&begun.scene, session.kernel(), run);
     let making = session.make_ready(&Rays::Pixels(pixels), wants, &run.control)?;
     drop(progress);
     if session.prepared().is_some_and(Prepared::starts_in_f64) {
-        args.talk.note("f32 would leave most of these rays open: all begin in f64");
+        run.note("f32 would leave most of these rays open: all begin in f64");
     }
     // Again: the scene's numbers have their memory by now.
     let plan = begun.plan()?;
@@ -64,7 +62,7 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         Show::Color => plan.n_steps(&pixels, begun.scene.is_lit()),
         show => show::n_steps(show, &pixels),
     };
-    let progress = Progress::start(&args.talk, &run.control, n_steps);
+    let progress = Progress::start(run, n_steps);
     let (rendered, shown, file) = match args.show {
         Show::Color => {
             let (rendered, file) = session.draw(&pixels, &plan, file, &run.control)?;
@@ -110,16 +108,16 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         duration(rendered.shade),
         duration(rendered.write)
     );
-    done.said.extend(args.talk.verbose.then_some(times));
+    done.said.extend(run.talk.verbose.then_some(times));
     Ok(done)
 }
 
 /// The scene alone, without a picture.
 fn print_scene(args: &RenderArgs, run: &Run) -> Result<Option<OutputFile>> {
-    let (picture, talk) = (&args.picture, &args.talk);
-    picture.check_outputs(None, "the picture", talk)?;
+    let picture = &args.picture;
+    picture.check_outputs(None, "the picture", run)?;
     let (size, n_turns) = (args.size.whole.size, args.film.n_turns());
-    let (scene, composed) = picture.read(&args.scene, size, n_turns, talk, run)?;
+    let (scene, composed) = picture.read(&args.scene, size, n_turns, run)?;
     picture.print(&composed, &scene, &args.scene)
 }
 
@@ -141,15 +139,15 @@ pub struct Begun {
 impl Begun {
     /// Reads the scene and checks all that is asked for.
     fn new(args: &RenderArgs, output: &Path, run: &Run) -> Result<Begun> {
-        let (format, options) = what_to_write(args, output)?;
+        let (format, options) = what_to_write(args, output, run)?;
         let epsilon = epsilon(args)?;
         let start = Instant::now();
         let (size, n_turns) = (args.size.whole.size, args.film.n_turns());
-        let (scene, composed) = args.picture.read(&args.scene, size, n_turns, &args.talk, run)?;
+        let (scene, composed) = args.picture.read(&args.scene, size, n_turns, run)?;
         let pixels = args.size.pixels(&scene, &args.scene)?;
         let read = start.elapsed();
         if args.epsilon.is_some() && !scene.is_lit() {
-            args.talk.warn("--epsilon changes nothing: the scene has no light");
+            run.warn("--epsilon changes nothing: the scene has no light");
         }
         let n_samples = match args.show {
             Show::Color => scene.samples.unwrap_or_default(),
@@ -200,24 +198,19 @@ impl Begun {
     /// Opens the device.
     ///
     /// # Errors
-    /// Those of [`device::open_for`].
-    pub fn session(&self, args: &RenderArgs) -> Result<Session> {
-        let (kernel, choice) = (args.kernel.kernel, &args.device.device);
+    /// Those of [`device::session`].
+    pub fn session(&self, args: &RenderArgs, run: &Run) -> Result<Session> {
         let n_rays = match args.show {
             Show::Color => rays_of_picture(&self.scene, self.pixels.len(), self.n_samples),
             _ => self.pixels.len(),
         };
-        let device = device::open_for(choice, kernel, &self.scene, n_rays, &args.talk)?;
-        Ok(Session::new(Arc::clone(&self.scene), device, kernel))
+        device::session(&args.device, args.kernel.kernel, &self.scene, n_rays, run)
     }
 }
 
 /// The legend, whole but not yet in its place.
 fn write_legend(path: &Path, args: &RenderArgs, scene: &Scene) -> Result<OutputFile> {
-    if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg")) {
-        let message = format!("{}: a legend is a picture of lines, .svg", path.shown());
-        return Err(Error::Usage(message));
-    }
+    check_ending(path, "svg", "a legend is")?;
     let svg = legend_svg(&scene.clouds).ok_or_else(|| {
         Error::Usage(format!(
             "--legend: no cloud of {} is coloured by a column; say which, e.g. `color_by = \"speed\"` \
@@ -225,9 +218,7 @@ fn write_legend(path: &Path, args: &RenderArgs, scene: &Scene) -> Result<OutputF
             args.scene.shown()
         ))
     })?;
-    let mut file = OutputFile::create(path, false)?;
-    file.write_all(svg.as_bytes()).map_err(Error::io(path))?;
-    Ok(file)
+    written(path, svg.as_bytes())
 }
 
 /// How far from a surface shadow rays start.
@@ -243,7 +234,7 @@ fn epsilon(args: &RenderArgs) -> Result<f64> {
 }
 
 /// The format and its options, checked against each other.
-fn what_to_write(args: &RenderArgs, output: &Path) -> Result<(Format, PictureOptions)> {
+fn what_to_write(args: &RenderArgs, output: &Path, run: &Run) -> Result<(Format, PictureOptions)> {
     let by_ending = Format::from_path(output);
     let format = match (args.format, by_ending) {
         (None, by_ending) => by_ending?,
@@ -256,7 +247,7 @@ fn what_to_write(args: &RenderArgs, output: &Path) -> Result<(Format, PictureOpt
         }
         (Some(format), _) => format,
     };
-    args.picture.check_outputs(Some(output), "the picture", &args.talk)?;
+    args.picture.check_outputs(Some(output), "the picture", run)?;
     let holds_colours_only = matches!(format, Format::Png | Format::Ppm);
     if args.certificates && holds_colours_only {
         return Err(Error::Usage(format!(

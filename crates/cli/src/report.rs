@@ -1,6 +1,5 @@
 //! `kugelblitz report`
 
-use std::io::Write;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,6 +19,7 @@ use kugelblitz_report::{
 
 use crate::args::ReportArgs;
 use crate::head::{Done, summary};
+use crate::output::filled;
 use crate::progress::Progress;
 use crate::quiet::{self, quietly};
 use crate::{Run, device, version};
@@ -30,9 +30,9 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
     refuse_overwriting(args, &cases)?;
     let settings = settings(args);
     let earlier = earlier(args, &settings)?;
-    let mut outputs = outputs(&args.output)?;
+    let outputs = outputs(&args.output)?;
     let mut missing = Vec::new();
-    let devices = devices(args, &mut missing)?;
+    let devices = devices(args, &mut missing, run)?;
     let adapters = devices.iter().filter_map(|device| match device {
         Device::Gpu(gpu) => Some(AdapterArithmetic::of(gpu)),
         Device::Cpu => None,
@@ -42,21 +42,19 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
     let benchmarks = benchmarks(&devices, kernels(args), &mut missing)?;
 
     let n_rays = Report::n_rays(&cases, &benchmarks, &settings);
-    let progress = Progress::start(&args.talk, &run.control, n_rays);
+    let progress = Progress::start(run, n_rays);
     let mut report = Report::measure(environment, &cases, &benchmarks, settings, &run.control)?;
     drop(progress);
     report.missing.extend(missing);
     report.baseline = earlier.map(|(file, earlier)| Baseline::new(file, &earlier, &report));
 
-    for (file, form) in &mut outputs {
-        let path = file.path().to_path_buf();
-        file.write_all(&form.of(&report)?).map_err(Error::io(path))?;
+    let write = |(file, form): (OutputFile, Form)| filled(file, &form.of(&report)?);
+    let files = outputs.into_iter().map(write).collect::<Result<_>>()?;
+    if let Some(warning) = report.noise.warning().filter(|_| run.talk.json) {
+        run.warn(&warning);
     }
-    if let Some(warning) = report.noise.warning().filter(|_| args.talk.json) {
-        args.talk.warn(&warning);
-    }
-    let (files, words) = (outputs.into_iter().map(|(file, _)| file), text::terminal(&report));
-    Ok(Done { files: files.collect(), ..Done::in_words(report, words) })
+    let words = text::terminal(&report);
+    Ok(Done { files, ..Done::in_words(report, words) })
 }
 
 /// The forms in which a report can be written.
@@ -134,7 +132,7 @@ fn cases(args: &ReportArgs, run: &Run) -> Result<Vec<Case>> {
     if args.scenes.is_empty() {
         return default_cases();
     }
-    let _progress = Progress::of_bytes(&args.talk, &run.control);
+    let _progress = Progress::of_bytes(run);
     let case = |path: &PathBuf| {
         let mut case = Case::new(&read_scene_text(path)?, path, Class::Given, &run.control)?;
         if args.scenes.iter().filter(|other| other.file_stem() == path.file_stem()).count() > 1 {
@@ -158,16 +156,16 @@ fn settings(args: &ReportArgs) -> Settings {
 }
 
 /// The devices that --device names; without it every adapter, the best first, and the CPU.
-fn devices(args: &ReportArgs, missing: &mut Vec<Missing>) -> Result<Vec<Device>> {
+fn devices(args: &ReportArgs, missing: &mut Vec<Missing>, run: &Run) -> Result<Vec<Device>> {
     if let Some(choice) = &args.device {
-        return Ok(vec![device::open(choice, None, &args.talk)?]);
+        return Ok(vec![device::open(choice, None, run)?]);
     }
     if let Err(Error::TooLarge(why)) = memory::require_device() {
         missing.push(Missing { what: "Vulkan devices".into(), why });
         return Ok(vec![Device::Cpu]);
     }
     let (opened, noise) = quietly(Gpu::open_all);
-    quiet::show(&noise, args.talk.verbose);
+    quiet::show(&noise, run.talk.verbose);
     let mut devices = Vec::new();
     if opened.is_empty() {
         missing.push(Missing {

@@ -10,32 +10,31 @@ use kugelblitz::trace::Kernel;
 use kugelblitz::words::count;
 
 use crate::Run;
-use crate::args::TalkArgs;
 use crate::progress::Progress;
 
 /// Reads a scene, shows how far it is, and says what its reader noted.
 ///
 /// # Errors
 /// Those of [`read_scene_with`].
-pub fn read(path: &Path, talk: &TalkArgs, run: &Run) -> Result<Arc<Scene>> {
-    let progress = Progress::of_bytes(talk, &run.control);
+pub fn read(path: &Path, run: &Run) -> Result<Arc<Scene>> {
+    let progress = Progress::of_bytes(run);
     let scene = read_scene_with(path, &run.control)?;
     drop(progress);
-    say_notes(&scene, talk);
+    say_notes(&scene, run);
     Ok(Arc::new(scene))
 }
 
 /// Says what the reader of a scene noted.
-pub fn say_notes(scene: &Scene, talk: &TalkArgs) {
-    scene.notes.iter().for_each(|note| talk.say(note));
+pub fn say_notes(scene: &Scene, run: &Run) {
+    scene.notes.iter().for_each(|note| run.say(note));
 }
 
 /// Shows, while it lives, that preparing a scene takes a while.
-pub fn preparing(scene: &Scene, kernel: Kernel, talk: &TalkArgs) -> Progress {
+pub fn preparing(scene: &Scene, kernel: Kernel, run: &Run) -> Progress {
     let has_hierarchy = kernel == Kernel::Certified;
     let what = if has_hierarchy { "building the hierarchy over" } else { "preparing" };
     let n_spheres = count(scene.spheres.len(), "sphere");
-    Progress::of_step(talk, format!("{what} {n_spheres}, {}", kernel.name()))
+    Progress::of_step(run, format!("{what} {n_spheres}, {}", kernel.name()))
 }
 
 /// Refuses outputs that would replace what they are made from, or each other.

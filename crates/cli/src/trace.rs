@@ -1,7 +1,6 @@
 //! `kugelblitz trace`
 
 use std::path::Path;
-use std::sync::Arc;
 use std::time::Instant;
 
 use kugelblitz::memory;
@@ -11,12 +10,12 @@ use kugelblitz::plain::Shown;
 use kugelblitz::render::{Rendered, hits_bytes};
 use kugelblitz::trace::{Hits, Ray, Rays, Wants};
 use kugelblitz::words::count;
-use kugelblitz::{Error, Result, Session};
+use kugelblitz::{Error, Result};
 
 use crate::args::TraceArgs;
 use crate::device;
 use crate::head::{Done, Drawn, Traced, traced_in_words};
-use crate::output::{is_stdout, name};
+use crate::output::{check_ending, is_stdout, name};
 use crate::progress::Progress;
 use crate::{Run, scene};
 
@@ -26,38 +25,33 @@ const FILE_RAY_BYTES: u64 = 48;
 /// Traces a file of rays into a file of hits.
 pub fn run(args: &TraceArgs, run: &Run) -> Result<Done<Traced>> {
     let advice = "write the hits to a file";
-    args.talk.refuse_json_beside(&[&args.output], "the hits", advice)?;
-    let is_npy = args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npy"));
-    if !is_npy && !is_stdout(&args.output) {
-        return Err(Error::Usage(format!(
-            "{}: hits are written as .npy; name the file so, or give - for standard output",
-            args.output.shown()
-        )));
+    run.refuse_json_beside(&[&args.output], "the hits", advice)?;
+    if !is_stdout(&args.output) {
+        check_ending(&args.output, "npy", "hits are")?;
     }
     let wants = Wants { surface: true, level: args.certificates };
     let start = Instant::now();
-    let scene = scene::read(&args.scene, &args.talk, run)?;
+    let scene = scene::read(&args.scene, run)?;
     refuse_what_cannot_fit(&args.rays, wants)?;
     scene::refuse_overwriting(&[&args.output], &[&args.scene, &args.rays], &scene)?;
     let mut file = OutputFile::create(&args.output, false)?;
-    let progress = Progress::of_bytes(&args.talk, &run.control);
+    let progress = Progress::of_bytes(run);
     let rays = Rays::List(read_rays(&args.rays, &run.control)?);
     drop(progress);
     let read = start.elapsed();
 
-    let device =
-        device::open_for(&args.device.device, args.kernel.kernel, &scene, rays.len(), &args.talk)?;
-    let mut session = Session::new(Arc::clone(&scene), device, args.kernel.kernel);
-    let progress = scene::preparing(&scene, args.kernel.kernel, &args.talk);
+    let kernel = args.kernel.kernel;
+    let mut session = device::session(&args.device, kernel, &scene, rays.len(), run)?;
+    let progress = scene::preparing(&scene, kernel, run);
     let making = session.make_ready(&rays, wants, &run.control)?;
     drop(progress);
 
-    let progress = Progress::start(&args.talk, &run.control, rays.len() as u64);
+    let progress = Progress::start(run, rays.len() as u64);
     let mut hits = Hits::default();
     let timing = session.trace(&rays, wants, &run.control, &mut hits)?;
     drop(progress);
     let start = Instant::now();
-    let progress = Progress::of_bytes(&args.talk, &run.control);
+    let progress = Progress::of_bytes(run);
     write_hits(&mut file, &hits, &run.control)?;
     drop(progress);
     let write = start.elapsed();

@@ -25,17 +25,17 @@ pub struct Summary {
 
 /// Compares the devices with each other and with exact arithmetic.
 pub fn run(args: &VerifyArgs, run: &Run) -> Result<Done<Summary>> {
-    let scene = scene::read(&args.scene, &args.talk, run)?;
+    let scene = scene::read(&args.scene, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
     let verification = Verification::new(&scene, &pixels, args.samples, args.seed)?;
     let only = (!args.all_kernels).then_some(args.kernel.kernel);
-    let device = device::open(&args.device.device, only, &args.talk)?;
+    let device = device::open(&args.device.device, only, run)?;
     run.control.check()?;
 
     let kernels = only.map_or(Kernel::ALL.to_vec(), |kernel| vec![kernel]);
     let n_steps = verification.n_steps(kernels.len(), device.facts().is_some());
-    let progress = Progress::start(&args.talk, &run.control, n_steps);
-    let device_of = |kernel| device::or_cpu(&device, kernel, &args.talk);
+    let progress = Progress::start(run, n_steps);
+    let device_of = |kernel| device::or_cpu(&device, kernel, run);
     let verified = verification.run(&kernels, device_of, &run.control)?;
     drop(progress);
 

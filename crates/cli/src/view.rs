@@ -21,12 +21,12 @@ use crate::quiet::{self, Quiet};
 pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
     let picture = &args.picture;
     if picture.print_scene.is_some() {
-        picture.check_outputs(None, "the window", &args.talk)?;
-        let (scene, composed) = picture.read(&args.scene, args.size.size, 0, &args.talk, run)?;
+        picture.check_outputs(None, "the window", run)?;
+        let (scene, composed) = picture.read(&args.scene, args.size.size, 0, run)?;
         return output::commit(picture.print(&composed, &scene, &args.scene)?, &run.control);
     }
     let overrides = picture.overrides(args.size.size, 0)?;
-    let (scene, _) = picture.read(&args.scene, args.size.size, 0, &args.talk, run)?;
+    let (scene, _) = picture.read(&args.scene, args.size.size, 0, run)?;
     let size = args.size.size.map(check_size).transpose()?;
     let options = Options {
         path: args.scene.clone(),
@@ -48,7 +48,7 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
             Notice::Opening => quiet = Quiet::start(),
             Notice::Opened { .. } => {
                 let noise = quiet.take().map(Quiet::end);
-                if args.talk.verbose {
+                if run.talk.verbose {
                     quiet::show(&noise.unwrap_or_default(), true);
                 }
             }
@@ -59,7 +59,7 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
         }
     });
     if let Some(noise) = quiet.take().map(Quiet::end) {
-        quiet::show(&noise, args.talk.verbose);
+        quiet::show(&noise, run.talk.verbose);
     }
     ran?;
     failed.map_or(Ok(()), Err)

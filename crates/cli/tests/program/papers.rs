@@ -16,7 +16,7 @@ static DESCRIPTION: LazyLock<String> = LazyLock::new(|| text_of("docs/json.md"))
 const HEAD: &[&str] = &["head"];
 
 /// Commands with --json that print no summary.
-const WITHOUT_SUMMARY: [&str; 1] = ["view"];
+const WITHOUT_SUMMARY: [&str; 3] = ["view", "completions", "man"];
 
 /// Fields that need another machine: one with a device that fails.
 const ELSEWHERE: [(&str, &str); 1] = [("probe", "adapters[].failure")];
