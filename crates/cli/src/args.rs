@@ -371,10 +371,8 @@ pub struct ViewArgs {
     pub device: DeviceArgs,
     #[command(flatten)]
     pub size: WholeArgs,
-    /// Language of explanations: en or de
-    #[arg(long, default_value = Lang::English.name(), value_parser = parser_of(Lang::ALL, Lang::name),
-        hide_possible_values = true)]
-    pub lang: Lang,
+    #[command(flatten)]
+    pub lang: LangArgs,
     /// Print what happens, one JSON object a line, in place of all else: for tests
     #[arg(long, hide = true)]
     pub log_events: bool,

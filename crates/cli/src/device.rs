@@ -40,9 +40,10 @@ pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, run: &Run) -> Result<
                 gpu.facts.driver,
                 duration(start.elapsed())
             ));
-            match gpu.arithmetic()?.suits_filter() {
-                true => run.note(&filter_line(&gpu)?),
-                false => run.warn(&format!("{} (see `kugelblitz probe`)", filter_line(&gpu)?)),
+            if gpu.arithmetic()?.suits_filter() {
+                run.note(&filter_line(&gpu)?)
+            } else {
+                run.warn(&format!("{} (see `kugelblitz probe`)", filter_line(&gpu)?))
             }
             Ok(Device::Gpu(Arc::new(gpu)))
         }

@@ -32,25 +32,28 @@ impl Excerpt {
         let line_start = text[..span.start].rfind('\n').map_or(0, |newline| newline + 1);
         let line_end = text[span.start..].find('\n').map_or(text.len(), |n| span.start + n);
         let mut excerpt = Excerpt::default();
-        if let Some(end) = line_start.checked_sub(1) {
-            let start = text[..end].rfind('\n').map_or(0, |newline| newline + 1);
-            excerpt.push_start_of(&text[start..end]);
+        if let Some(before) = text[..line_start].lines().next_back() {
+            excerpt.push("", before, 0);
             excerpt.text.push('\n');
             excerpt.has_line_before = true;
         }
-        let before = &text[line_start..span.start];
-        let behind = without_return(&text[span.start..line_end]);
-        excerpt.push_around(before, behind, span.len());
-        if line_end < text.len() {
-            let behind = &text[line_end + 1..];
+        let (before, behind) = (&text[line_start..span.start], &text[span.start..line_end]);
+        let place = excerpt.push(before, without_return(behind), span.len());
+        if place.start == excerpt.text.len() {
+            // The end of a line is a place, but nothing to put a mark under.
+            excerpt.text.push(' ');
+        }
+        excerpt.span = place;
+        if let Some(behind) = text.get(line_end + 1..) {
             excerpt.text.push('\n');
-            excerpt.push_start_of(&behind[..behind.find('\n').unwrap_or(behind.len())]);
+            excerpt.push("", behind.lines().next().unwrap_or_default(), 0);
         }
         excerpt
     }
 
-    /// The line of the place: what is before it, and what begins with its `n_bytes`.
-    fn push_around(&mut self, before: &str, behind: &str, n_bytes: usize) {
+    /// Adds a line with a place in it: what is before it, and what begins with its `n_bytes`. Gives the
+    /// bytes of `text` that the place then is.
+    fn push(&mut self, before: &str, behind: &str, n_bytes: usize) -> Range<usize> {
         let n_before = before.chars().rev().take(COLUMNS).count();
         let n_behind = behind.chars().take(COLUMNS).count();
         let n_behind = n_behind.min(COLUMNS_BEHIND.max(COLUMNS - n_before));
@@ -62,33 +65,17 @@ impl Excerpt {
             self.text.push(CUT);
         }
         self.text += &plain(&before[start..]);
-        let end = end_of_columns(behind, n_behind);
-        let span_end = n_bytes.min(end);
-        let span_start = self.text.len();
-        self.text += &plain(&behind[..span_end]);
-        self.span = span_start..self.text.len();
-        self.text += &plain(&behind[span_end..end]);
+        let end = behind.char_indices().nth(n_behind).map_or(behind.len(), |(byte, _)| byte);
+        let (place, rest) = behind[..end].split_at(n_bytes.min(end));
+        let place_start = self.text.len();
+        self.text += &plain(place);
+        let place = place_start..self.text.len();
+        self.text += &plain(rest);
         if end < behind.len() {
             self.text.push(CUT);
         }
-        if self.span.start == self.text.len() {
-            // The end of a line is a place, but nothing to put a mark under.
-            self.text.push(' ');
-        }
+        place
     }
-
-    fn push_start_of(&mut self, line: &str) {
-        let line = without_return(line);
-        let end = end_of_columns(line, COLUMNS);
-        self.text += &plain(&line[..end]);
-        if end < line.len() {
-            self.text.push(CUT);
-        }
-    }
-}
-
-fn end_of_columns(line: &str, n: usize) -> usize {
-    line.char_indices().nth(n).map_or(line.len(), |(byte, _)| byte)
 }
 
 /// A line without the `\r` that ends it in files from Windows.

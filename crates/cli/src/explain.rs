@@ -51,10 +51,7 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<Done<Summary>> {
     };
     explanation.add_device(&scene, &rays, make)?;
     run.control.check()?;
-    let words = match args.latex {
-        true => latex::latex(&explanation),
-        false => text::text(&explanation),
-    };
+    let words = if args.latex { latex::latex(&explanation) } else { text::text(&explanation) };
     let (on, objects) = (On::from(&device), ObjectCounts::of(&scene));
     Ok(Done::in_words(Summary { on, objects, explanation }, words))
 }

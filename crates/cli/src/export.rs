@@ -46,10 +46,8 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<Done<Summary>> {
     run.control.check()?;
 
     let command = language.command(&shell_quoted(output), size);
-    let next = match is_stdout(output) {
-        true => String::new(),
-        false => format!("; render it with: {command}"),
-    };
+    let next =
+        if is_stdout(output) { String::new() } else { format!("; render it with: {command}") };
     let (name, renderer) = (name(output), language.renderer());
     let line = format!("{name}: {} for {renderer}{next}", objects(&scene));
     let objects = ObjectCounts::of(&scene);

@@ -169,36 +169,28 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         output::commit([file], &Control::default())?;
         Ok(Drawn::new(&rendered, making, None, start.elapsed(), is_lit))
     };
-    let mut done = Ok(());
     let mut n_done = 0;
-    for (frame, path) in frames.iter_mut().filter(|(frame, _)| !frame.skipped) {
-        match draw(&cameras[frame.frame as usize - 1], path) {
-            Ok(drawn) => frame.drawn = Some(drawn),
-            Err(error) => {
-                done = Err(error);
-                break;
-            }
-        }
-        n_done += 1;
-    }
+    let done =
+        frames.iter_mut().filter(|(frame, _)| !frame.skipped).try_for_each(|(frame, path)| {
+            frame.drawn = Some(draw(&cameras[frame.frame as usize - 1], path)?);
+            n_done += 1;
+            Ok::<_, Error>(())
+        });
     drop(progress);
-    if let Err(error) = done {
-        if n_done > 0 {
-            run.say(&format!(
-                "{n_done} of {} are whole; --resume goes on with the others",
-                count(n_left, "frame")
-            ));
-        }
-        return Err(error);
+    if done.is_err() && n_done > 0 {
+        let all = count(n_left, "frame");
+        run.say(&format!("{n_done} of {all} are whole; --resume goes on with the others"));
     }
-    let ffmpeg = ffmpeg(output, n_frames, begun.format, [begun.pixels.width, begun.pixels.height]);
+    done?;
+    let size = [begun.pixels.width, begun.pixels.height];
+    let ffmpeg = ffmpeg(output, n_frames, begun.format, size);
     let frames: Vec<Frame> = frames.into_iter().map(|(frame, _)| frame).collect();
     let line = in_words(&frames, &begun.pixels, &session, run.start.elapsed());
     let as_film = ffmpeg.as_ref().map(|ffmpeg| format!("as a film: {ffmpeg}"));
     let summary = Summary {
         on: On::from(session.device()),
         kernel: session.kernel().name(),
-        size: [begun.pixels.width, begun.pixels.height],
+        size,
         objects: ObjectCounts::of(&begun.scene),
         samples: (begun.n_samples > Samples::ONE).then_some(begun.n_samples.across()),
         n_frames,
@@ -245,9 +237,10 @@ fn ffmpeg(output: &Path, n_frames: u32, format: Format, size: [u32; 2]) -> Optio
     let pattern = shell_quoted(&pattern_of_files(output, n_frames));
     let film = shell_quoted(&output.with_extension("mp4"));
     // The usual coding of colours takes even numbers of pixels.
-    let even = match size.iter().any(|side| side % 2 == 1) {
-        true => " -vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2'",
-        false => "",
+    let even = if size.iter().any(|side| side % 2 == 1) {
+        " -vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2'"
+    } else {
+        ""
     };
     Some(format!("ffmpeg -framerate 25 -i {pattern}{even} -pix_fmt yuv420p {film}"))
 }

@@ -18,7 +18,7 @@ use serde::Serialize;
 use crate::Run;
 use crate::args::Cli;
 use crate::output::{json, ms, objects, print, print_text};
-use crate::show::JsonEntry;
+use crate::show::LegendEntry;
 
 /// The version of `docs/json.md`; a report has its own.
 const SCHEMA: u32 = 1;
@@ -345,7 +345,7 @@ pub struct Traced {
     pub show: Option<&'static str>,
     /// What the colours mean.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub legend: Option<Vec<JsonEntry>>,
+    pub legend: Option<Vec<LegendEntry>>,
     bytes_device: u64,
     /// Times of the `--repeat` runs, in order.
     #[serde(skip_serializing_if = "Option::is_none")]

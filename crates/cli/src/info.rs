@@ -52,9 +52,10 @@ pub fn run(args: &InfoArgs) -> Result<Done<ImageFacts>> {
 
 /// `PNG, 1280×720`, or `NPY, 12 results`.
 fn shape(image: &Image) -> String {
-    match image.is_list {
-        true => format!("{}, {}", image.format, count(image.width, "result")),
-        false => format!("{}, {}×{}", image.format, image.width, image.height),
+    if image.is_list {
+        format!("{}, {}", image.format, count(image.width, "result"))
+    } else {
+        format!("{}, {}×{}", image.format, image.width, image.height)
     }
 }
 

@@ -169,9 +169,10 @@ fn stop_now(control: &Control) -> ! {
     exit_at_once(end(interrupted.exit_code(), || {
         kugelblitz::output::remove_unfinished();
         quiet::break_off();
-        match control.is_cancelled() {
-            true => complain(&interrupted, WRITES.load(Ordering::Relaxed)),
-            false => talk("error: interrupted while output files were put in their places"),
+        if control.is_cancelled() {
+            complain(&interrupted, WRITES.load(Ordering::Relaxed))
+        } else {
+            talk("error: interrupted while output files were put in their places")
         }
     }))
 }

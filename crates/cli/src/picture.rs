@@ -250,9 +250,10 @@ fn value_or<T>(
     text: &str,
     parse: impl Fn(&str) -> Result<T, String>,
 ) -> Result<ValueOr<T>, String> {
-    match text == word {
-        true => Ok(ValueOr(None)),
-        false => parse(text).map(Some).map(ValueOr).map_err(|help| format!("{help}; or {word}")),
+    if text == word {
+        Ok(ValueOr(None))
+    } else {
+        parse(text).map(Some).map(ValueOr).map_err(|help| format!("{help}; or {word}"))
     }
 }
 

@@ -74,21 +74,18 @@ pub fn run(run: &Run) -> Result<Done<Summary>> {
 
 fn describe(probed: &Probed) -> String {
     let facts = &probed.facts;
-    let kind = match facts.is_software() {
-        true => "software: its shaders run on the CPU",
-        false => facts.kind,
-    };
+    let kind =
+        if facts.is_software() { "software: its shaders run on the CPU" } else { facts.kind };
     let lines = [
         ("type", kind.to_string()),
         ("driver", facts.driver.clone()),
         ("f64 in shaders", yes_or_no(facts.f64).into()),
         (
             "NoContraction",
-            match facts.passthrough {
-                true => "yes: shaders are passed through as they are".into(),
-                false => {
-                    "no: shaders go the ordinary way, where the driver may rearrange".to_string()
-                }
+            if facts.passthrough {
+                "yes: shaders are passed through as they are".into()
+            } else {
+                "no: shaders go the ordinary way, where the driver may rearrange".to_string()
             },
         ),
         ("largest binding", bytes(facts.max_binding_bytes)),

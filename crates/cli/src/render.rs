@@ -24,7 +24,7 @@ use crate::device;
 use crate::head::{Done, Drawn, MsStages, Traced, traced_in_words};
 use crate::output::{built, check_ending, name, written};
 use crate::progress::Progress;
-use crate::show::{check, json_legend, legend_in_words};
+use crate::show::{LegendEntry, check, legend};
 use crate::{Run, film, scene};
 
 /// Renders one picture or several, or only prints the scene.
@@ -33,9 +33,10 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
         return Done::<Traced>::scene_alone(print_scene(args, run)?).finish("render", run);
     };
     let begun = Begun::new(args, output, run)?;
-    match args.film.is_film() {
-        true => film::run(args, output, begun, run)?.finish("render", run),
-        false => picture(args, output, begun, run)?.finish("render", run),
+    if args.film.is_film() {
+        film::run(args, output, begun, run)?.finish("render", run)
+    } else {
+        picture(args, output, begun, run)?.finish("render", run)
     }
 }
 
@@ -93,11 +94,12 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     summary.size = Some([pixels.width, pixels.height]);
     summary.samples = (begun.n_samples > Samples::ONE).then_some(begun.n_samples.across());
     summary.show = shown.as_ref().map(|_| args.show.name());
-    summary.legend = shown.as_ref().map(json_legend);
+    summary.legend = shown.as_ref().map(legend);
     summary.ms_runs = ms_runs;
+    let lines: Vec<String> = summary.legend.iter().flatten().map(LegendEntry::to_string).collect();
     let line = format!("{}: {}, {}", name(output), size(&pixels), traced_in_words(&session, run));
     let mut done = Done::with_files(summary, begun.beside.into_iter().chain([file]), line);
-    done.said.extend(shown.iter().flat_map(legend_in_words));
+    done.said.extend(lines);
     let times = format!(
         "note: read {}, prepared {}, {}compiled {}, traced {}, coloured {}, wrote {}",
         duration(read),

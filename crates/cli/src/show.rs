@@ -1,5 +1,7 @@
 //! `render --show`
 
+use std::fmt;
+
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use kugelblitz::picture::{Format, PictureOptions};
 use kugelblitz::scene::hex;
@@ -47,9 +49,9 @@ pub fn check(args: &RenderArgs, format: Format, options: PictureOptions) -> Resu
     }
 }
 
-/// An entry of the legend, for --json.
+/// An entry of the legend.
 #[derive(Serialize)]
-pub struct JsonEntry {
+pub struct LegendEntry {
     color: String,
     meaning: String,
     /// How many pixels have this meaning, where they are counted.
@@ -60,9 +62,9 @@ pub struct JsonEntry {
     at: Vec<[u32; 2]>,
 }
 
-/// The legend for --json.
-pub fn json_legend(shown: &Shown) -> Vec<JsonEntry> {
-    let entry = |(i, entry): (usize, &Entry)| JsonEntry {
+/// The legend.
+pub fn legend(shown: &Shown) -> Vec<LegendEntry> {
+    let entry = |(i, entry): (usize, &Entry)| LegendEntry {
         color: hex(entry.color),
         meaning: entry.meaning.clone(),
         pixels: shown.tally.count(i),
@@ -71,19 +73,17 @@ pub fn json_legend(shown: &Shown) -> Vec<JsonEntry> {
     shown.legend.iter().enumerate().map(entry).collect()
 }
 
-/// The legend for people, a line for each entry.
-pub fn legend_in_words(shown: &Shown) -> Vec<String> {
-    let line = |(i, entry): (usize, &Entry)| {
-        let mut line = format!("  {}  {}", hex(entry.color), entry.meaning);
-        if let Some(n) = shown.tally.count(i) {
-            line += &format!(": {}", count(n as usize, "pixel"));
+impl fmt::Display for LegendEntry {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let LegendEntry { color, meaning, pixels, at } = self;
+        write!(f, "  {color}  {meaning}")?;
+        if let Some(n) = pixels {
+            write!(f, ": {}", count(*n as usize, "pixel"))?;
         }
-        let few = shown.tally.few(i);
-        if (1..=MOST_TOLD).contains(&few.len()) {
-            let places: Vec<String> = few.iter().map(|[x, y]| format!("{x},{y}")).collect();
-            line += &format!(", at {}", places.join(" and "));
+        if !(1..=MOST_TOLD).contains(&at.len()) {
+            return Ok(());
         }
-        line
-    };
-    shown.legend.iter().enumerate().map(line).collect()
+        let places: Vec<String> = at.iter().map(|[x, y]| format!("{x},{y}")).collect();
+        write!(f, ", at {}", places.join(" and "))
+    }
 }

@@ -40,9 +40,10 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<Done<Summary>> {
     drop(progress);
 
     let Verified { rays, samples, seed, .. } = verified;
-    let share = match samples == rays {
-        true => "all pixels".to_string(),
-        false => format!("{samples} of {rays} pixels (seed {seed})"),
+    let share = if samples == rays {
+        "all pixels".to_string()
+    } else {
+        format!("{samples} of {rays} pixels (seed {seed})")
     };
     let head = format!(
         "{}: {}, {}, on {}; {share} against exact arithmetic\n",

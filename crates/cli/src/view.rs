@@ -37,7 +37,7 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
         scene,
         kernel: args.kernel.kernel,
         size,
-        lang: args.lang,
+        lang: args.lang.lang,
         recent: recent_list(),
         control: Arc::clone(&run.control),
         lose_device_after: args.lose_device_after,
@@ -69,10 +69,10 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
 /// data.
 fn recent_list() -> Option<PathBuf> {
     let folder = |name| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    let state = match cfg!(windows) {
-        true => folder("LOCALAPPDATA"),
-        false => folder("XDG_STATE_HOME")
-            .or_else(|| folder("HOME").map(|home| home.join(".local/state"))),
+    let state = if cfg!(windows) {
+        folder("LOCALAPPDATA")
+    } else {
+        folder("XDG_STATE_HOME").or_else(|| folder("HOME").map(|home| home.join(".local/state")))
     };
     state.map(|state| state.join("kugelblitz").join("recent"))
 }

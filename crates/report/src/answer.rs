@@ -30,9 +30,10 @@ pub fn answer(report: &Report) -> String {
         let names = list(&right);
         parts.insert(0, format!("{names} showed the right object for every ray compared"));
     }
-    match parts.is_empty() {
-        true => "No scene was measured.".to_string(),
-        false => format!("{}.", parts.join("; ")),
+    if parts.is_empty() {
+        "No scene was measured.".to_string()
+    } else {
+        format!("{}.", parts.join("; "))
     }
 }
 
@@ -75,9 +76,10 @@ pub fn price(report: &Report) -> Option<String> {
             });
             let ratios: Option<Vec<String>> = ratios.collect();
             let Some(ratios) = ratios.filter(|ratios| !ratios.is_empty()) else { continue };
-            kernels.push(match kernels.is_empty() {
-                true => format!("{kernel} takes {} times as long as the fastest", list(&ratios)),
-                false => format!("{kernel} {} times", list(&ratios)),
+            kernels.push(if kernels.is_empty() {
+                format!("{kernel} takes {} times as long as the fastest", list(&ratios))
+            } else {
+                format!("{kernel} {} times", list(&ratios))
             });
         }
         if !kernels.is_empty() {

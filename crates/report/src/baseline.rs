@@ -124,12 +124,13 @@ impl Earlier {
     /// Why not, and the option that changes it.
     pub fn check(&self, settings: &Settings) -> Result<(), String> {
         let ([width, height], [now_width, now_height]) = (self.settings.size, settings.size);
-        match self.settings.size == settings.size {
-            true => Ok(()),
-            false => Err(format!(
+        if self.settings.size == settings.size {
+            Ok(())
+        } else {
+            Err(format!(
                 "it was measured at {width}x{height} pixels and this would be at \
                  {now_width}x{now_height}, where a ray takes another time; give --size {width}x{height}"
-            )),
+            ))
         }
     }
 }

@@ -70,9 +70,12 @@ fn typeset_word(word: &str) -> String {
     if word.len() < 5 || !word.bytes().all(|byte| byte.is_ascii_digit()) {
         return word.to_string();
     }
-    let group = |(i, digit): (usize, char)| match i > 0 && (word.len() - i).is_multiple_of(3) {
-        true => vec!['\u{202f}', digit],
-        false => vec![digit],
+    let group = |(i, digit): (usize, char)| {
+        if i > 0 && (word.len() - i).is_multiple_of(3) {
+            vec!['\u{202f}', digit]
+        } else {
+            vec![digit]
+        }
     };
     word.chars().enumerate().flat_map(group).collect()
 }

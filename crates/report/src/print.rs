@@ -86,9 +86,10 @@ fn length(text: &str) -> usize {
 
 fn shortened(text: &str) -> String {
     let text = plain(text);
-    match length(&text) > CELL_WIDTH {
-        true => text.chars().take(CELL_WIDTH - 1).chain(['…']).collect(),
-        false => text,
+    if length(&text) > CELL_WIDTH {
+        text.chars().take(CELL_WIDTH - 1).chain(['…']).collect()
+    } else {
+        text
     }
 }
 

@@ -310,9 +310,10 @@ pub fn scene(report: &Report, name: &str, order: &SeriesOrder) -> [Table; 3] {
 /// All numbers of a sweep: a row an x, and columns for each line.
 pub fn sweep(report: &Report, sweep: &Sweep, order: &SeriesOrder) -> Table {
     let rows = report.rows_along(sweep);
-    let figures: Columns = match rows.iter().any(|row| row.number(TraceNsPerRay).is_some()) {
-        true => &[("ns a ray", Time(TraceNsPerRay))],
-        false => &[("wrong ids", Wrong), ("t, 99.9 %, ulp", P999(TUlp))],
+    let figures: Columns = if rows.iter().any(|row| row.number(TraceNsPerRay).is_some()) {
+        &[("ns a ray", Time(TraceNsPerRay))]
+    } else {
+        &[("wrong ids", Wrong), ("t, 99.9 %, ulp", P999(TUlp))]
     };
     // A line is named after all of its devices.
     let of_line = |line: Series| -> Vec<Row> {

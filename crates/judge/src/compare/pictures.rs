@@ -113,9 +113,12 @@ pub fn compare_pictures(
         of_pixels: Vec::new(),
     };
     if (a.width, a.height, a.is_list) != (b.width, b.height, b.is_list) {
-        let size = |image: &Image| match image.is_list {
-            true => format!("a list of {}", image.width),
-            false => format!("{}×{}", image.width, image.height),
+        let size = |image: &Image| {
+            if image.is_list {
+                format!("a list of {}", image.width)
+            } else {
+                format!("{}×{}", image.width, image.height)
+            }
         };
         found.broken.push(format!("the sizes differ: {} and {}", size(a), size(b)));
         return Ok(found);

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use kugelblitz::trace::Hits;
+use serde::Serialize;
 
 use super::Precision;
 
@@ -146,7 +147,7 @@ impl NormalError {
 }
 
 /// How many rays differ in what, and how far at most.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RayDifferences {
     /// Rays compared.
     pub rays: u64,
@@ -161,6 +162,7 @@ pub struct RayDifferences {
     /// The largest error of `t` on the right object, in f32 steps.
     pub t_ulp_max: f64,
     /// Rays on the right object with a normal whose components are not the f32 nearest to the right ones.
+    #[serde(rename = "normals_not_nearest")]
     pub normal_differs: u64,
     /// The largest distance of a normal from the right one, on the right object.
     pub normal_distance_max: f64,

@@ -6,6 +6,7 @@
 use Notation::{Latex, Text};
 use kugelblitz::exact::{Root, exact};
 use kugelblitz::num::V3;
+use serde::{Serialize, Serializer};
 
 use super::numbers::{MANY_DIGITS, Short};
 use super::step::{self, Numbers, Step, Value, Writer};
@@ -107,10 +108,8 @@ impl Line {
         for (notation, pieces) in [Text, Latex].into_iter().zip(&mut self.pieces) {
             let (piece, is_rounded) = piece(notation);
             self.is_rounded = is_rounded;
-            let relation = match pieces.is_empty() {
-                true => "",
-                false => notation.relation(was_rounded || is_rounded),
-            };
+            let relation =
+                if pieces.is_empty() { "" } else { notation.relation(was_rounded || is_rounded) };
             pieces.push(relation.to_owned() + &piece);
         }
     }
@@ -141,6 +140,12 @@ impl Line {
     }
 }
 
+impl Serialize for Line {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.pieces(Text).concat())
+    }
+}
+
 /// What a line shows between its formula and its result.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Shown {
@@ -168,13 +173,8 @@ impl Derivation {
     }
 
     /// A number for the results of a line.
-    pub fn short(&self, step: Step) -> Short {
+    fn short(&self, step: Step) -> Short {
         Short::new(&step.value(), self.digits)
-    }
-
-    /// Three of them.
-    pub fn shorts(&self, V3(steps): V3<Step>) -> [Short; 3] {
-        steps.map(|step| self.short(step))
     }
 
     fn tell(&mut self, letter: &'static str, value: Value, numbers: &[Short], is_joined: bool) {

@@ -25,7 +25,7 @@ pub use light::{
     Channel, ColorExplanation, LightExplanation, MeanExplanation, PointExplanation, Shading,
     SkyExplanation, Verdict,
 };
-pub use numbers::{Approximation, Exact, Quantity, Short, six_digits};
+pub use numbers::{Approximation, Exact, Quantity, six_digits};
 pub use words::{Lang, Remark};
 
 use kugelblitz::control::Control;
@@ -135,8 +135,11 @@ pub struct ObjectExplanation {
     pub id: u32,
     /// `sphere 3 (red giant)`, without anything that would steer a terminal.
     pub label: String,
-    /// The lecture's formula with the exact numbers put in.
-    pub terms: Terms,
+    /// `sphere` or `plane`.
+    pub shape: &'static str,
+    /// The lecture's formulas with the exact numbers put in.
+    #[serde(rename = "formulas")]
+    lines: Vec<Line>,
     /// The numbers of the formula in each arithmetic.
     pub quantities: Vec<Quantity>,
     /// Why the object won or lost, exactly.
@@ -145,44 +148,6 @@ pub struct ObjectExplanation {
     pub why: Vec<Remark>,
     /// How far from the object the ray passes, world units, where it misses.
     pub gap: Option<f64>,
-    #[serde(skip)]
-    lines: Vec<Line>,
-}
-
-/// The numbers that the lecture's formulas take, rounded to a few digits.
-#[derive(Clone, Debug, Serialize)]
-#[serde(tag = "shape", rename_all = "snake_case")]
-pub enum Terms {
-    /// Sphere.
-    Sphere {
-        /// Centre.
-        center: [Short; 3],
-        /// Radius.
-        radius: Short,
-        /// `o − c`
-        offset: [Short; 3],
-        /// The squares of the components of `d`, whose sum is `a`.
-        squares: [Short; 3],
-        /// `dᵢ·(oᵢ − cᵢ)`, whose doubled sum is `b`.
-        products: [Short; 3],
-        /// `(o − c)·(o − c)`
-        offset_squared: Short,
-        /// `r²`
-        radius_squared: Short,
-    },
-    /// Plane.
-    Plane {
-        /// A point of the plane.
-        point: [Short; 3],
-        /// Normal of any length.
-        normal: [Short; 3],
-        /// `a − o`
-        offset: [Short; 3],
-        /// `(aᵢ − oᵢ)·nᵢ`, whose sum is the numerator.
-        numerator: [Short; 3],
-        /// `dᵢ·nᵢ`, whose sum is the denominator.
-        denominator: [Short; 3],
-    },
 }
 
 /// Why an object is seen, or isn't.
@@ -483,9 +448,10 @@ struct Rank {
 fn ranked(scene: &Scene, numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, LeftOut) {
     let rank = |id: u32| {
         let object = scene.object(id)?;
-        let root = match is_clearly_missed(&numbers.near, &object) {
-            true => None,
-            false => visible_root(&numbers.exact, &Shape::from(object)).map(|(root, _)| root),
+        let root = if is_clearly_missed(&numbers.near, &object) {
+            None
+        } else {
+            visible_root(&numbers.exact, &Shape::from(object)).map(|(root, _)| root)
         };
         let key = match &root {
             Some(root) => root.to_f64(),

@@ -12,7 +12,6 @@ pub const DIGITS: usize = 20;
 pub const MANY_DIGITS: usize = 60;
 
 /// A number rounded for a formula.
-#[derive(Clone, Debug, Serialize)]
 pub struct Short {
     /// Six digits at most, or as many as are asked for.
     pub text: String,
@@ -200,12 +199,12 @@ pub fn decimal_f64(x: f64) -> String {
 
 /// Six digits, without zeros that say nothing.
 pub fn six_digits(x: f64) -> String {
-    format!("{x:.5e}").parse().map_or_else(|_| String::new(), decimal_f64)
+    digits(x, 6)
 }
 
-/// Four digits, without zeros that say nothing.
-pub fn four_digits(x: f64) -> String {
-    format!("{x:.3e}").parse().map_or_else(|_| String::new(), decimal_f64)
+/// So many digits, without zeros that say nothing.
+pub fn digits(x: f64, n: usize) -> String {
+    format!("{x:.*e}", n - 1).parse().map_or_else(|_| String::new(), decimal_f64)
 }
 
 /// Rust's `d.ddde±n`, written as the exact numbers are.

@@ -18,7 +18,7 @@ use super::line::{Derivation, Line, Shown};
 use super::numbers::{Columns, Quantity, scaled};
 use super::step::{Step, vector};
 use super::words::Words;
-use super::{ObjectExplanation, Rank, Reason, Style, Terms, gap, label_in};
+use super::{ObjectExplanation, Rank, Reason, Style, gap, label_in};
 use crate::verify::Near;
 
 /// A ray's numbers as the kernels have them.
@@ -129,27 +129,27 @@ impl RayNumbers {
         let id = rank.id;
         let index = id as usize - 1;
         let object = scene.object(id)?;
-        let (terms, lines, quantities) = match object {
-            Object::Sphere(sphere) => self.sphere(sphere, index)?,
-            Object::Plane(plane) => self.plane(plane, index - scene.spheres.len())?,
+        let (shape, (lines, quantities)) = match object {
+            Object::Sphere(sphere) => ("sphere", self.sphere(sphere, index)?),
+            Object::Plane(plane) => ("plane", self.plane(plane, index - scene.spheres.len())?),
         };
         let (gap, is_at_origin) = gap(self.origin, self.direction, object);
         let mut explanation = ObjectExplanation {
             id,
             label: self.label(scene, id),
-            terms,
+            shape,
+            lines,
             quantities,
             reason: Reason::Degenerate,
             why: Vec::new(),
             gap: rank.root.is_none().then_some(gap),
-            lines,
         };
         explanation.reason = explanation.reason(rank.root.as_deref(), hit);
         explanation.why = explanation.why(scene, rank.root.is_some(), hit, (self, is_at_origin));
         Some(explanation)
     }
 
-    fn sphere(&self, sphere: &Sphere, index: usize) -> Option<(Terms, Vec<Line>, Vec<Quantity>)> {
+    fn sphere(&self, sphere: &Sphere, index: usize) -> Option<(Vec<Line>, Vec<Quantity>)> {
         let mut told = Derivation::new(self.digits);
         let [o, d] = self.told();
         let c = told.vector("c", sphere.center.to_array(), false);
@@ -167,15 +167,6 @@ impl RayNumbers {
         if let Some(roots) = roots {
             told.roots(roots);
         }
-        let terms = Terms::Sphere {
-            center: told.shorts(c),
-            radius: told.short(r),
-            offset: told.shorts(o - c),
-            squares: told.shorts(d.times(d)),
-            products: told.shorts(d.times(o - c)),
-            offset_squared: told.short((o - c).dot(o - c)),
-            radius_squared: told.short(r * r),
-        };
 
         let of_lecture = self.lecture_objects.spheres.get(index)?;
         let num::Ray { origin, direction, .. } = self.lecture;
@@ -227,10 +218,10 @@ impl RayNumbers {
             root(0, "t₁"),
             root(1, "t₂"),
         ];
-        Some((terms, told.lines, quantities))
+        Some((told.lines, quantities))
     }
 
-    fn plane(&self, plane: &Plane, index: usize) -> Option<(Terms, Vec<Line>, Vec<Quantity>)> {
+    fn plane(&self, plane: &Plane, index: usize) -> Option<(Vec<Line>, Vec<Quantity>)> {
         let mut told = Derivation::new(self.digits);
         let [o, d] = self.told();
         let a = told.vector("a", plane.point.to_array(), false);
@@ -243,13 +234,6 @@ impl RayNumbers {
         if let Some(root) = root {
             told.line("t", root, Shown::Numbers);
         }
-        let terms = Terms::Plane {
-            point: told.shorts(a),
-            normal: told.shorts(n),
-            offset: told.shorts(a - o),
-            numerator: told.shorts((a - o).times(n)),
-            denominator: told.shorts(d.times(n)),
-        };
 
         let of_lecture = self.lecture_objects.planes.get(index)?;
         let num::Ray { origin, direction, .. } = self.lecture;
@@ -279,7 +263,7 @@ impl RayNumbers {
             row(1, of_normal + e, "d·n"),
             t.against("t", root.map(Step::value).as_ref()),
         ];
-        Some((terms, told.lines, quantities))
+        Some((told.lines, quantities))
     }
 
     /// `f(p)` of the object that a kernel sees, in its arithmetic: that of `lecture`, `stable` or `double`,

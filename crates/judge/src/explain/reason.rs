@@ -4,10 +4,10 @@ use kugelblitz::exact::{ExactHit, Root, Shape, visible_root};
 use kugelblitz::scene::Scene;
 use rayon::prelude::*;
 
-use super::numbers::four_digits;
+use super::numbers::digits;
 use super::ray::RayNumbers;
 use super::words::Remark;
-use super::{Approximation, ObjectExplanation, Quantity, Reason, Terms};
+use super::{Approximation, ObjectExplanation, Quantity, Reason};
 use crate::verify::is_clearly_missed;
 
 /// A column of the table.
@@ -26,11 +26,10 @@ impl ObjectExplanation {
 
     fn why_missed(&self) -> Reason {
         let sign = |symbol| self.exact(symbol).map(|exact| exact.signum);
-        match self.terms {
-            Terms::Sphere { .. } if sign("t₁").is_some() => Reason::Behind,
-            Terms::Sphere { .. } if sign("D") == Some(-1) => Reason::Missed,
-            Terms::Plane { .. } if sign("t").is_some() => Reason::Behind,
-            Terms::Plane { .. } if sign("d·n") == Some(0) => Reason::Parallel,
+        match (sign("D"), sign("d·n")) {
+            _ if self.roots().any(|root| root.exact.is_some()) => Reason::Behind,
+            (Some(-1), _) => Reason::Missed,
+            (_, Some(0)) => Reason::Parallel,
             _ => Reason::Degenerate,
         }
     }
@@ -45,7 +44,7 @@ impl ObjectExplanation {
         (numbers, is_at_origin): (&RayNumbers, bool),
     ) -> Vec<Remark> {
         let words = numbers.words;
-        let is_sphere = matches!(self.terms, Terms::Sphere { .. });
+        let is_sphere = self.shape == "sphere";
         let touches = self.exact("D").is_some_and(|exact| exact.signum == 0);
         let from = usize::from(!numbers.is_pixel);
         let signs: Vec<i32> =
@@ -74,7 +73,7 @@ impl ObjectExplanation {
                 _ if is_at_origin => words.passes_at_origin,
                 _ => words.passes,
             };
-            why.push(Remark::new(phrase, [four_digits(gap)]));
+            why.push(Remark::new(phrase, [digits(gap, 4)]));
         }
         if self.reason == Reason::Visible {
             let tied = |&id: &u32| {

@@ -8,7 +8,7 @@ use super::numbers::{decimal_f32, decimal_f64, six_digits};
 use super::words::{Remark, Words};
 use super::{
     Approximation, Channel, ColorExplanation, Explanation, LeftOut, MOST_OBJECTS, MeanExplanation,
-    ObjectExplanation, Quantity, Seen, Shading, SkyExplanation, Terms, Winner, shortened,
+    Quantity, Seen, Shading, SkyExplanation, Winner, shortened,
 };
 
 /// Columns that the text takes at most.
@@ -20,8 +20,7 @@ pub fn text(explanation: &Explanation) -> String {
     let mut text = format!("{}\n", explanation.subject());
     formulas(&explanation.ray_lines, &mut text);
     table(&explanation.ray, words, &mut text);
-    let is_sphere = |object: &ObjectExplanation| matches!(object.terms, Terms::Sphere { .. });
-    let first_sphere = explanation.objects.iter().position(is_sphere);
+    let first_sphere = explanation.objects.iter().position(|object| object.shape == "sphere");
     for (i, object) in explanation.objects.iter().enumerate() {
         let _ = writeln!(text, "\n{}", object.label);
         remarks(&object.why, &mut text);

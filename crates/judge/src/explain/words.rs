@@ -70,15 +70,9 @@ impl Remark {
             for (j, piece) in segment.split('#').enumerate() {
                 if j > 0 {
                     let part = parts.next().map_or("", String::as_str);
-                    text += &match is_formula {
-                        true => notation.number(part),
-                        false => notation.name(part),
-                    };
+                    text += &if is_formula { notation.number(part) } else { notation.name(part) };
                 }
-                text += &match is_formula {
-                    true => notation.formula(piece),
-                    false => notation.name(piece),
-                };
+                text += &if is_formula { notation.formula(piece) } else { notation.name(piece) };
             }
             if is_formula && notation == Notation::Latex {
                 text.push('$');

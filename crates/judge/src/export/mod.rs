@@ -13,7 +13,6 @@
 mod pov;
 mod tachyon;
 
-use std::fmt;
 use std::io::{self, Write};
 
 use glam::DVec3;
@@ -139,17 +138,7 @@ trait Syntax {
 
 /// Numbers between a separator. Debug prints the shortest text that reads back as the same f64,
 /// and an exponent where digits would be many.
-struct Numbers<const N: usize> {
-    numbers: [f64; N],
-    separator: &'static str,
-}
-
-impl<const N: usize> fmt::Display for Numbers<N> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, number) in self.numbers.iter().enumerate() {
-            let separator = if i == 0 { "" } else { self.separator };
-            write!(f, "{separator}{number:?}")?;
-        }
-        Ok(())
-    }
+fn separated(numbers: &[f64], separator: &str) -> String {
+    let texts: Vec<String> = numbers.iter().map(|number| format!("{number:?}")).collect();
+    texts.join(separator)
 }

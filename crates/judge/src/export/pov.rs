@@ -8,7 +8,7 @@ use kugelblitz::rays::{Lens, View};
 use kugelblitz::scene::{Color, Object};
 use kugelblitz::shade::Lamp;
 
-use super::{Numbers, Syntax};
+use super::{Syntax, separated};
 
 pub(super) struct Pov;
 
@@ -39,10 +39,10 @@ impl Syntax for Pov {
              #default {{ finish {{ {finish} }} }}\n\
              camera {{\n  {projection}\n  location {}\n  direction {}\n  right {}\n  up {}\n}}\n\
              background {{ {} }}\n",
-            Vector(view.position),
-            Vector(view.forward),
-            Vector(right),
-            Vector(up),
+            vector(view.position),
+            vector(view.forward),
+            vector(right),
+            vector(up),
             rgb(background.0),
         )
     }
@@ -53,7 +53,7 @@ impl Syntax for Pov {
 
     fn sun(&self, lamp: &Lamp, direction: DVec3, eye: DVec3, reach: f64) -> String {
         let position = eye - direction.normalize() * (FAR * reach);
-        light_source(lamp, position, &format!(" parallel point_at {}", Vector(eye)))
+        light_source(lamp, position, &format!(" parallel point_at {}", vector(eye)))
     }
 
     fn object(
@@ -65,11 +65,11 @@ impl Syntax for Pov {
         _: Option<[f64; 3]>,
     ) -> String {
         let shape = match object {
-            Object::Sphere(s) => format!("sphere {{ {}, {:?}", Vector(s.center), s.radius),
+            Object::Sphere(s) => format!("sphere {{ {}, {:?}", vector(s.center), s.radius),
             // Of the plane through the origin, moved: its distance from there is no number of the
             // scene.
             Object::Plane(p) => {
-                format!("plane {{ {}, 0.0 translate {}", Vector(p.normal), Vector(p.point))
+                format!("plane {{ {}, 0.0 translate {}", vector(p.normal), vector(p.point))
             }
         };
         // A comment that no name can leave.
@@ -84,17 +84,13 @@ const FAR: f64 = 1000.0;
 
 fn light_source(lamp: &Lamp, position: DVec3, kind: &str) -> String {
     let shadowless = if lamp.shadows { "" } else { " shadowless" };
-    format!("light_source {{ {}, {}{kind}{shadowless} }}", Vector(position), rgb(lamp.weight))
+    format!("light_source {{ {}, {}{kind}{shadowless} }}", vector(position), rgb(lamp.weight))
 }
 
-struct Vector(DVec3);
-
-impl std::fmt::Display for Vector {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "<{}>", Numbers { numbers: self.0.to_array(), separator: ", " })
-    }
+fn vector(v: DVec3) -> String {
+    format!("<{}>", separated(&v.to_array(), ", "))
 }
 
-fn rgb(numbers: [f64; 3]) -> String {
-    format!("rgb <{}>", Numbers { numbers, separator: ", " })
+fn rgb(channels: [f64; 3]) -> String {
+    format!("rgb <{}>", separated(&channels, ", "))
 }

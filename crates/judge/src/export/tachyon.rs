@@ -7,7 +7,7 @@ use kugelblitz::rays::{Lens, View};
 use kugelblitz::scene::{Color, Object};
 use kugelblitz::shade::Lamp;
 
-use super::{Numbers, Syntax};
+use super::{Syntax, separated};
 
 pub(super) struct Tachyon;
 
@@ -45,7 +45,7 @@ impl Syntax for Tachyon {
             vector(view.position),
             vector(view.forward),
             vector(view.true_up),
-            Numbers { numbers: frustum, separator: " " },
+            separated(&frustum, " "),
             rgb(background, ambient),
         )
     }
@@ -89,20 +89,20 @@ impl Syntax for Tachyon {
 /// A light, with a comment before it where it casts shadows that it shouldn't.
 fn light(lamp: &Lamp, place: String) -> String {
     let shadows = if lamp.shadows { "" } else { "# Without shadows, if Tachyon could:\n" };
-    format!("{shadows}{place} COLOR {}", Numbers { numbers: lamp.weight, separator: " " })
+    format!("{shadows}{place} COLOR {}", separated(&lamp.weight, " "))
 }
 
 /// A point or a direction in Tachyon's world.
-fn vector(v: DVec3) -> Numbers<3> {
-    Numbers { numbers: [v.x, v.y, -v.z], separator: " " }
+fn vector(v: DVec3) -> String {
+    separated(&[v.x, v.y, -v.z], " ")
 }
 
 /// Tachyon knows no gamma and cuts `255·colour` down to a whole number. Where colours are shown as they
 /// are, they are those of sRGB, and the half keeps them from falling below.
-fn rgb(color: Color, ambient: Option<[f64; 3]>) -> Numbers<3> {
-    let numbers = match ambient {
+fn rgb(color: Color, ambient: Option<[f64; 3]>) -> String {
+    let channels = match ambient {
         None => color.to_srgb8().map(|byte| (f64::from(byte) + 0.5) / 255.0),
         Some(_) => color.0,
     };
-    Numbers { numbers, separator: " " }
+    separated(&channels, " ")
 }

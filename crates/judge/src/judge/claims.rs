@@ -286,9 +286,8 @@ impl<'a> Reader<'a> {
         };
         let full = channel.full().unwrap_or(1.0);
         let is_parallel = self.view.is_some_and(|view| view.lens == Lens::Orthographic);
-        let t = |z: f64| match is_parallel {
-            true => near + z * (far - near),
-            false => 1.0 / ((1.0 - z) / near + z / far),
+        let t = |z: f64| {
+            if is_parallel { near + z * (far - near) } else { 1.0 / ((1.0 - z) / near + z / far) }
         };
         let is_far = |z: f64| if near < far { z >= 1.0 } else { z <= 0.0 };
         Ok(numbers.map(|x| (t(x / full), !is_far(x / full) && !is_background(x))).unzip())

@@ -1,6 +1,6 @@
 //! Pictures of what a mode shows, into files and into memory.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use kugelblitz::Session;
 use kugelblitz::control::Control;
@@ -58,25 +58,19 @@ pub fn draw(
 ) -> Result<(Shown, OutputFile)> {
     let Plan { format, options, .. } = *plan;
     show.check(format, options)?;
-    if show == Show::Color {
-        return Err(Error::Usage("the objects' colours are drawn by Session::draw".into()));
-    }
     let path = file.path().to_owned();
-    let range = range_of_t(session, show, pixels, control)?;
-    let mut shown = Shown { legend: Entry::all(show, range), ..Shown::default() };
     let mut writer = PictureWriter::create(format, options, pixels, file, path)?;
     let n_rows = plan.n_band_rows.min(band_rows(pixels, show.wants()));
-    let mut hits = Hits::default();
-    for band in bands(pixels, n_rows) {
-        let colors = paint(session, show, &band, range, control, &mut hits, &mut shown)?;
+    let mut write = Duration::ZERO;
+    let mut shown = each_band(session, show, pixels, n_rows, control, |band, colors, hits| {
         let start = Instant::now();
-        writer.rows(&Colors::Srgb8(colors), &hits, band.height)?;
-        shown.rendered.write += start.elapsed();
-    }
-    control.check()?;
+        writer.rows(&Colors::Srgb8(colors), hits, band.height)?;
+        write += start.elapsed();
+        Ok(())
+    })?;
     let start = Instant::now();
     let file = writer.finish()?;
-    shown.rendered.write += start.elapsed();
+    shown.rendered.write = write + start.elapsed();
     Ok((shown, file))
 }
 
@@ -91,21 +85,39 @@ pub fn keep(
     pixels: &Pixels,
     control: &Control,
 ) -> Result<(Shown, Vec<Rgb>)> {
-    if show == Show::Color {
-        return Err(Error::Usage("the objects' colours are kept by Session::keep".into()));
-    }
     let n_rows = band_rows(pixels, show.wants());
     let of_band = hits_bytes(u64::from(n_rows) * u64::from(pixels.width), show.wants());
     let bytes = of_band.saturating_add((pixels.len() * size_of::<Rgb>()) as u64);
     memory::require("a picture in memory", bytes, "show a smaller one")?;
+    let mut colors = Vec::new();
+    let shown = each_band(session, show, pixels, n_rows, control, |_, of_band, _| {
+        colors.extend(of_band);
+        Ok(())
+    })?;
+    Ok((shown, colors))
+}
+
+/// Paints bands of so many rows, and hands each on.
+fn each_band(
+    session: &mut Session,
+    show: Show,
+    pixels: &Pixels,
+    n_rows: u32,
+    control: &Control,
+    mut take: impl FnMut(Pixels, Vec<Rgb>, &Hits) -> Result<()>,
+) -> Result<Shown> {
+    if show == Show::Color {
+        return Err(Error::Usage("the session itself draws and keeps the objects' colours".into()));
+    }
     let range = range_of_t(session, show, pixels, control)?;
     let mut shown = Shown { legend: Entry::all(show, range), ..Shown::default() };
-    let (mut colors, mut hits) = (Vec::new(), Hits::default());
+    let mut hits = Hits::default();
     for band in bands(pixels, n_rows) {
-        colors.extend(paint(session, show, &band, range, control, &mut hits, &mut shown)?);
+        let colors = paint(session, show, &band, range, control, &mut hits, &mut shown)?;
+        take(band, colors, &hits)?;
     }
     control.check()?;
-    Ok((shown, colors))
+    Ok(shown)
 }
 
 /// The colours of a band of a picture whose `t` have this range; what was traced and seen is added to `shown`.

@@ -10,7 +10,7 @@ use std::fmt;
 
 pub use draw::{Shown, draw, keep, n_steps, paint, range_of_t, side_by_side, union};
 pub use legend::{Entry, Tally};
-pub use tint::{Rgb, Tint, error, id_color, palette, tints};
+pub use tint::{Rgb, Tint, id_color, palette, tints};
 
 use kugelblitz::picture::{Bits, Format, PictureOptions};
 use kugelblitz::rays::Lens;

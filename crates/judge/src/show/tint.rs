@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::Show;
 use super::discriminant::Discriminants;
-use crate::verify::{TError, Truth};
+use crate::verify::{RayError, Truth, ray_errors};
 
 /// Red, green and blue bytes, sRGB.
 pub type Rgb = [u8; 3];
@@ -105,15 +105,19 @@ pub(super) fn swatches(show: Show) -> &'static [Swatch] {
 
 /// Colours by id, the background's first: the objects' own where `show` has none by id.
 pub fn palette(show: Show, scene: &Scene, pixels: &Pixels) -> Vec<Rgb> {
-    let ids = 1..=scene.n_objects() as u32;
-    match show {
-        Show::Id => std::iter::once(NOTHING).chain(ids.map(id_color)).collect(),
-        Show::Side => {
-            let side = |id| SIDES[usize::from(!is_front(scene, pixels, id))].0;
-            std::iter::once(NOTHING).chain(ids.map(side)).collect()
-        }
-        _ => scene.colors().map(Color::to_srgb8).collect(),
-    }
+    tints_by_id(show, scene, pixels).into_iter().map(|tint| tint.color).collect()
+}
+
+/// As [`palette`].
+fn tints_by_id(show: Show, scene: &Scene, pixels: &Pixels) -> Vec<Tint> {
+    let tint = |(id, color): (u32, Color)| match (show, id) {
+        (Show::Id, 0) => Tint::free(NOTHING),
+        (Show::Id, _) => Tint::free(id_color(id)),
+        (Show::Side, 0) => Tint::of(&SIDES, 2),
+        (Show::Side, _) => Tint::of(&SIDES, usize::from(!is_front(scene, pixels, id))),
+        _ => Tint::free(color.to_srgb8()),
+    };
+    (0..).zip(scene.colors()).map(tint).collect()
 }
 
 /// Hues a golden angle apart, so that neighbouring ids differ.
@@ -144,24 +148,17 @@ pub fn tints(
     let scene = &*prepared.scene;
     let indexed = || hits.id.par_iter().copied().enumerate();
     Ok(match show {
-        Show::Color | Show::Id => {
-            let palette = palette(show, scene, pixels);
-            let color = |&id: &u32| palette.get(id as usize).copied().unwrap_or(NOTHING);
-            hits.id.iter().map(|id| Tint::free(color(id))).collect()
-        }
-        Show::Side => {
-            let sides: Vec<usize> = match pixels.view.lens {
-                Lens::Perspective => (0..=scene.n_objects() as u32)
-                    .map(|id| usize::from(!is_front(scene, pixels, id)))
-                    .collect(),
-                Lens::Orthographic => Vec::new(),
-            };
-            let side = |(index, id): (usize, u32)| match (id, sides.get(id as usize)) {
-                (0, _) => 2,
-                (_, Some(&side)) => side,
-                (_, None) => usize::from(!is_front_at(scene, pixels, index, id)),
+        Show::Side if pixels.view.lens == Lens::Orthographic => {
+            let side = |(index, id): (usize, u32)| match id {
+                0 => 2,
+                _ => usize::from(!is_front_at(scene, pixels, index, id)),
             };
             indexed().map(|pixel| Tint::of(&SIDES, side(pixel))).collect()
+        }
+        Show::Color | Show::Id | Show::Side => {
+            let by_id = tints_by_id(show, scene, pixels);
+            let tint = |&id: &u32| by_id.get(id as usize).copied();
+            hits.id.iter().map(|id| tint(id).unwrap_or(Tint::free(NOTHING))).collect()
         }
         Show::Depth => hits.t.iter().map(|&t| Tint::free(depth(t, range))).collect(),
         Show::Normal => {
@@ -186,7 +183,7 @@ pub fn tints(
         Show::Error => {
             let all = (0..hits.id.len()).collect();
             let truth = Truth::of_pixels(scene, pixels, all, control)?;
-            (0..hits.id.len()).map(|k| error(hits, &truth, k)).collect()
+            ray_errors(hits, &truth).map(|error| Tint::of(&ERRORS, entry(&error))).collect()
         }
     })
 }
@@ -239,20 +236,18 @@ fn normal_color(normal: [f32; 3], id: u32) -> Rgb {
     }
 }
 
-/// The kernel's result of one ray against the exact one: entry `k` of `truth`.
-pub fn error(hits: &Hits, truth: &Truth, k: usize) -> Tint {
-    let index = truth.index[k];
-    let entry = match (hits.id[index], truth.id[k]) {
-        (0, 0) => RIGHTLY_NOTHING,
-        (0, _) => MISSED,
-        (_, 0) => INVENTED,
-        (found, expected) if found != expected => OTHER,
-        _ => {
-            let ulp = TError::of(hits.t[index].into(), truth.t[k]).ulp;
+/// The place of an error in [`ERRORS`].
+fn entry(error: &RayError) -> usize {
+    match error {
+        RayError::FalseHit => INVENTED,
+        RayError::FalseMiss => MISSED,
+        RayError::WrongObject => OTHER,
+        RayError::Right { id: 0, .. } => RIGHTLY_NOTHING,
+        RayError::Right { t, .. } => {
+            let ulp = t.map_or(0.0, |t| t.ulp);
             MOST_ULP.iter().position(|most| ulp <= *most).unwrap_or(MOST_ULP.len() - 1)
         }
-    };
-    Tint::of(&ERRORS, entry)
+    }
 }
 
 /// Brighter the nearer the line comes to the middle of the sphere.
@@ -327,7 +322,8 @@ mod tests {
         let truth = Truth::of_pixels(&scene, &pixels, all, &Control::default()).unwrap();
         let on = |id| truth.id.iter().position(|&other| other == id).unwrap();
         let (hit, miss) = (on(2), on(0));
-        let entry = |hits: &Hits, k| usize::from(error(hits, &truth, k).entry);
+        let entry =
+            |hits: &Hits, k| ray_errors(hits, &truth).nth(k).map_or(99, |e| super::entry(&e));
         assert_eq!((entry(&hits, hit), entry(&hits, miss)), (0, RIGHTLY_NOTHING));
         for (ulps, expected) in [(1, 1), (9, 2), (999, 3), (99_999, 4)] {
             let right = hits.t[hit];

@@ -5,8 +5,10 @@ use glam::DVec3;
 use kugelblitz::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay, Shape};
 use kugelblitz::num::Scaled;
 use kugelblitz::rays::Ray;
-use kugelblitz::scene::{Object, Scene};
+use kugelblitz::scene::Scene;
 use kugelblitz::shade::{ExactMean, Lamp, Origin};
+
+use super::truth::{GRANTED, Line};
 
 /// A point that a ray sees.
 #[derive(Debug)]
@@ -65,37 +67,7 @@ impl LitPoint {
         };
         let turned = GRANTED * (1.0 + reach / way.length());
         let way = Scaled::new(way).rounded();
-        Line { eye: self.eye, from_eye: self.from_eye, way, turned }
-    }
-}
-
-/// A thousand times what the numbers of a [`Line`] are off by, which is some `2⁻⁵⁰`: no test sees it halved.
-const GRANTED: f64 = 1.0 / (1u64 << 40) as f64;
-
-/// The line of a beam in f64. The point is off by some `2⁻⁵⁰` of its distance from the eye, the direction by
-/// that of `1`, and by the lengths of point and position where it is their difference.
-struct Line {
-    eye: DVec3,
-    from_eye: DVec3,
-    way: DVec3,
-    /// What is granted to the direction, relative.
-    turned: f64,
-}
-
-impl Line {
-    /// True where it passes a sphere at a distance, and so surely misses it. Numbers whose squares leave
-    /// f64's range rule nothing out.
-    fn clearly_passes(&self, object: &Object) -> bool {
-        // No test sees it halved: squares underflow below 1e-154.
-        const LEAST: f64 = 1e-140;
-        let Object::Sphere(sphere) = object else { return false };
-        let center = sphere.center - self.eye;
-        let l = center - self.from_eye;
-        let reach = sphere.radius.abs() * (1.0 + GRANTED)
-            + (center.length() + self.from_eye.length()) * GRANTED
-            + l.length() * self.turned;
-        let (passed, reached) = (l.cross(self.way).length(), reach * self.way.length());
-        passed > reached && reach > LEAST && passed.is_finite()
+        Line { reference: self.eye, origin: self.from_eye, way, turned }
     }
 }
 

@@ -12,7 +12,7 @@ pub(crate) use colors::samples_of_pixel;
 pub use colors::{COLOR_BYTES, ColorDifferences, ColorTruth, RenderedColors};
 pub(crate) use lit::{LitPoint, add_sample};
 #[cfg(feature = "gpu")]
-pub use picture::{AgainstExact, ColorsOfKernel, OfKernel, OnBoth, Parity, Verification, Verified};
+pub use picture::{ColorsOfKernel, OfKernel, OnBoth, Parity, Verification, Verified};
 use truth::hit_of;
 pub(crate) use truth::{Near, is_clearly_missed};
 pub use truth::{SAMPLE_BYTES, Truth, sample};
@@ -62,9 +62,10 @@ pub fn compare_to_exact(hits: &Hits, truth: &Truth) -> RayDifferences {
 pub fn promise(kernel: Kernel, bit_equal: bool, has_colors: bool) -> String {
     let promise = &kernel.about().promise;
     let words = if bit_equal { promise.words } else { promise.words_elsewhere };
-    let of_colors = match has_colors && promise.exact.is_some() {
-        true => ", every byte and every float of the colours the exact one",
-        false => "",
+    let of_colors = if has_colors && promise.exact.is_some() {
+        ", every byte and every float of the colours the exact one"
+    } else {
+        ""
     };
     words.to_owned() + of_colors
 }

@@ -19,7 +19,7 @@ use super::{
     COLOR_BYTES, ColorDifferences, ColorTruth, Differences, RenderedColors, SAMPLE_BYTES, Truth,
     broken_promises, promise, ray_errors, sample,
 };
-use crate::compare::ObjectCounts;
+use crate::compare::{ObjectCounts, RayDifferences};
 
 /// Pixels that are compared with exact arithmetic where nobody says how many: as many as take some seconds.
 fn default_samples(scene: &Scene, colors: Option<&InColor>) -> usize {
@@ -93,7 +93,7 @@ pub struct OfKernel {
     /// `null` where only the CPU traced.
     pub gpu_against_cpu: Option<Parity>,
     /// Of the sampled pixels.
-    pub against_exact: OnBoth<AgainstExact>,
+    pub against_exact: OnBoth<RayDifferences>,
     /// Of lit or sampled pictures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colors: Option<ColorsOfKernel>,
@@ -140,8 +140,8 @@ pub struct Parity {
     pub first: Option<usize>,
 }
 
-impl From<&Differences> for Parity {
-    fn from(Differences { rays: of, .. }: &Differences) -> Parity {
+impl From<&RayDifferences> for Parity {
+    fn from(of: &RayDifferences) -> Parity {
         Parity {
             rays: of.rays,
             hit_or_miss: of.false_hits + of.false_misses,
@@ -151,42 +151,6 @@ impl From<&Differences> for Parity {
             normal_differs: of.normal_differs,
             normal_distance_max: of.normal_distance_max,
             first: of.first,
-        }
-    }
-}
-
-/// How a device's hits differ from the exact ones.
-#[derive(Clone, Debug, Serialize)]
-pub struct AgainstExact {
-    /// Rays compared.
-    pub rays: u64,
-    /// Rays that hit an object where there is none.
-    pub false_hits: u64,
-    /// Rays that miss an object that is there.
-    pub false_misses: u64,
-    /// Rays that hit another object than the visible one.
-    pub wrong_object: u64,
-    /// Largest error of `t` where the object is right, in f32 steps at the exact `t`.
-    pub t_ulp_max: f64,
-    /// Largest distance of a normal from the exact one where the object is right.
-    pub normal_distance_max: f64,
-    /// Normals with a component that is not the f32 nearest to that of the exact one, where the object is right.
-    pub normals_not_nearest: u64,
-    /// Index of the first ray with a wrong id.
-    pub first_wrong_id: Option<usize>,
-}
-
-impl From<&Differences> for AgainstExact {
-    fn from(Differences { rays: of, .. }: &Differences) -> AgainstExact {
-        AgainstExact {
-            rays: of.rays,
-            false_hits: of.false_hits,
-            false_misses: of.false_misses,
-            wrong_object: of.wrong_object,
-            t_ulp_max: of.t_ulp_max,
-            normal_distance_max: of.normal_distance_max,
-            normals_not_nearest: of.normal_differs,
-            first_wrong_id: of.first_wrong_id,
         }
     }
 }
@@ -323,13 +287,14 @@ impl Verification {
         let colors = |found: &Differences| found.colors.clone().unwrap_or_default();
         Ok(OfKernel {
             kernel: kernel.name(),
-            promise: match is_on_gpu || kernel == Kernel::Certified {
-                true => promise(kernel, bit_equal, self.colors.is_some()),
-                false => "nothing that the CPU alone can show".into(),
+            promise: if is_on_gpu || kernel == Kernel::Certified {
+                promise(kernel, bit_equal, self.colors.is_some())
+            } else {
+                "nothing that the CPU alone can show".into()
             },
             broken: broken_promises(kernel, bit_equal, parity.as_ref(), &exact),
-            gpu_against_cpu: parity.as_ref().map(Parity::from),
-            against_exact: on_both.map(|traced| AgainstExact::from(&traced.exact)),
+            gpu_against_cpu: parity.as_ref().map(|found| Parity::from(&found.rays)),
+            against_exact: on_both.map(|traced| traced.exact.rays.clone()),
             colors: self.colors.map(|_| ColorsOfKernel {
                 gpu_against_cpu: parity.as_ref().map(colors),
                 against_exact: on_both.map(|traced| colors(&traced.exact)),

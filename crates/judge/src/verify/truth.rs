@@ -45,11 +45,7 @@ impl Truth {
         index: Vec<usize>,
         control: &Control,
     ) -> Result<Truth> {
-        let rays = ExactRays::Pixels(pixels, Box::new(ExactPixels::new(pixels)));
-        Truth::new(index, control, |i| {
-            let exact = rays.exact(i);
-            TrueHit::of(scene, &exact, hit_of(scene, &exact, &rays.near(i)))
-        })
+        Truth::found(scene, &ExactRays::of(pixels), index, control)
     }
 
     /// The truth about all rays of a list; `control` counts each.
@@ -57,8 +53,16 @@ impl Truth {
     /// # Errors
     /// [`Error::Interrupted`](kugelblitz::Error::Interrupted) when `control` was cancelled.
     pub fn of_list(scene: &Scene, rays: &[Ray], control: &Control) -> Result<Truth> {
-        let (all, rays) = ((0..rays.len()).collect(), ExactRays::List(rays));
-        Truth::new(all, control, |i| {
+        Truth::found(scene, &ExactRays::List(rays), (0..rays.len()).collect(), control)
+    }
+
+    fn found(
+        scene: &Scene,
+        rays: &ExactRays,
+        index: Vec<usize>,
+        control: &Control,
+    ) -> Result<Truth> {
+        Truth::new(index, control, |i| {
             let exact = rays.exact(i);
             TrueHit::of(scene, &exact, hit_of(scene, &exact, &rays.near(i)))
         })
@@ -77,7 +81,7 @@ impl Truth {
             return Err(Error::Usage(message));
         }
         let rays = match rays {
-            Rays::Pixels(pixels) => ExactRays::Pixels(pixels, Box::new(ExactPixels::new(pixels))),
+            Rays::Pixels(pixels) => ExactRays::of(pixels),
             Rays::List(rays) => ExactRays::List(rays),
         };
         Truth::new((0..ids.len()).collect(), control, |i| {
@@ -120,7 +124,11 @@ enum ExactRays<'a> {
     List(&'a [Ray]),
 }
 
-impl ExactRays<'_> {
+impl<'a> ExactRays<'a> {
+    fn of(pixels: &'a Pixels) -> ExactRays<'a> {
+        ExactRays::Pixels(pixels, Box::new(ExactPixels::new(pixels)))
+    }
+
     fn exact(&self, i: usize) -> ExactRay {
         match self {
             ExactRays::Pixels(pixels, exact) => {
@@ -194,20 +202,42 @@ pub(super) fn hit_of(scene: &Scene, ray: &ExactRay, near: &Near) -> Option<Exact
 }
 
 /// True where the line of a ray whose numbers are exact to f64 passes a sphere at a distance, and so
-/// surely misses it. The offset, the cross product, the lengths and the direction are off by some
-/// `2⁻⁵⁰` of the lengths' product, a thousandth of what is granted. Numbers whose squares leave
-/// f64's range rule nothing out.
+/// surely misses it.
 pub(crate) fn is_clearly_missed(Near { reference, ray }: &Near, object: &Object) -> bool {
-    const GRANTED: f64 = 1.0 / (1u64 << 40) as f64;
-    let Object::Sphere(sphere) = object else { return false };
-    let from_reference = sphere.center - *reference;
-    let l = from_reference - ray.origin;
-    let distance = from_reference.length() + ray.origin.length();
-    let reach = sphere.radius.abs() * (1.0 + GRANTED) + distance * GRANTED;
-    let direction = Scaled::new(ray.direction).rounded();
-    let (passed, reached) = (l.cross(direction).length(), reach * direction.length());
-    const LEAST: f64 = 1e-140;
-    passed > reached && reach > LEAST && passed.is_finite()
+    let way = Scaled::new(ray.direction).rounded();
+    Line { reference: *reference, origin: ray.origin, way, turned: 0.0 }.clearly_passes(object)
+}
+
+/// A thousand times what the numbers of a [`Line`] are off by, which is some `2⁻⁵⁰`: no test sees it halved.
+pub(super) const GRANTED: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// A line in f64. Its offset from a sphere, the cross product and the lengths are off by some `2⁻⁵⁰` of the
+/// lengths' product.
+pub(super) struct Line {
+    /// What its origin is relative to.
+    pub reference: DVec3,
+    pub origin: DVec3,
+    pub way: DVec3,
+    /// What is granted to the way beyond that, relative: the way to a lamp is off by that of `1`, and by the lengths of
+    /// point and position where it is their difference.
+    pub turned: f64,
+}
+
+impl Line {
+    /// True where it passes a sphere at a distance, and so surely misses it. Numbers whose squares leave
+    /// f64's range rule nothing out.
+    pub fn clearly_passes(&self, object: &Object) -> bool {
+        // No test sees it halved: squares underflow below 1e-154.
+        const LEAST: f64 = 1e-140;
+        let Object::Sphere(sphere) = object else { return false };
+        let center = sphere.center - self.reference;
+        let l = center - self.origin;
+        let reach = sphere.radius.abs() * (1.0 + GRANTED)
+            + (center.length() + self.origin.length()) * GRANTED
+            + l.length() * self.turned;
+        let (passed, reached) = (l.cross(self.way).length(), reach * self.way.length());
+        passed > reached && reach > LEAST && passed.is_finite()
+    }
 }
 
 /// `n` different indices below `total`, ascending, drawn at random from `seed`; all of them when

@@ -1,6 +1,7 @@
 //! What was verified, in words.
 
-use super::{AgainstExact, ColorDifferences, OfKernel, Parity, Verified};
+use super::{ColorDifferences, OfKernel, Parity, Verified};
+use crate::compare::RayDifferences;
 
 impl Verified {
     /// Promises that are broken, one sentence each.
@@ -65,9 +66,9 @@ impl Parity {
     }
 }
 
-impl AgainstExact {
+impl RayDifferences {
     fn row(&self, kernel: &str, device: &str) -> String {
-        let AgainstExact { rays, false_hits, false_misses, wrong_object, .. } = self;
+        let RayDifferences { rays, false_hits, false_misses, wrong_object, .. } = self;
         let (ulp, distance) = (self.t_ulp_max, self.normal_distance_max);
         format!(
             "{kernel:<10} {device} {rays:>7} {false_hits:>12} {false_misses:>13} {wrong_object:>13} {ulp:>13.2} \
