@@ -6,6 +6,20 @@
 use kugelblitz::plain::plain_document;
 use maud::Markup;
 
+/// A class with its colour on a light and on a dark page.
+pub type Shade = (&'static str, &'static str, &'static str);
+
+/// Style sheets with the colours of classes, which `write` makes rules of, on light pages and on dark ones.
+pub fn for_light_and_dark(
+    shades: &[Shade],
+    write: impl Fn(&str, &str) -> String,
+    all: impl Fn(String) -> String,
+) -> String {
+    let light = all(shades.iter().map(|(class, light, _)| write(class, light)).collect());
+    let dark = all(shades.iter().map(|(class, _, dark)| write(class, dark)).collect());
+    format!("{light}@media screen and (prefers-color-scheme:dark){{{dark}}}")
+}
+
 /// The text of a whole document.
 pub fn document(markup: Markup) -> String {
     plain_document(&markup.into_string())

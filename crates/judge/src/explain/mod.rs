@@ -10,6 +10,7 @@ mod line;
 mod numbers;
 mod ray;
 mod reason;
+mod section;
 mod shading;
 mod step;
 pub mod text;

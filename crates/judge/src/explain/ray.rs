@@ -19,7 +19,7 @@ use super::numbers::{Columns, Quantity, scaled};
 use super::step::{Step, vector};
 use super::words::Words;
 use super::{ObjectExplanation, Rank, Reason, Style, gap, label_in};
-use crate::verify::Near;
+use crate::verify::{ExactRays, Near};
 
 /// A ray's numbers as the kernels have them.
 pub struct RayNumbers {
@@ -43,40 +43,31 @@ pub struct RayNumbers {
 impl RayNumbers {
     pub fn new(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<RayNumbers> {
         let one = || Error::Usage("one ray is explained at a time".into());
-        if rays.len() != 1 {
-            return Err(one());
-        }
+        let (Ray { origin, direction }, listed) = match rays {
+            Rays::Pixels(p) if p.len() == 1 => (p.ray(p.x, p.y), None),
+            Rays::List(rays) => match rays.as_slice() {
+                [ray] => (*ray, Some(ray)),
+                _ => return Err(one()),
+            },
+            _ => return Err(one()),
+        };
         let of_kernel = |kernel| Prepared::new(Arc::clone(scene), kernel, rays);
         let (on_lecture, on_stable) = (of_kernel(Kernel::Lecture)?, of_kernel(Kernel::Stable)?);
         let of_kernel = |prepared: &Prepared| PlainRays::new(prepared.coordinates(), rays).one(0);
         let (lecture, stable) = (of_kernel(&on_lecture).ray, of_kernel(&on_stable));
-        let exponent = match rays {
-            Rays::Pixels(_) => 0,
-            Rays::List(rays) => on_stable.coordinates().ray(&rays[0]).2,
-        };
-        let (exact, Ray { origin, direction }, near) = match rays {
-            Rays::Pixels(p) => {
-                let ray =
-                    Ray { origin: p.origin_offset(p.x, p.y), direction: p.direction(p.x, p.y) };
-                let near = Near { reference: p.view.position, ray };
-                (ExactRay::from_pixel(p, p.x, p.y), p.ray(p.x, p.y), near)
-            }
-            Rays::List(rays) => {
-                let &ray = rays.first().ok_or_else(one)?;
-                let of_origin = Ray { origin: DVec3::ZERO, ..ray };
-                (ExactRay::new(&ray), ray, Near { reference: ray.origin, ray: of_origin })
-            }
-        };
+        let of_list = |ray| on_stable.coordinates().ray(ray).2;
+        let exponent = listed.map_or(0, of_list);
+        let exactly = ExactRays::from(rays);
         let (Objects::Lecture(lecture_objects), Objects::Stable(stable_objects)) =
             (on_lecture.objects, on_stable.objects)
         else {
             return Err(one());
         };
         Ok(RayNumbers {
-            exact,
+            exact: exactly.exact(0),
             origin,
             direction,
-            near,
+            near: exactly.near(0),
             lecture,
             stable,
             exponent,

@@ -49,17 +49,17 @@ impl ObjectExplanation {
         let from = usize::from(!numbers.is_pixel);
         let signs: Vec<i32> =
             self.roots().filter_map(|root| Some(root.exact.as_ref()?.signum)).collect();
-        let of_object = |phrase, id| Remark::new(phrase, [numbers.label(scene, id)]);
+        let of_object = |phrase, id| Remark::of(phrase, [numbers.label(scene, id)]);
         let mut why = vec![match self.reason {
             Reason::Visible => Remark::plain(words.visible),
             Reason::Farther { than } => of_object(words.farther, than),
             Reason::TieLost { to } => of_object(words.tie, to),
             Reason::Missed => Remark::plain(words.missed),
             Reason::Behind if !is_sphere && signs == [0] => Remark::plain(words.in_plane),
-            Reason::Behind if !is_sphere => Remark::new(words.plane_behind, [words.behind[from]]),
+            Reason::Behind if !is_sphere => Remark::of(words.plane_behind, [words.behind[from]]),
             Reason::Behind if signs.contains(&0) => Remark::plain(words.at_back),
-            Reason::Behind if touches => Remark::new(words.touched_behind, [words.behind[from]]),
-            Reason::Behind => Remark::new(words.pierced_behind, [words.behind[from]]),
+            Reason::Behind if touches => Remark::of(words.touched_behind, [words.behind[from]]),
+            Reason::Behind => Remark::of(words.pierced_behind, [words.behind[from]]),
             Reason::Parallel => match self.exact("(a−o)·n").map(|exact| exact.signum) {
                 Some(0) => Remark::plain(words.parallel_in_plane),
                 _ => Remark::plain(words.parallel),
@@ -73,7 +73,7 @@ impl ObjectExplanation {
                 _ if is_at_origin => words.passes_at_origin,
                 _ => words.passes,
             };
-            why.push(Remark::new(phrase, [digits(gap, 4)]));
+            why.push(Remark::of(phrase, [digits(gap, 4)]));
         }
         if self.reason == Reason::Visible {
             let tied = |&id: &u32| {
@@ -106,7 +106,7 @@ impl ObjectExplanation {
                 self.roots().filter_map(column).any(|entry| entry.value.is_some_and(|t| t > 0.0));
             if sees != is_hit {
                 let phrase = if sees { words.wrong_hit } else { words.wrong_miss };
-                why.push(Remark::new(phrase, [name]));
+                why.push(Remark::of(phrase, [name]));
             }
         }
         why

@@ -281,7 +281,7 @@ impl Seen<'_> {
             Verdict::Hidden { by } => {
                 let root =
                     root.map_or(String::new(), |root| Short::new(root, self.numbers.digits).text);
-                Remark::new(words.hidden, [label(*by), root])
+                Remark::of(words.hidden, [label(*by), root])
             }
             Verdict::Dark => Remark::plain(words.dark),
         }];
@@ -293,9 +293,9 @@ impl Seen<'_> {
                 (None, Verdict::Counts) if way.cosine > 0.0 => continue,
                 (Some(_), Verdict::Hidden { .. }) => continue,
                 (None, Verdict::Behind | Verdict::Grazing) if way.cosine <= 0.0 => continue,
-                (Some((id, _)), _) => Remark::new(words.wrong_in_the_way, [column, label(id)]),
-                (None, _) if way.cosine > 0.0 => Remark::new(words.wrong_counting, [column]),
-                (None, _) => Remark::new(words.wrong_behind, [column]),
+                (Some((id, _)), _) => Remark::of(words.wrong_in_the_way, [column, label(id)]),
+                (None, _) if way.cosine > 0.0 => Remark::of(words.wrong_counting, [column]),
+                (None, _) => Remark::of(words.wrong_behind, [column]),
             });
         }
         why
@@ -369,9 +369,9 @@ impl Seen<'_> {
         let words = self.numbers.words;
         match source {
             Source::Point(position) => {
-                Remark::new(words.at_point, position.to_array().map(decimal_f64))
+                Remark::of(words.at_point, position.to_array().map(decimal_f64))
             }
-            Source::Sun(direction) => Remark::new(words.sun, direction.to_array().map(decimal_f64)),
+            Source::Sun(direction) => Remark::of(words.sun, direction.to_array().map(decimal_f64)),
             Source::Eye => Remark::plain(words.at_eye),
         }
     }
@@ -396,7 +396,7 @@ impl Seen<'_> {
                 if byte != u16::from(right) {
                     let words = self.numbers.words;
                     let parts = [column, words.channels[channel], &byte.to_string()];
-                    why.push(Remark::new(words.wrong_byte, parts));
+                    why.push(Remark::of(words.wrong_byte, parts));
                 }
             }
             let is_known = all.into_iter().flatten().any(|value| value.is_some());

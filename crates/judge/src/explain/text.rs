@@ -2,13 +2,12 @@
 
 use std::fmt::Write;
 
-use super::latex::side;
-use super::line::{Line, text_of};
-use super::numbers::{decimal_f32, decimal_f64, six_digits};
+use super::line::text_of;
+use super::numbers::{decimal_f32, decimal_f64};
+use super::section::Section;
 use super::words::{Remark, Words};
 use super::{
-    Approximation, Channel, ColorExplanation, Explanation, LeftOut, MOST_OBJECTS, MeanExplanation,
-    Quantity, Seen, Shading, SkyExplanation, Winner, shortened,
+    Approximation, Explanation, LeftOut, MOST_OBJECTS, Quantity, Seen, numbers, shortened,
 };
 
 /// Columns that the text takes at most.
@@ -17,109 +16,59 @@ pub const WIDTH: usize = 100;
 /// The whole explanation.
 pub fn text(explanation: &Explanation) -> String {
     let words = explanation.lang.words();
-    let mut text = format!("{}\n", explanation.subject());
-    formulas(&explanation.ray_lines, &mut text);
-    table(&explanation.ray, words, &mut text);
+    let mut text = String::new();
+    section(&explanation.of_ray(), "", words, &mut text);
     let first_sphere = explanation.objects.iter().position(|object| object.shape == "sphere");
     for (i, object) in explanation.objects.iter().enumerate() {
-        let _ = writeln!(text, "\n{}", object.label);
-        remarks(&object.why, &mut text);
-        formulas(&object.lines, &mut text);
-        if first_sphere == Some(i) {
-            text += words.stable_notes;
-        }
-        table(&object.quantities, words, &mut text);
+        text.push('\n');
+        let note = if first_sphere == Some(i) { words.stable_notes } else { "" };
+        section(&object.section(), note, words, &mut text);
     }
     let LeftOut { hit, behind, missed } = explanation.left_out;
     let n_left_out = hit + behind + missed;
     if n_left_out > 0 {
-        let numbers = [n_left_out, explanation.n_objects, hit, behind, missed];
-        let left_out = Remark::new(words.left_out, numbers.map(|n| n.to_string()));
-        let _ = writeln!(text, "\n{left_out}");
+        let left_out = [n_left_out, explanation.n_objects, hit, behind, missed];
+        let _ = writeln!(text, "\n{}", Remark::of(words.left_out, left_out));
         if explanation.objects.len() < MOST_OBJECTS {
-            let _ = writeln!(text, "{}", Remark::new(words.all_shows, [MOST_OBJECTS.to_string()]));
+            let _ = writeln!(text, "{}", Remark::of(words.all_shows, [MOST_OBJECTS]));
         }
     }
-    seen_and_shown(explanation, words, &mut text);
-    if let Some(shading) = &explanation.shading {
-        of_shading(shading, words, &mut text);
+    text.push('\n');
+    section(&explanation.of_point(numbers::DIGITS), "", words, &mut text);
+    seen(explanation, words, &mut text);
+    for of_light in explanation.of_light() {
+        text.push('\n');
+        section(&of_light, "", words, &mut text);
     }
-    let _ = write!(text, "\n{}", Remark::new(words.notes, [explanation.digits.to_string()]));
+    let _ = write!(text, "\n{}", Remark::of(words.notes, [explanation.digits]));
     if explanation.shading.is_some() {
         text += words.light_notes;
     }
     text
 }
 
-/// What lights the point, and the colour that comes of it.
-fn of_shading(shading: &Shading, words: &'static Words, text: &mut String) {
-    for light in &shading.lights {
-        let _ = writeln!(text, "\n{}, {}", light.name, light.place);
-        remarks(&light.why, text);
-        formulas(&light.lines, text);
-        if !light.quantities.is_empty() {
-            table(&light.quantities, words, text);
-        }
-    }
-    if let Some(sky) = &shading.sky {
-        let _ = writeln!(text, "\n{}", sky.subject(words));
-        remarks(&[sky.counts(words)], text);
-        table(&sky.quantities, words, text);
-    }
-    let _ = writeln!(text, "\n{}", Remark::plain(words.color_of_ray));
-    of_color(&shading.color, words, text);
-    if let Some(mean) = &shading.mean {
-        let _ = writeln!(text, "\n{}", mean.subject(words));
-        of_color(&mean.color, words, text);
-    }
+/// What the ray sees, in one or two lines.
+pub fn verdict(explanation: &Explanation) -> String {
+    let Section { subject, why, .. } = explanation.of_point(numbers::DIGITS);
+    let bare = Section { subject, why, lines: &[], quantities: &[] };
+    let mut text = String::new();
+    section(&bare, "", explanation.lang.words(), &mut text);
+    text
 }
 
-impl SkyExplanation {
-    pub(super) fn subject(&self, words: &Words) -> Remark {
-        Remark::new(words.sky, [self.counting, self.directions].map(|n| n.to_string()))
-    }
-
-    pub(super) fn counts(&self, words: &Words) -> Remark {
-        let counts = [self.counting, self.behind, self.hidden].map(|n| n.to_string());
-        Remark::new(words.sky_counts, counts)
-    }
-}
-
-impl MeanExplanation {
-    pub(super) fn subject(&self, words: &Words) -> Remark {
-        Remark::new(words.color_of_pixel, [self.samples; 2].map(|n| n.to_string()))
-    }
-}
-
-fn of_color(color: &ColorExplanation, words: &'static Words, text: &mut String) {
-    formulas(&color.lines, text);
-    table(&color.quantities, words, text);
-    for (channel, name) in color.channels.iter().zip(words.channels) {
-        let Channel { byte, range: [low, high], from_edge, .. } = channel;
-        let away = from_edge.root.to_decimal(4);
-        let mut parts = vec![name.to_owned(), byte.to_string()];
-        let ends = [low, high].into_iter().filter(|end| end.is_finite());
-        parts.extend(ends.map(|end| six_digits(*end)));
-        parts.push(away);
-        let phrase = match (low.is_finite(), high.is_finite()) {
-            (false, _) => words.byte_below,
-            (_, false) => words.byte_above,
-            _ => words.byte,
-        };
-        remarks(&[Remark::new(phrase, parts)], text);
-    }
-    remarks(&color.why, text);
-}
-
-fn remarks(why: &[Remark], text: &mut String) {
-    for why in why {
+/// A section, with a note before its numbers.
+fn section(section: &Section, note: &str, words: &Words, text: &mut String) {
+    let subject: Vec<String> = section.subject.iter().map(Remark::to_string).collect();
+    let _ = writeln!(text, "{}", subject.join(", "));
+    for why in &section.why {
         let _ = writeln!(text, "  → {why}");
     }
-}
-
-fn formulas(lines: &[Line], text: &mut String) {
-    for line in text_of(lines, WIDTH) {
+    for line in text_of(section.lines, WIDTH) {
         let _ = writeln!(text, "{line}");
+    }
+    *text += note;
+    if !section.quantities.is_empty() {
+        table(section.quantities, words, text);
     }
 }
 
@@ -184,31 +133,13 @@ fn rough(x: f64) -> String {
     }
 }
 
-/// What the ray sees, in one or two lines.
-pub fn verdict(explanation: &Explanation) -> String {
-    let words = explanation.lang.words();
-    match &explanation.winner {
-        None => format!("{}\n", Remark::plain(words.sees_background)),
-        Some(winner) => {
-            let Winner { label, t, .. } = winner;
-            let mut text = format!("{}\n", Remark::new(words.sees, [label, t]));
-            remarks(&[Remark::plain(side(words, winner))], &mut text);
-            text
-        }
-    }
-}
-
-fn seen_and_shown(explanation: &Explanation, words: &'static Words, text: &mut String) {
-    let _ = write!(text, "\n{}", verdict(explanation));
-    if let Some(point) = &explanation.point {
-        formulas(&point.lines, text);
-        table(&point.quantities, words, text);
-    }
+/// What each kernel shows.
+fn seen(explanation: &Explanation, words: &Words, text: &mut String) {
     let stage = match explanation.level {
         "exact" => words.exact_arithmetic,
         other => other,
     };
-    let _ = writeln!(text, "\n{}\n", Remark::new(words.decided, [stage]));
+    let _ = writeln!(text, "\n{}\n", Remark::of(words.decided, [stage]));
     let [kernel, on, shows, error, normal] = words.shown;
     let head = format!("  {kernel:<9} {on:<3} {shows:<25} {:>15} {error:>11}  {normal}", "t");
     let _ = writeln!(text, "{head}");

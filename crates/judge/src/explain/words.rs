@@ -48,11 +48,15 @@ pub struct Remark {
 }
 
 impl Remark {
-    pub(super) fn new<S: Into<String>>(
+    pub(super) fn of<T: ToString>(
         phrase: &'static str,
-        parts: impl IntoIterator<Item = S>,
+        parts: impl IntoIterator<Item = T>,
     ) -> Remark {
-        Remark { phrase, parts: parts.into_iter().map(Into::into).collect() }
+        Remark { phrase, parts: parts.into_iter().map(|part| part.to_string()).collect() }
+    }
+
+    pub(super) fn name(name: &str) -> Remark {
+        Remark::of("#", [name])
     }
 
     pub(super) fn plain(phrase: &'static str) -> Remark {
@@ -244,7 +248,6 @@ words! {
         byte_above:
             "# is byte #, which stands for $#$ and more: $#$ from its edge",
             "# ist Byte #, das für $#$ und mehr steht: $#$ von der Grenze";
-        bytes: "bytes #, #, #", "Bytes #, #, #";
         wrong_byte: "wrong in #, which shows # as byte #", "falsch in #: zeigt # als Byte #";
         no_light_on_background:
             "no light falls on the background",

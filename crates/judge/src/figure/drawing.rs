@@ -6,14 +6,15 @@ use maud::{Markup, PreEscaped, html};
 
 use super::Figure;
 use super::labels::{Label, Place, placed};
-use super::words::Words;
-use crate::markup::document;
+use super::words::caption;
+use crate::explain::Lang;
+use crate::markup::{Shade, document, for_light_and_dark};
 
 /// Pieces of a line: hidden and visible ones meet where a piece ends.
 const PIECES: usize = 120;
 
 /// Classes with their colours on a light and on a dark page.
-const COLORS: [(&str, &str, &str); 5] = [
+const COLORS: [Shade; 5] = [
     ("ink", "#1b2027", "#e8eaee"),
     ("soft", "#59616d", "#a5adb9"),
     ("surface", "#2a78b8", "#6db3ec"),
@@ -160,9 +161,9 @@ impl Drawing {
         self.labels.push(Label { at, letter: letter.into(), rest, class, size });
     }
 
-    pub fn svg(self, words: &Words, figure: Figure) -> String {
+    pub fn svg(self, figure: Figure, lang: Lang) -> String {
         let (size, font) = (self.size(), self.font_px());
-        let caption = words.caption(figure);
+        let caption = caption(figure, lang);
         let mut ink: Vec<DVec2> = self.strokes.iter().flat_map(|s| s.points.clone()).collect();
         ink.extend(self.dots.iter().map(|(at, _)| *at));
         let bottom = size.y - 2.2 * font;
@@ -173,7 +174,7 @@ impl Drawing {
             format!("{color}{hidden}{thin}")
         };
         let markup = html! {
-            svg .figure xmlns="http://www.w3.org/2000/svg" xml:lang=(words.lang) role="img"
+            svg .figure xmlns="http://www.w3.org/2000/svg" xml:lang=(lang.name()) role="img"
                 viewBox={ "0 0 " (size.x) " " (size.y) } width=(size.x) height=(size.y) {
                 title { (caption) }
                 style { (PreEscaped(css(font))) }
@@ -231,13 +232,8 @@ fn px(x: f64) -> f64 {
 }
 
 fn css(font: f64) -> String {
-    let rules = |pick: fn(&(&str, &'static str, &'static str)) -> &'static str| -> String {
-        let rule = |color: &(&str, &'static str, &'static str)| {
-            format!(".figure .{}{{color:{}}}", color.0, pick(color))
-        };
-        COLORS.iter().map(rule).collect()
-    };
-    let (light, dark) = (rules(|color| color.1), rules(|color| color.2));
+    let rule = |class: &str, color: &str| format!(".figure .{class}{{color:{color}}}");
+    let colors = for_light_and_dark(&COLORS, rule, |rules| rules);
     let (line, thin) = (px(font / 11.0), px(font / 18.0));
     let (dash, gap) = (px(font / 3.0), px(font / 4.0));
     format!(
@@ -247,6 +243,6 @@ fn css(font: f64) -> String {
          .figure .hidden{{stroke-dasharray:{dash} {gap};opacity:.75}}\
          .figure .filled{{fill:currentColor;fill-opacity:.16;stroke-width:{thin}}}\
          .figure .head,.figure text{{fill:currentColor}}.figure .letter{{font-style:italic}}\
-         {light}@media screen and (prefers-color-scheme:dark){{{dark}}}"
+         {colors}"
     )
 }

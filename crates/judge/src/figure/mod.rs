@@ -107,6 +107,6 @@ impl Figure {
                  camera, or name another object with --object"
             ))
         })?;
-        Ok(drawing.svg(words::of(lang), self))
+        Ok(drawing.svg(self, lang))
     }
 }

@@ -3,41 +3,21 @@
 use super::Figure;
 use crate::explain::Lang;
 
-/// The words of a language.
-pub struct Words {
-    /// `en`, for readers and speakers of the picture.
-    pub lang: &'static str,
-    plane: &'static str,
-    sphere: &'static str,
-}
-
-impl Words {
-    /// What a figure shows.
-    pub fn caption(&self, figure: Figure) -> &'static str {
-        match figure {
-            Figure::Plane => self.plane,
-            Figure::Sphere => self.sphere,
+/// What a figure shows.
+pub fn caption(figure: Figure, lang: Lang) -> &'static str {
+    match (figure, lang) {
+        (Figure::Plane, Lang::English) => {
+            "Figure 3: a plane in a coordinate system, with a point a and the normal n: (p − a)·n = 0"
         }
-    }
-}
-
-static ENGLISH: Words = Words {
-    lang: "en",
-    plane: "Figure 3: a plane in a coordinate system, with a point a and the normal n: (p − a)·n = 0",
-    sphere: "Figure 4: a sphere in a coordinate system, with centre c and radius r: |p − c| = r",
-};
-
-static GERMAN: Words = Words {
-    lang: "de",
-    plane: "Abbildung 3: eine Ebene im Koordinatensystem, mit Punkt a und Normale n: (p − a)·n = 0",
-    sphere: "Abbildung 4: eine Kugel im Koordinatensystem, mit Mittelpunkt c, Radius r: |p − c| = r",
-};
-
-/// The words of a language.
-pub fn of(lang: Lang) -> &'static Words {
-    match lang {
-        Lang::English => &ENGLISH,
-        Lang::German => &GERMAN,
+        (Figure::Plane, Lang::German) => {
+            "Abbildung 3: eine Ebene im Koordinatensystem, mit Punkt a und Normale n: (p − a)·n = 0"
+        }
+        (Figure::Sphere, Lang::English) => {
+            "Figure 4: a sphere in a coordinate system, with centre c and radius r: |p − c| = r"
+        }
+        (Figure::Sphere, Lang::German) => {
+            "Abbildung 4: eine Kugel im Koordinatensystem, mit Mittelpunkt c, Radius r: |p − c| = r"
+        }
     }
 }
 

@@ -14,7 +14,7 @@ pub(crate) use lit::{LitPoint, add_sample};
 #[cfg(feature = "gpu")]
 pub use picture::{ColorsOfKernel, OfKernel, OnBoth, Parity, Verification, Verified};
 use truth::hit_of;
-pub(crate) use truth::{Near, is_clearly_missed};
+pub(crate) use truth::{ExactRays, Near, is_clearly_missed};
 pub use truth::{SAMPLE_BYTES, Truth, sample};
 
 use crate::compare::{RayDifferences, RayResult};

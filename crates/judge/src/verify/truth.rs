@@ -80,10 +80,7 @@ impl Truth {
             let message = format!("{} ids were given for {} rays", ids.len(), rays.len());
             return Err(Error::Usage(message));
         }
-        let rays = match rays {
-            Rays::Pixels(pixels) => ExactRays::of(pixels),
-            Rays::List(rays) => ExactRays::List(rays),
-        };
+        let rays = ExactRays::from(rays);
         Truth::new((0..ids.len()).collect(), control, |i| {
             let Some(object) = scene.object(ids[i]) else { return TrueHit::NONE };
             let ray = rays.exact(i);
@@ -119,9 +116,18 @@ impl Truth {
 }
 
 /// Rays, exactly and in f64.
-enum ExactRays<'a> {
+pub(crate) enum ExactRays<'a> {
     Pixels(&'a Pixels, Box<ExactPixels>),
     List(&'a [Ray]),
+}
+
+impl<'a> From<&'a Rays> for ExactRays<'a> {
+    fn from(rays: &'a Rays) -> ExactRays<'a> {
+        match rays {
+            Rays::Pixels(pixels) => ExactRays::of(pixels),
+            Rays::List(rays) => ExactRays::List(rays),
+        }
+    }
 }
 
 impl<'a> ExactRays<'a> {
@@ -129,7 +135,8 @@ impl<'a> ExactRays<'a> {
         ExactRays::Pixels(pixels, Box::new(ExactPixels::new(pixels)))
     }
 
-    fn exact(&self, i: usize) -> ExactRay {
+    /// The `i`-th, exactly.
+    pub fn exact(&self, i: usize) -> ExactRay {
         match self {
             ExactRays::Pixels(pixels, exact) => {
                 let (x, y) = pixels.xy(i);
@@ -139,7 +146,8 @@ impl<'a> ExactRays<'a> {
         }
     }
 
-    fn near(&self, i: usize) -> Near {
+    /// The `i`-th in f64, from the camera's position, or from its own origin.
+    pub fn near(&self, i: usize) -> Near {
         match self {
             ExactRays::Pixels(pixels, _) => Near::of_pixel(pixels, pixels.xy(i)),
             ExactRays::List(rays) => {

@@ -1,0 +1,106 @@
+//! An [`Explanation`] as what text and LaTeX have to write: of each thing what it is, what is to be said of it, and its numbers.
+
+use super::line::Line;
+use super::numbers::{Quantity, six_digits};
+use super::words::{Remark, Words};
+use super::{Channel, ColorExplanation, Explanation, ObjectExplanation};
+
+/// What is explained of one thing.
+pub struct Section<'a> {
+    /// The thing, with commas between the parts.
+    pub subject: Vec<Remark>,
+    /// What is to be said of it.
+    pub why: Vec<Remark>,
+    /// How its numbers come about.
+    pub lines: &'a [Line],
+    /// The numbers in each arithmetic.
+    pub quantities: &'a [Quantity],
+}
+
+impl Explanation {
+    /// Where the ray begins and goes.
+    pub(super) fn of_ray(&self) -> Section<'_> {
+        let words = self.lang.words();
+        let subject = match &self.pixel {
+            Some(p) => Remark::of(words.pixel, [p.x, p.y, p.width, p.height]),
+            None => Remark::plain(words.ray),
+        };
+        let (subject, why) = (vec![subject], Vec::new());
+        Section { subject, why, lines: &self.ray_lines, quantities: &self.ray }
+    }
+
+    /// What the ray sees, and the point where it does, with so many digits of `t`.
+    pub(super) fn of_point(&self, n_digits: usize) -> Section<'_> {
+        let words = self.lang.words();
+        let (sees, side) = match &self.winner {
+            None => (Remark::plain(words.sees_background), None),
+            Some(winner) => {
+                let t = winner.root.to_decimal(n_digits);
+                let side = if winner.side == "back" { words.back } else { words.front };
+                (Remark::of(words.sees, [&winner.label, &t]), Some(Remark::plain(side)))
+            }
+        };
+        let (lines, quantities) = match &self.point {
+            Some(point) => (&*point.lines, &*point.quantities),
+            None => Default::default(),
+        };
+        Section { subject: vec![sees], why: Vec::from_iter(side), lines, quantities }
+    }
+
+    /// The light that falls on it, and the colours that come of it.
+    pub(super) fn of_light(&self) -> Vec<Section<'_>> {
+        let (words, Some(shading)) = (self.lang.words(), &self.shading) else { return Vec::new() };
+        let lights = shading.lights.iter().map(|light| Section {
+            subject: vec![Remark::name(&light.name), light.place.clone()],
+            why: light.why.clone(),
+            lines: &light.lines,
+            quantities: &light.quantities,
+        });
+        let sky = shading.sky.iter().map(|sky| Section {
+            subject: vec![Remark::of(words.sky, [sky.counting, sky.directions])],
+            why: vec![Remark::of(words.sky_counts, [sky.counting, sky.behind, sky.hidden])],
+            lines: &[],
+            quantities: &sky.quantities,
+        });
+        let of_ray = shading.color.section(Remark::plain(words.color_of_ray), words);
+        let of_pixel = shading.mean.iter().map(|mean| {
+            mean.color.section(Remark::of(words.color_of_pixel, [mean.samples; 2]), words)
+        });
+        lights.chain(sky).chain([of_ray]).chain(of_pixel).collect()
+    }
+}
+
+impl ObjectExplanation {
+    /// How the ray meets it.
+    pub(super) fn section(&self) -> Section<'_> {
+        Section {
+            subject: vec![Remark::name(&self.label)],
+            why: self.why.clone(),
+            lines: &self.lines,
+            quantities: &self.quantities,
+        }
+    }
+}
+
+impl ColorExplanation {
+    /// The bytes that come out first.
+    fn section(&self, subject: Remark, words: &Words) -> Section<'_> {
+        let byte = |(channel, name): (&Channel, &str)| {
+            let Channel { byte, range: [low, high], from_edge, .. } = channel;
+            let ends = [low, high].into_iter().filter(|end| end.is_finite());
+            let mut parts = vec![name.to_owned(), byte.to_string()];
+            parts.extend(ends.map(|end| six_digits(*end)));
+            parts.push(from_edge.root.to_decimal(4));
+            let phrase = match (low.is_finite(), high.is_finite()) {
+                (false, _) => words.byte_below,
+                (_, false) => words.byte_above,
+                _ => words.byte,
+            };
+            Remark::of(phrase, parts)
+        };
+        let bytes = self.channels.iter().zip(words.channels).map(byte);
+        let (lines, quantities) = (&self.lines, &self.quantities);
+        let why = bytes.chain(self.why.iter().cloned()).collect();
+        Section { subject: vec![subject], why, lines, quantities }
+    }
+}
