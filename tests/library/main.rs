@@ -11,7 +11,6 @@ mod house;
 mod inputs;
 mod lemmas;
 mod light_oracle;
-mod lit;
 mod picture;
 mod precision;
 mod printed;

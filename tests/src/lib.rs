@@ -14,7 +14,6 @@ pub mod rational;
 pub mod span;
 pub mod spoiled;
 pub mod twins;
-pub mod wgsl;
 
 use std::collections::BTreeMap;
 use std::io::Write;
