@@ -1,7 +1,6 @@
 //! The library as others use it, and its bounds; what opens a Vulkan device is in the binary `device`.
 
 mod clouds;
-mod columns;
 mod damaged;
 mod exact;
 mod finite;
@@ -14,9 +13,7 @@ mod light_oracle;
 mod picture;
 mod precision;
 mod printed;
-mod rays;
 mod report;
 mod report_page;
-mod scene_errors;
 mod spirv;
 mod subnormal;
