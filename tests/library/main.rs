@@ -7,7 +7,6 @@ mod finite;
 #[cfg(target_arch = "x86_64")]
 mod host;
 mod house;
-mod inputs;
 mod lemmas;
 mod light_oracle;
 mod picture;
