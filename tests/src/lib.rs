@@ -6,7 +6,6 @@ pub mod adversarial;
 pub mod allowed;
 pub mod cases;
 pub mod folder;
-pub mod hard_cases;
 pub mod made_report;
 pub mod oracle;
 pub mod printer;
