@@ -9,17 +9,26 @@ each() {
     done
 }
 
-# An array of NumPy: npy '<f8' '(1, 6)' 0 0 5 0 0 -1
+# An array of NumPy: npy '<f8' '(1, 6)' 0 0 5 0 0 -1; by columns with True behind the shape; of records with numbers one after
+# the other, each of the type before it: npy "[('x', '<f8'), ('n', '>i2')]" '(2,)' d 1.5 h 7 d 2 h 8
 npy() {
     python3 - "$@" <<'END'
 import struct, sys
 descr, shape, *numbers = sys.argv[1:]
-header = f"{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}".ljust(117) + "\n"
-kind = {"f8": "d", "f4": "f", "f2": "e", "u1": "B", "i2": "h", "u4": "I", "i8": "q"}.get(descr[1:], "x")
-numbers = [float(number) if kind in "dfe" else int(number) for number in numbers]
-order = ">" if descr[0] == ">" else "<"
+order = numbers.pop(0) if numbers[:1] == ["True"] else "False"
+quoted = descr if descr.startswith("[") else f"'{descr}'"
+header = f"{{'descr': {quoted}, 'fortran_order': {order}, 'shape': {shape}, }}"
+header = header.ljust((len(header) + 74) // 64 * 64 - 11) + "\n"
+kind = {"f8": "d", "f4": "f", "f2": "e", "u1": "B", "i2": "h", "i4": "i", "u4": "I", "i8": "q"}.get(descr[1:], "x")
+if quoted == descr:
+    kinds, numbers = numbers[::2], numbers[1::2]
+else:
+    kinds = [(">" if descr[0] == ">" else "<") + kind] * len(numbers)
 sys.stdout.buffer.write(b"\x93NUMPY\x01\0" + struct.pack("<H", len(header)) + header.encode())
-sys.stdout.buffer.write(struct.pack(f"{order}{len(numbers)}{kind}", *numbers))
+for kind, number in zip(kinds, numbers):
+    kind = kind if kind[0] in "<>" else "<" + kind
+    number = number.encode() if kind[-1] == "s" else float(number) if kind[-1] in "dfe" else int(number)
+    sys.stdout.buffer.write(struct.pack(kind, number))
 END
 }
 
@@ -29,7 +38,7 @@ spoil() {
 }
 
 # What is said of clouds, of which each line of the input is one: its file's name, the keys of its table or `-`, and the file's
-# content (as printf has it, or a call of npy), with bars between them.
+# content (as printf has it, or a call of npy), with bars between them. With `spheres`, they are shown beside the notes.
 each_cloud() {
     local line name keys content
     while IFS= read -r line; do
@@ -40,8 +49,28 @@ each_cloud() {
             npy\ *) eval "$content" > "$name" ;;
             *) printf -- "$content" > "$name" ;;
         esac
-        printf '[[spheres]]\nfile = "%s"\n%b\n' "$name" "$keys" > cloud.toml
+        printf '%s[[spheres]]\nfile = "%s"\n%b\n' "${1:+$eye}" "$name" "$keys" > cloud.toml
         echo "→ $line"
         kugelblitz check cloud.toml 2>&1 | grep -v '^on the \|^memory\|^picture\|^in memory\|: [0-9]* spheres\?, '
+        [ -z "$1" ] || "$1" cloud.toml 2>/dev/null
     done
+}
+
+eye=$'camera = { position = [0, 0, 9], look_at = [0, 0, 0] }\n'
+
+# The spheres of a scene, a line each: x, y, z, radius, and the colour as its sRGB bytes or as linear numbers.
+spheres() {
+    kugelblitz export pov "$1" -q | python3 -c '
+import re, sys
+def linear(byte):
+    v = byte / 255
+    return v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4
+def byte(number):
+    return next((b for b in range(256) if abs(linear(b) - number) <= 1e-13 * number), None)
+for line in sys.stdin:
+    if line.startswith("sphere"):
+        numbers = re.findall(r"-?\d[-+.e\d]*", line.split("//")[0])
+        bytes = [byte(float(x)) for x in numbers[4:]]
+        color = " ".join(numbers[4:]) if None in bytes else "#%02x%02x%02x" % tuple(bytes)
+        print("  ", *(x.removesuffix(".0") for x in numbers[:4]), color)'
 }

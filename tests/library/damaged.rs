@@ -5,11 +5,10 @@ use kugelblitz::error::Error;
 use kugelblitz::picture::{Format, read_bytes, read_rays};
 use kugelblitz::scene::{Color, Scene, Sphere, read_scene};
 use kugelblitz_tests::folder::Folder;
-use kugelblitz_tests::{npy, npy_of_rays, text_of};
+use kugelblitz_tests::{npy, npy_file, npy_of_rays, text_of};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::columns::npy as npy_of;
 use crate::picture::small_file;
 
 /// What stands in for a value, or is put between two bytes.
@@ -107,7 +106,7 @@ fn no_damaged_file_panics() {
         (cloud, "a.npy", npy(&rows, "<f8", false)),
         (cloud, "a.csv", b"x,y,z,r,red,green,blue\n1,2,3,4,0.5,0,1\n5,6,7,8,1,1,1\n".into()),
         (cloud, "a.xyz", b"3\nwater\nO 0 0 0\nH 1 0 0\nH 0 1 0\n".into()),
-        (colored, "a.npy", npy_of(fields, "(40,)", &[63; 720])),
+        (colored, "a.npy", npy_file(fields, false, "(40,)", &[63; 720])),
         (colored, "a.csv", b"# x;y;z;radius;q\n1;2;3;1,5;\n1;2;3;4;5\n".into()),
         (colored, "a.txt", b"x [m] y z r q\n1 2 3 4 5\n".into()),
         (colored, "a.xyz", format!("1\n{properties}\nC 1 2 3 4\n").into()),

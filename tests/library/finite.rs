@@ -1,132 +1,248 @@
-//! No operation of the certified shaders takes or gives ∞ or NaN, which Vulkan lets a compiler
+//! No operation of the formulas that find objects on a device takes or gives ∞ or NaN, which Vulkan lets a compiler
 //! assume away; neither for objects and rays at the ends of the range, nor for those beyond it.
 //!
-//! The shaders run here as naga understands them, with a look at every float, and must propose what
-//! their Rust twin proposes.
+//! Here they run on the records that a device has, in a number that notes what is not finite, and leave nothing out, as
+//! shaders don't: also what is selected away is calculated. They must propose what a device's twin does.
 
-use std::collections::HashMap;
+use std::cell::{Cell, RefCell};
+use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::panic::Location;
 use std::sync::Arc;
 
 use glam::DVec3;
-use kugelblitz::bvh::REACH;
+use kugelblitz::bvh::{IS_LEAF, REACH};
 use kugelblitz::control::Control;
-use kugelblitz::gpu::slabs::LEAST_SLACK;
-use kugelblitz::gpu::{Layout, RayRecord, compile};
-use kugelblitz::kernel::Float;
+use kugelblitz::gpu::slabs::{LEAST_SLACK, Slabs};
+use kugelblitz::num::fields::{Fields, Source};
+use kugelblitz::num::{self, Mask, Real, V3};
 use kugelblitz::prepare::{InSpace, LISTED_SPHERES, Objects, Prepared};
-use kugelblitz::rays::{Frame, Lens, Pixels, View};
+use kugelblitz::rays::{Frame, Lens, List, Pixels, View};
 use kugelblitz::scene::{Camera, Plane, Projection, Scene, Sphere};
+use kugelblitz::seen::{Nearest, PlaneSeen, Seen, SphereSeen};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
 use kugelblitz_tests::twins::propose_alone;
-use kugelblitz_tests::wgsl::{Machine, Value};
 use kugelblitz_tests::{in_cube, plane, sphere};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// What one picture or list of rays showed.
-#[derive(Debug, Default)]
-struct Found {
-    not_finite: Vec<String>,
-    /// Float operations.
-    operations: u64,
-    proposals: Vec<u32>,
+/// An f32 that is looked at.
+#[derive(Clone, Copy, Debug)]
+struct Watched(f32);
+
+/// What a comparison gives. Shaders leave nothing out where it does not hold.
+#[derive(Clone, Copy)]
+struct Truth(bool);
+
+thread_local! {
+    static OPERATIONS: Cell<u64> = const { Cell::new(0) };
+    /// Places in the source, operations and operands.
+    static NOT_FINITE: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Four words each.
-fn texels(bytes: &[u8]) -> Value {
-    let words =
-        bytes.chunks_exact(4).map(|w| Value::U32(u32::from_le_bytes(w.try_into().unwrap())));
-    let words: Vec<Value> = words.collect();
-    Value::Parts(words.chunks_exact(4).map(|texel| Value::Parts(texel.to_vec())).collect())
-}
-
-/// Runs the shader of a prepared scene for all rays.
-fn run(prepared: &Prepared, rays: &Rays) -> Found {
-    let key = prepared.shader_key(Wants::default());
-    let shader = compile(&key).unwrap_or_else(|error| panic!("{error}"));
-    let module = &shader.module;
-    let ty = |name: &str| {
-        let global = module.global_variables.iter().find(|(_, v)| v.name.as_deref() == Some(name));
-        global.map(|(_, variable)| variable.ty)
-    };
-    let mut globals = HashMap::new();
-    let (spheres, planes) = prepared.objects.bytes();
-    for (name, bytes) in [("spheres", spheres), ("planes", planes)] {
-        if let Some(ty) = ty(name) {
-            globals.insert(name, Machine::decode(module, ty, bytes));
-        }
+/// Notes an operation whose operands or result are not finite.
+#[track_caller]
+fn look(what: &str, operands: &[f32]) {
+    OPERATIONS.set(OPERATIONS.get() + 1);
+    if !operands.iter().all(|x| x.is_finite()) {
+        let found = format!("{}: {what} {operands:?}", Location::caller());
+        NOT_FINITE.with_borrow_mut(|all| all.push(found));
     }
-    let mut width = rays.len();
-    let mut of_camera: HashMap<&str, Value> = HashMap::new();
+}
+
+macro_rules! watched {
+    ($($trait:ident $function:ident $sign:tt),*) => {$(
+        impl $trait for Watched {
+            type Output = Watched;
+            #[track_caller]
+            fn $function(self, other: Watched) -> Watched {
+                let result = self.0 $sign other.0;
+                look(stringify!($sign), &[self.0, other.0, result]);
+                Watched(result)
+            }
+        }
+    )*};
+}
+
+watched!(Add add +, Sub sub -, Mul mul *, Div div /);
+
+impl Neg for Watched {
+    type Output = Watched;
+    fn neg(self) -> Watched {
+        Watched(-self.0)
+    }
+}
+
+impl Mask for Truth {
+    fn and(self, other: Truth) -> Truth {
+        Truth(self.0 & other.0)
+    }
+    fn or(self, other: Truth) -> Truth {
+        Truth(self.0 | other.0)
+    }
+    fn not(self) -> Truth {
+        Truth(!self.0)
+    }
+    fn any(self) -> bool {
+        true
+    }
+}
+
+impl Real for Watched {
+    type One = f32;
+    type Mask = Truth;
+    type Id = u32;
+    #[track_caller]
+    fn splat(x: f32) -> Watched {
+        look("the number", &[x]);
+        Watched(x)
+    }
+    fn splat_id(id: u32) -> u32 {
+        id
+    }
+    #[track_caller]
+    fn sqrt(self) -> Watched {
+        look("√", &[self.0, self.0.sqrt()]);
+        Watched(self.0.sqrt())
+    }
+    fn abs(self) -> Watched {
+        Watched(self.0.abs())
+    }
+    #[track_caller]
+    fn lt(self, other: Watched) -> Truth {
+        look("<", &[self.0, other.0]);
+        Truth(self.0 < other.0)
+    }
+    #[track_caller]
+    fn le(self, other: Watched) -> Truth {
+        look("≤", &[self.0, other.0]);
+        Truth(self.0 <= other.0)
+    }
+    fn select(mask: Truth, yes: Watched, no: Watched) -> Watched {
+        if mask.0 { yes } else { no }
+    }
+    fn select_id(mask: Truth, yes: u32, no: u32) -> u32 {
+        if mask.0 { yes } else { no }
+    }
+}
+
+/// The words of a struct in a device's buffer.
+struct Words<'a>(&'a [f32], usize);
+
+impl Source<Watched> for Words<'_> {
+    fn num(&mut self, _: &'static str) -> Watched {
+        self.1 += 1;
+        Watched::splat(self.0[self.1 - 1])
+    }
+    fn vec(&mut self, name: &'static str) -> V3<Watched> {
+        self.1 = self.1.next_multiple_of(4);
+        V3([(); 3].map(|()| self.num(name)))
+    }
+    fn id(&mut self, name: &'static str) -> u32 {
+        self.num(name).0.to_bits()
+    }
+}
+
+fn record<T: Fields<Watched>>(words: &[f32]) -> T {
+    T::read(&mut Words(words, 0))
+}
+
+/// What rays see, by the loops of `shaders/certified.wgsl` and `shaders/tree.wgsl`.
+fn propose(prepared: &Prepared, rays: &Rays) -> Vec<u32> {
+    let Objects::Certified { lists, any_close } = &prepared.objects else { panic!("certified") };
+    let n_spheres = prepared.scene.spheres.len();
+    let rest = prepared.hierarchy.as_ref().map(|hierarchy| &hierarchy.rest[..]);
+    let sphere_id = |place: usize| match rest {
+        Some(rest) => rest.get(place).copied().unwrap_or(0),
+        None => place as u32 + 1,
+    };
+    let in_space = prepared.in_space().unwrap();
+    let decide = |ray: num::Ray<Watched>| {
+        let mut nearest = Nearest::none();
+        for (place, words) in lists.spheres.iter().enumerate() {
+            let sphere: SphereSeen<Watched> = record(words);
+            let mut bounds = SphereSeen::bounds(&sphere, &ray).unwrap();
+            if *any_close {
+                let close = SphereSeen::bounds_close(&sphere, &ray).unwrap();
+                bounds = if sphere.is_close.0 > 0.0 { close } else { bounds };
+            }
+            nearest = nearest.with(bounds, sphere_id(place));
+        }
+        for (index, words) in lists.planes.iter().enumerate() {
+            let bounds = PlaneSeen::bounds(&record(words), &ray).unwrap();
+            nearest = nearest.with(bounds, (n_spheres + index) as u32 + 1);
+        }
+        if let (Some(InSpace { boxes, beside }), Some(hierarchy)) = (&in_space, &prepared.hierarchy)
+        {
+            let slabs = Slabs::new(&ray, Watched(LEAST_SLACK + beside));
+            // Lanes without a leaf look at the first one.
+            hierarchy.leaves.add(0, &ray, &mut Nearest::none());
+            let mut at = 0;
+            while let Some(node) = boxes.get(at) {
+                let [low, high] = [node.low, node.high].map(|side| V3(side.map(Watched)));
+                let is_leaf = node.link & IS_LEAF != 0;
+                let is_met = slabs.between(low, high).is_within(nearest.high()).0;
+                at = if is_met || is_leaf { at + 1 } else { node.link as usize };
+                if is_met && is_leaf {
+                    hierarchy.leaves.add(node.link & !IS_LEAF, &ray, &mut nearest);
+                }
+            }
+        }
+        nearest.decide().0
+    };
+    let watched = |v: V3<f32>| V3(v.0.map(Watched));
     match rays {
         Rays::Pixels(pixels) => {
-            width = pixels.width as usize;
             let camera = Frame::<f32>::of_pixels(pixels);
-            let (i, j) = pixels.offset2(pixels.x, pixels.y);
-            of_camera.insert("forward", Value::vector(camera.forward.0));
-            of_camera.insert("right", Value::vector(camera.right.0));
-            of_camera.insert("true_up", Value::vector(camera.true_up.0));
-            of_camera.insert("step", Value::F32(1.0));
-            of_camera.insert("offset_i", Value::I32(i as i32));
-            of_camera.insert("offset_j", Value::I32(j as i32));
+            let ray = |index| {
+                let (x, y) = pixels.xy(index);
+                let (i, j) = pixels.offset2(x, y);
+                camera.ray(Watched(i as f32), Watched(j as f32))
+            };
+            (0..pixels.len()).map(|index| decide(ray(index))).collect()
         }
         Rays::List(list) => {
-            let record = |ray| RayRecord::new(prepared.coordinates(), ray).bytes(Float::F32);
-            let bytes: Vec<u8> = list.iter().flat_map(record).collect();
-            globals.insert("rays", Machine::decode(module, ty("rays").unwrap(), &bytes));
+            let list_of_rays = List::new(list, prepared.reference);
+            let ray = |index| {
+                let num::Ray { origin, direction, .. } = list_of_rays.one(index);
+                num::Ray::new(watched(origin), watched(direction))
+            };
+            (0..list.len()).map(|index| decide(ray(index))).collect()
         }
     }
-    of_camera.insert("n_spheres", Value::U32(prepared.scene.spheres.len() as u32));
-    of_camera.insert("n_rays", Value::U32(rays.len() as u32));
-    of_camera.insert("width", Value::U32(width as u32));
-    let params = &module.types[ty("params").unwrap()].inner;
-    let naga::TypeInner::Struct { members, .. } = params else { panic!("the parameters") };
-    let member = |m: &naga::StructMember| {
-        let given = of_camera.get(m.name.as_deref().unwrap());
-        // The others are not read.
-        given.cloned().unwrap_or_else(|| Value::vector([0.0; 3]))
-    };
-    globals.insert("params", Value::Parts(members.iter().map(member).collect()));
-    globals.insert("ids", Value::Parts(vec![Value::U32(7); rays.len()]));
-    if let Some(hierarchy) = &prepared.hierarchy {
-        let InSpace { boxes, beside } = prepared.in_space().unwrap().expect("a tree");
-        let mut rest: Vec<[u32; 4]> = hierarchy.rest.iter().map(|&id| [id, 0, 0, 0]).collect();
-        rest.resize(hierarchy.n_places_of_rest(), [0; 4]);
-        let texels_of_boxes = [bytemuck::cast_slice(&boxes), bytemuck::cast_slice(&rest)].concat();
-        globals.insert("boxes", texels(&texels_of_boxes));
-        globals.insert("leaves", texels(bytemuck::cast_slice(&hierarchy.leaves.words())));
-        let beside = Value::F32(LEAST_SLACK + beside);
-        globals.insert("walk", Value::Parts(vec![Value::U32(boxes.len() as u32), beside]));
-    }
-    let mut machine = Machine::new(module, &globals);
-    for index in 0..rays.len() {
-        let [x, y] = [index % width, index / width].map(|k| Value::U32(k as u32));
-        machine.enter(vec![Value::Parts(vec![x, y, Value::U32(0)])]);
-    }
-    let Value::Parts(ids) = machine.global("ids") else { panic!("no ids") };
-    let id = |id: &Value| match id {
-        Value::U32(id) => *id,
-        other => panic!("{other:?}"),
-    };
-    let proposals = ids.iter().map(id).collect();
-    Found { not_finite: machine.not_finite, operations: machine.operations, proposals }
 }
 
-/// Runs, compares with the twin, and returns the number of float operations.
-fn check(scene: &Arc<Scene>, rays: &Rays) -> (u64, bool) {
-    let prepared = Prepared::new(Arc::clone(scene), Kernel::Certified, rays).unwrap();
-    let has_no_way = prepared.hierarchy.is_some() && prepared.in_space().unwrap().is_none();
-    if has_no_way || !prepared.in_range {
-        return (0, false);
+/// What rays see, and what was not finite.
+fn watch(prepared: &Prepared, rays: &Rays) -> (Vec<u32>, Vec<String>) {
+    NOT_FINITE.take();
+    let proposals = propose(prepared, rays);
+    (proposals, NOT_FINITE.take())
+}
+
+/// Numbers of operations, and of scenes with a tree, that are looked at in a test.
+#[derive(Debug, Default)]
+struct Looked {
+    operations: u64,
+    trees: u32,
+}
+
+impl Looked {
+    /// Watches a scene, and compares with the twin.
+    fn at(&mut self, scene: &Arc<Scene>, rays: &Rays) {
+        let prepared = Prepared::new(Arc::clone(scene), Kernel::Certified, rays).unwrap();
+        let Some(twin) = propose_alone(&prepared, rays).filter(|_| prepared.in_range) else {
+            return;
+        };
+        OPERATIONS.set(0);
+        let (proposals, not_finite) = watch(&prepared, rays);
+        let what = || format!("{:?} {:?} {rays:?}", scene.spheres, scene.planes);
+        if let Some(first) = not_finite.first() {
+            panic!("{} operations, the first: {first}; {}", not_finite.len(), what());
+        }
+        assert_eq!(proposals, twin, "{}", what());
+        self.operations += OPERATIONS.get();
+        self.trees += u32::from(prepared.hierarchy.is_some());
     }
-    let found = run(&prepared, rays);
-    let what = || format!("{:?} {:?} {rays:?}", scene.spheres, scene.planes);
-    if let Some(first) = found.not_finite.first() {
-        panic!("{} operations, the first: {first}; {}", found.not_finite.len(), what());
-    }
-    assert_eq!(found.proposals, propose_alone(&prepared, rays).unwrap(), "{}", what());
-    (found.operations, prepared.hierarchy.is_some())
 }
 
 /// `2ˣ` for a whole `x` between these, or a few units beside it.
@@ -209,42 +325,31 @@ fn any_eye(rng: &mut ChaCha8Rng) -> DVec3 {
 
 #[test]
 fn pictures_have_only_finite_numbers() {
-    finite_pictures(1171, Lens::Perspective);
-}
-
-#[test]
-fn orthographic_pictures_have_only_finite_numbers() {
-    finite_pictures(1173, Lens::Orthographic);
-}
-
-fn finite_pictures(seed: u64, lens: Lens) {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let (mut operations, mut hierarchies) = (0, 0);
-    for case in 0..600 {
-        let eye = any_eye(&mut rng);
-        let most = if case % 10 == 0 { 60 } else { 4 };
-        let scene = any_scene(&mut rng, eye, most);
-        let look_at = match scene.spheres.first() {
-            Some(sphere) if sphere.center != eye && rng.random_bool(0.7) => sphere.center,
-            _ => eye + unit(&mut rng) * eye.length().max(1.0),
-        };
-        let up = in_cube(&mut rng);
-        let projection = Projection::Perspective { fov_degrees: 45.0 };
-        let camera = Camera { position: eye, look_at, up, projection };
-        let mut view = View { lens, ..View::new(&camera) };
-        view.h = match rng.random_range(0..3) {
-            0 if lens == Lens::Orthographic => power(&mut rng, 30, 58),
-            0 => power(&mut rng, 20, 29),
-            1 => power(&mut rng, -1070, -10),
-            _ => power(&mut rng, -3, 1),
-        };
-        let rays = Rays::Pixels(Pixels::whole(view, 5, 3));
-        let (n, hierarchy) = check(&scene, &rays);
-        operations += n;
-        hierarchies += u32::from(hierarchy);
+    for (seed, lens) in [(1171, Lens::Perspective), (1173, Lens::Orthographic)] {
+        let (mut rng, mut looked) = (ChaCha8Rng::seed_from_u64(seed), Looked::default());
+        for case in 0..600 {
+            let eye = any_eye(&mut rng);
+            let most = if case % 10 == 0 { 60 } else { 4 };
+            let scene = any_scene(&mut rng, eye, most);
+            let look_at = match scene.spheres.first() {
+                Some(sphere) if sphere.center != eye && rng.random_bool(0.7) => sphere.center,
+                _ => eye + unit(&mut rng) * eye.length().max(1.0),
+            };
+            let up = in_cube(&mut rng);
+            let projection = Projection::Perspective { fov_degrees: 45.0 };
+            let camera = Camera { position: eye, look_at, up, projection };
+            let mut view = View { lens, ..View::new(&camera) };
+            view.h = match rng.random_range(0..3) {
+                0 if lens == Lens::Orthographic => power(&mut rng, 30, 58),
+                0 => power(&mut rng, 20, 29),
+                1 => power(&mut rng, -1070, -10),
+                _ => power(&mut rng, -3, 1),
+            };
+            looked.at(&scene, &Rays::Pixels(Pixels::whole(view, 5, 3)));
+        }
+        println!("{looked:?}");
+        assert!(looked.operations > 200_000 && looked.trees > 20, "{looked:?}");
     }
-    println!("{operations} operations, {hierarchies} hierarchies");
-    assert!(operations > 200_000 && hierarchies > 20);
 }
 
 fn any_ray(rng: &mut ChaCha8Rng, scene: &Scene, middle: DVec3) -> Ray {
@@ -284,25 +389,16 @@ fn any_ray(rng: &mut ChaCha8Rng, scene: &Scene, middle: DVec3) -> Ray {
     Ray { origin, direction }
 }
 
+/// Of many spheres, the tree has those that f32 has boxes for.
 #[test]
 fn lists_of_rays_have_only_finite_numbers() {
-    let mut rng = ChaCha8Rng::seed_from_u64(1172);
-    let mut operations = 0;
+    let (mut rng, mut looked) = (ChaCha8Rng::seed_from_u64(1172), Looked::default());
     for _ in 0..600 {
         let middle = any_eye(&mut rng);
         let scene = any_scene(&mut rng, middle, 4);
         let rays = (0..8).map(|_| any_ray(&mut rng, &scene, middle)).collect();
-        operations += check(&scene, &Rays::List(rays)).0;
+        looked.at(&scene, &Rays::List(rays));
     }
-    println!("{operations} operations");
-    assert!(operations > 200_000);
-}
-
-/// Of many spheres, the tree has those that f32 has boxes for.
-#[test]
-fn lists_of_rays_into_many_spheres_have_only_finite_numbers() {
-    let mut rng = ChaCha8Rng::seed_from_u64(1174);
-    let (mut operations, mut trees) = (0, 0);
     for case in 0..60 {
         let middle = any_eye(&mut rng) * if case % 2 == 0 { 0.0 } else { 1.0 };
         let mut spheres = Vec::new();
@@ -322,12 +418,10 @@ fn lists_of_rays_into_many_spheres_have_only_finite_numbers() {
             }
         };
         let rays = (0..4).map(|_| near(&mut rng)).collect();
-        let (n, tree) = check(&scene, &Rays::List(rays));
-        operations += n;
-        trees += u32::from(tree);
+        looked.at(&scene, &Rays::List(rays));
     }
-    println!("{operations} operations, {trees} trees");
-    assert!(operations > 200_000 && trees > 30);
+    println!("{looked:?}");
+    assert!(looked.operations > 400_000 && looked.trees > 30, "{looked:?}");
 }
 
 /// Each of these would be a division by zero, an overflow or `∞ · 0`: what must not be looked at
@@ -354,8 +448,8 @@ fn sabotage_an_infinity_is_noticed() {
     for (what, is_noticed, change) in changes {
         let mut prepared = Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap();
         change(&mut prepared);
-        let found = run(&prepared, &rays);
-        assert_eq!(!found.not_finite.is_empty(), is_noticed, "{what}: {:?}", found.not_finite);
+        let (_, not_finite) = watch(&prepared, &rays);
+        assert_eq!(!not_finite.is_empty(), is_noticed, "{what}: {not_finite:?}");
     }
 }
 

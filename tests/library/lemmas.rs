@@ -241,6 +241,14 @@ fn inputs_that_are_rounded_once() {
         Some(lost.length() / (UNIT_F64 * l.length()))
     });
     assert_tight("λ of lists in f64", LIST_F64.offset, found);
+    let found = worst(6, |x, choices| {
+        let (c, o) = (DVec3::from_slice(x), DVec3::from_slice(&x[3..]));
+        let [center, origin] = [c, o].map(|v| V3::<Adversarial>::splat(V3::near(v)));
+        set_choices(choices, true);
+        let error = to_f64(center - origin).distance(c - o);
+        Some(error / (UNIT_F32 * (c.length() + o.length())))
+    });
+    assert_tight("λ of lists", LIST.offset, found);
 }
 
 /// Rays of pixels in f32.

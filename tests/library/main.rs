@@ -1,23 +1,18 @@
 //! The library as others use it, and its bounds; what opens a Vulkan device is in the binary `device`.
 
 mod clouds;
-mod columns;
 mod damaged;
 mod exact;
 mod finite;
 #[cfg(target_arch = "x86_64")]
 mod host;
 mod house;
-mod inputs;
 mod lemmas;
 mod light_oracle;
-mod lit;
 mod picture;
 mod precision;
 mod printed;
-mod rays;
 mod report;
 mod report_page;
-mod scene_errors;
 mod spirv;
 mod subnormal;

@@ -166,17 +166,6 @@ fn shader(key: &ShaderKey) -> (Shader, Vec<u32>) {
     (shader, words)
 }
 
-#[test]
-fn every_float_result_is_decorated() {
-    let all = [all_keys(), keys_of_plain_light(), keys_of_certified_light()].concat();
-    for key in all {
-        let (_, words) = shader(&key);
-        let n = check_no_contraction(&words).unwrap_or_else(|what| panic!("{what}: {key:?}"));
-        // A ray's `a` and `1/a` alone are six operations.
-        assert!(n >= 6, "{n} float results: {key:?}");
-    }
-}
-
 /// A module that lacks one decoration is noticed, whichever it is.
 #[test]
 fn sabotage_a_missing_decoration_is_noticed() {
@@ -204,49 +193,97 @@ fn has(shader: &Shader, word: &str) -> bool {
         || module.types.iter().any(|(_, kind)| names(&kind.name))
 }
 
-/// Names of the objects' record types.
-fn records(shader: &Shader) -> Vec<String> {
-    let names = shader.module.types.iter().filter_map(|(_, kind)| kind.name.as_deref());
-    let names = names.map(str::to_lowercase);
+/// The end of the names of a kernel's records, which `double` has in common with `stable`.
+fn records_of(kernel: Kernel) -> String {
+    kernel.about().wgsl.records.to_lowercase()
+}
+
+/// Names that a shader has, or has not, by what it is asked for.
+fn names(key: &ShaderKey) -> Vec<(&'static str, bool)> {
+    let [has_spheres, has_planes] = [key.n_spheres, key.n_planes].map(|n| n > 0);
+    let mut names = vec![
+        ("sphere", has_spheres || key.spheres == Finding::Tree),
+        ("plane", has_planes),
+        ("boxes", key.spheres == Finding::Tree),
+    ];
+    match key.light {
+        None => {
+            names.extend(["light", "lamp", "in_the_way", "anywhere"].map(|name| (name, false)));
+            names.push(("camera", key.bundle != Bundle::Free));
+            names.push(("rayrecord", key.bundle == Bundle::Free));
+            names.push(("normal", key.surface));
+        }
+        Some(LightKey::Certified { n_lamps, .. }) => {
+            names.push(("close", key.close));
+            let of_lamps = ["lamp", "shadow", "verdict", "cosine"];
+            names.extend(of_lamps.map(|name| (name, n_lamps > 0)));
+        }
+        Some(LightKey::Plain { n_lamps }) => {
+            names.extend([("light", true), ("in_the_way", n_lamps > 0)]);
+            // Rays from anywhere have other numbers only where those of the picture's rays don't hold.
+            let is_moved =
+                n_lamps > 0 && key.bundle == Bundle::Point && key.kernel != Kernel::Lecture;
+            names.push(("sphere_from", is_moved && has_spheres));
+            names.push(("plane_from", is_moved && has_planes));
+        }
+    }
     names
-        .filter(|name| ["sphere", "plane"].iter().any(|kind| name.starts_with(kind)))
-        .filter(|name| !name.ends_with("record") && !name.ends_with("leaf"))
-        .collect()
 }
 
-/// The SPIR-V holds what the module holds: as many functions (and the entry point) and bindings.
-fn assert_complete(shader: &Shader, words: &[u32]) {
-    const OP_FUNCTION: u32 = 54;
-    let module = &shader.module;
-    assert_eq!(count(words, OP_FUNCTION), module.functions.len() + 1);
-    let n_bindings = module.global_variables.iter().filter(|(_, v)| v.binding.is_some()).count();
-    let numbers = bindings(words);
-    assert_eq!(numbers, (0..n_bindings as u32).collect::<Vec<_>>(), "bindings without gaps");
+fn n_bindings(key: &ShaderKey) -> usize {
+    let objects = usize::from(key.n_spheres > 0) + usize::from(key.n_planes > 0);
+    match key.light {
+        // Results, parameters; the list of rays; the tree.
+        None => {
+            let list = usize::from(key.bundle == Bundle::Free);
+            let tree = if key.spheres == Finding::Tree { 3 } else { 0 };
+            2 + objects + list + tree + if key.surface { 2 } else { 0 }
+        }
+        // Parameters and results, colours, the ends of bytes, and what is the same for all; and of lamps these and what may be
+        // in their way.
+        Some(LightKey::Certified { n_lamps, .. }) => {
+            5 + objects + if n_lamps > 0 { 1 + objects } else { 0 }
+        }
+        // Parameters and results, what is the same for all, and lamps.
+        Some(LightKey::Plain { n_lamps }) => 3 + objects + usize::from(n_lamps > 0),
+    }
 }
 
+/// Nothing that the scene does not need: of objects what there is, one kernel, one source of rays, light in no shader but
+/// its own, f64 where it is asked for; and all of it decorated.
 #[test]
-fn a_scene_without_planes_has_no_plane_code_and_no_plane_binding() {
-    for key in all_keys() {
+fn a_shader_has_what_it_is_asked_for() {
+    const OP_FUNCTION: u32 = 54;
+    const OP_CAPABILITY: u32 = 17;
+    const FLOAT64: u32 = 10;
+    let all = [all_keys(), keys_of_plain_light(), keys_of_certified_light()].concat();
+    for key in all {
         let (whole, words) = shader(&key);
-        assert_complete(&whole, &words);
-        assert_eq!(has(&whole, "plane"), key.n_planes > 0, "{key:?}");
-        let has_spheres = key.n_spheres > 0;
-        assert_eq!(has(&whole, "sphere"), has_spheres || key.spheres == Finding::Tree, "{key:?}");
-        // Results, parameters; spheres; planes; the list of rays; the hierarchy.
-        let surface = if key.surface { 2 } else { 0 };
-        let list = usize::from(key.bundle == Bundle::Free);
-        let objects = usize::from(key.n_spheres > 0) + usize::from(key.n_planes > 0);
-        let hierarchy = match key.spheres {
-            Finding::Tree => 3,
-            Finding::Listed => 0,
-        };
-        let expected = 2 + surface + objects + list + hierarchy;
-        assert_eq!(bindings(&words).len(), expected, "{key:?}");
-        if key.n_planes > 0 {
+        let n_floats =
+            check_no_contraction(&words).unwrap_or_else(|what| panic!("{what}: {key:?}"));
+        // A ray's `a` and `1/a` alone are six operations.
+        assert!(n_floats >= 6, "{n_floats} float results: {key:?}");
+        let without_gaps: Vec<u32> = (0..n_bindings(&key) as u32).collect();
+        assert_eq!(bindings(&words), without_gaps, "{key:?}");
+        for (name, is_there) in names(&key) {
+            assert_eq!(has(&whole, name), is_there, "{name}: {key:?}");
+        }
+        let asks = walk(&words).contains(&(OP_CAPABILITY, &[FLOAT64][..]));
+        assert_eq!(asks, key.kernel.about().float == Float::F64, "{key:?}");
+        if key.kernel == Kernel::Certified && key.light.is_some() {
+            continue;
+        }
+        // The SPIR-V holds what the module holds: as many functions, and the entry point.
+        assert_eq!(count(&words, OP_FUNCTION), whole.module.functions.len() + 1);
+        let objects = key.n_spheres + key.n_planes > 0;
+        for kernel in Kernel::ALL {
+            let expected = objects && records_of(kernel) == records_of(key.kernel);
+            let has_records = has(&whole, &records_of(kernel));
+            assert_eq!(has_records, expected, "{}, {key:?}", kernel.name());
+        }
+        if key.n_planes > 0 && key.light.is_none() {
             let (_, without) = shader(&ShaderKey { n_planes: 0, ..key });
-            let floats = |words: &[u32]| check_no_contraction(words).unwrap();
-            assert!(floats(&without) < floats(&words), "{key:?}");
-            assert_eq!(bindings(&without).len() + 1, bindings(&words).len(), "{key:?}");
+            assert!(check_no_contraction(&without).unwrap() < n_floats, "{key:?}");
         }
     }
 }
@@ -295,100 +332,4 @@ fn a_hierarchy_only_where_there_are_many_spheres() {
         n_with += usize::from(has_hierarchy);
     }
     assert!(n_with > 0);
-}
-
-/// The end of the names of a kernel's records, which `double` has in common with `stable`.
-fn records_of(kernel: Kernel) -> String {
-    kernel.about().wgsl.records.to_lowercase()
-}
-
-#[test]
-fn only_one_kernel_and_one_source_of_rays() {
-    for key in all_keys() {
-        let (whole, _) = shader(&key);
-        let objects = key.n_spheres + key.n_planes > 0;
-        for kernel in Kernel::ALL {
-            let expected = objects && records_of(kernel) == records_of(key.kernel);
-            let has_records = has(&whole, &records_of(kernel));
-            assert_eq!(has_records, expected, "{}, {key:?}", kernel.name());
-        }
-        let of_kernel = &*records_of(key.kernel);
-        let records = records(&whole);
-        assert!(records.iter().all(|name| name.ends_with(of_kernel)), "{key:?}");
-        assert_eq!(records.is_empty(), !objects, "{records:?}: {key:?}");
-        assert_eq!(has(&whole, "camera"), key.bundle != Bundle::Free, "{key:?}");
-        assert_eq!(has(&whole, "rayrecord"), key.bundle == Bundle::Free, "{key:?}");
-        let normals = key.surface;
-        assert_eq!(has(&whole, "normal"), normals, "{key:?}");
-    }
-}
-
-#[test]
-fn f64_only_where_it_is_asked_for() {
-    const OP_CAPABILITY: u32 = 17;
-    const FLOAT64: u32 = 10;
-    for key in all_keys() {
-        let (_, words) = shader(&key);
-        let asks = walk(&words).contains(&(OP_CAPABILITY, &[FLOAT64][..]));
-        assert_eq!(asks, key.kernel.about().float == Float::F64, "{key:?}");
-    }
-}
-
-/// Light is in no shader but its own.
-#[test]
-fn light_only_where_it_is_asked_for() {
-    for key in all_keys() {
-        let (whole, _) = shader(&key);
-        let names = ["light", "lamp", "in_the_way", "anywhere"];
-        assert!(!names.iter().any(|name| has(&whole, name)), "{key:?}");
-    }
-}
-
-/// Of objects there is what the scene has, and shadows only where there are lamps.
-#[test]
-fn certified_light_has_what_there_is() {
-    for key in keys_of_certified_light() {
-        let (whole, words) = shader(&key);
-        let Some(LightKey::Certified { n_lamps, .. }) = key.light else { panic!("{key:?}") };
-        let [has_spheres, has_planes, has_lamps] =
-            [key.n_spheres, key.n_planes, n_lamps].map(|n| n > 0);
-        assert_eq!(has(&whole, "sphere"), has_spheres, "{key:?}");
-        assert_eq!(has(&whole, "plane"), has_planes, "{key:?}");
-        assert_eq!(has(&whole, "close"), key.close, "{key:?}");
-        for name in ["lamp", "shadow", "verdict", "cosine"] {
-            assert_eq!(has(&whole, name), has_lamps, "{name}: {key:?}");
-        }
-        let objects = usize::from(has_spheres) + usize::from(has_planes);
-        // Parameters and results, colours, the ends of bytes, and what is the same for all; and of lamps these and what may be in
-        // their way.
-        let of_lamps = if has_lamps { 1 + objects } else { 0 };
-        let n_bindings = (5 + objects + of_lamps) as u32;
-        assert_eq!(bindings(&words), (0..n_bindings).collect::<Vec<_>>(), "{key:?}");
-    }
-}
-
-/// Each has its kernel alone, of objects what there is, and for rays from anywhere other numbers only where those of
-/// the picture's rays don't hold.
-#[test]
-fn plain_light_has_one_kernel_and_what_there_is() {
-    for key in keys_of_plain_light() {
-        let (whole, words) = shader(&key);
-        assert_complete(&whole, &words);
-        let has_lamps = !matches!(key.light, Some(LightKey::Plain { n_lamps: 0 }));
-        assert!(has(&whole, "light"));
-        assert_eq!(has(&whole, "in_the_way"), has_lamps, "{key:?}");
-        assert_eq!(has(&whole, "sphere"), key.n_spheres > 0, "{key:?}");
-        assert_eq!(has(&whole, "plane"), key.n_planes > 0, "{key:?}");
-        let is_moved = has_lamps && key.bundle == Bundle::Point && key.kernel != Kernel::Lecture;
-        assert_eq!(has(&whole, "sphere_from"), is_moved && key.n_spheres > 0, "{key:?}");
-        assert_eq!(has(&whole, "plane_from"), is_moved && key.n_planes > 0, "{key:?}");
-        let objects = usize::from(key.n_spheres > 0) + usize::from(key.n_planes > 0);
-        // Parameters and results, what is the same for all, and lamps.
-        assert_eq!(bindings(&words).len(), 3 + usize::from(has_lamps) + objects, "{key:?}");
-        for kernel in Kernel::ALL {
-            let expected = objects > 0 && records_of(kernel) == records_of(key.kernel);
-            let has_records = has(&whole, &records_of(kernel));
-            assert_eq!(has_records, expected, "{}, {key:?}", kernel.name());
-        }
-    }
 }

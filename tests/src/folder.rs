@@ -3,8 +3,6 @@
 use std::fs;
 use std::path::PathBuf;
 
-use kugelblitz::Error;
-use kugelblitz::error::SceneError;
 use kugelblitz::scene::{Scene, read_scene};
 use tempfile::TempDir;
 
@@ -44,36 +42,5 @@ impl Folder {
     ) -> kugelblitz::Result<Scene> {
         self.write(name, bytes);
         self.read(&format!("[[spheres]]\nfile = \"{name}\"\n{keys}\n"))
-    }
-
-    /// The scene of a cloud that is right.
-    pub fn good(&self, name: &str, bytes: impl AsRef<[u8]>, keys: &str) -> Scene {
-        self.cloud(name, bytes, keys)
-            .unwrap_or_else(|error| panic!("{name} {keys}: {}", said(&error)))
-    }
-
-    /// The error, and the value in the scene that it points at.
-    pub fn bad(
-        &self,
-        name: &str,
-        bytes: impl AsRef<[u8]>,
-        keys: &str,
-    ) -> (Box<SceneError>, String) {
-        match self.cloud(name, bytes, keys) {
-            Err(Error::Scene(error)) => {
-                let at = error.text[error.span.clone()].to_owned();
-                (error, at)
-            }
-            Err(other) => panic!("{name} {keys}: {other:?}"),
-            Ok(_) => panic!("{name} {keys}: no error"),
-        }
-    }
-}
-
-/// An error with its advice.
-pub fn said(error: &Error) -> String {
-    match error {
-        Error::Scene(error) => format!("{error}\n{}", error.help),
-        other => other.to_string(),
     }
 }

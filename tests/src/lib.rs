@@ -6,7 +6,6 @@ pub mod adversarial;
 pub mod allowed;
 pub mod cases;
 pub mod folder;
-pub mod hard_cases;
 pub mod made_report;
 pub mod oracle;
 pub mod printer;
@@ -14,7 +13,6 @@ pub mod rational;
 pub mod span;
 pub mod spoiled;
 pub mod twins;
-pub mod wgsl;
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -183,26 +181,29 @@ pub fn npy(rows: &[Vec<f64>], value: &str, fortran: bool) -> Vec<u8> {
 }
 
 fn npy_of(n_columns: usize, rows: &[Vec<f64>], value: &str, fortran: bool) -> Vec<u8> {
-    let order = if fortran { "True" } else { "False" };
-    let shape = format!("({}, {n_columns})", rows.len());
-    let header = format!("{{'descr': '{value}', 'fortran_order': {order}, 'shape': {shape}, }}");
-    // Version 1.0 of the format: the header is padded to a multiple of 64 bytes.
-    let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
-    bytes.extend(format!("{header:<117}\n").bytes());
-    let mut put = |number: f64| match value {
-        "<f4" => bytes.extend((number as f32).to_le_bytes()),
-        ">f4" => bytes.extend((number as f32).to_be_bytes()),
-        "<f8" => bytes.extend(number.to_le_bytes()),
-        ">f8" => bytes.extend(number.to_be_bytes()),
+    let by_columns = || (0..n_columns).flat_map(|column| rows.iter().map(move |row| row[column]));
+    let numbers: Vec<f64> =
+        if fortran { by_columns().collect() } else { rows.iter().flatten().copied().collect() };
+    let bytes = |number: &f64| match value {
+        "<f4" => (*number as f32).to_le_bytes().to_vec(),
+        ">f4" => (*number as f32).to_be_bytes().to_vec(),
+        "<f8" => number.to_le_bytes().to_vec(),
+        ">f8" => number.to_be_bytes().to_vec(),
         other => panic!("{other}"),
     };
-    match fortran {
-        false => rows.iter().flatten().for_each(|number| put(*number)),
-        true => {
-            for column in 0..n_columns {
-                rows.iter().for_each(|row| put(row[column]));
-            }
-        }
-    }
+    let data: Vec<u8> = numbers.iter().flat_map(bytes).collect();
+    npy_file(&format!("'{value}'"), fortran, &format!("({}, {n_columns})", rows.len()), &data)
+}
+
+/// An `.npy` file of version 1 with this header and these bytes behind it.
+pub fn npy_file(descr: &str, fortran: bool, shape: &str, data: &[u8]) -> Vec<u8> {
+    let order = if fortran { "True" } else { "False" };
+    let header = format!("{{'descr': {descr}, 'fortran_order': {order}, 'shape': {shape}, }}");
+    // Padded to a multiple of 64 bytes.
+    let n_text = (header.len() + 11).next_multiple_of(64) - 10;
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((n_text as u16).to_le_bytes());
+    bytes.extend(format!("{header:<width$}\n", width = n_text - 1).bytes());
+    bytes.extend(data);
     bytes
 }

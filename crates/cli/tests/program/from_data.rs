@@ -2,21 +2,16 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
 use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::frames::turntable;
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::schema::{LightKeys, SkyKeys};
-use kugelblitz::scene::{
-    Color, Composed, Light, Samples, Scene, SceneOverrides, Sky, Source, Viewpoint, compose_scene,
-    parse_scene, read_scene,
-};
+use kugelblitz::scene::{SceneOverrides, compose_scene, read_scene};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz_tests::npy;
 use tempfile::TempDir;
@@ -74,62 +69,6 @@ fn all_that_is_there_is_in_the_picture() {
     }
 }
 
-fn composed(path: &str, overrides: &SceneOverrides) -> Composed {
-    compose_scene(path.as_ref(), overrides, &Control::default()).unwrap()
-}
-
-/// The text is the scene: read again, it is the same, number for number.
-#[track_caller]
-fn same_again(composed: &Composed, place: &Path) -> (Scene, String) {
-    let text = composed.text(Some(place)).unwrap();
-    let again = parse_scene(&text, place).unwrap_or_else(|e| panic!("{e}\n{text}"));
-    assert_eq!(again, composed.scene, "{text}");
-    (again, text)
-}
-
-#[test]
-fn the_printed_scene_is_the_scene() {
-    let folder = data();
-    let camera_of = |overrides: &SceneOverrides| {
-        for name in DATA {
-            let place = folder.path().join("again.toml");
-            let (scene, _) = same_again(&composed(&file(&folder, name), overrides), &place);
-            assert!(scene.camera.is_some() && scene.image.is_some());
-        }
-    };
-    let of = |change: fn(&mut SceneOverrides)| {
-        let mut overrides = SceneOverrides::default();
-        change(&mut overrides);
-        camera_of(&overrides);
-    };
-    of(|_| ());
-    of(|w| w.view = Some(Viewpoint::Iso));
-    of(|w| w.camera.position = Some(DVec3::new(30.0, 20.0, 50.0).into()));
-    of(|w| {
-        w.camera.position = Some(DVec3::splat(30.0).into());
-        w.camera.look_at = Some(DVec3::X.into());
-    });
-    of(|w| w.camera.look_at = Some(DVec3::new(0.5, 0.25, 1e-3).into()));
-    of(|w| (w.camera.up, w.view) = (Some(DVec3::Z.into()), Some(Viewpoint::Quarter)));
-    of(|w| w.camera.fov = Some(75.0.into()));
-    of(|w| w.camera.height = Some(12.0.into()));
-    of(|w| w.is_height_chosen = true);
-    of(|w| (w.size, w.samples) = (Some([300, 800]), Some(Samples::nearest(3))));
-    of(|w| w.background = Some(Color([1.0, 0.5, 0.0])));
-    of(|w| w.n_turns = 7);
-    of(|w| (w.sky, w.ambient) = (Some(None), Some(Some(Color([0.25; 3])))));
-    of(|w| {
-        w.sky = Some(Some(SkyKeys::from(&Sky { intensity: 0.75, directions: 9 })));
-        w.ambient = Some(Color::from_hex("#102030"));
-        let light =
-            |source| Light { source, color: [1.0; 3].into(), intensity: 0.5, shadows: true };
-        let light = |source| LightKeys::from(&light(source));
-        let sources = [Source::Eye, Source::Point(DVec3::Y * 9.0), Source::Sun(DVec3::NEG_Y)];
-        w.lights = Some(sources.map(light).to_vec());
-    });
-    of(|w| w.lights = Some(Vec::new()));
-}
-
 fn frames(folder: &TempDir, stem: &str) -> BTreeSet<PathBuf> {
     let files = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());
     files.filter(|path| path.file_name().unwrap().to_str().unwrap().starts_with(stem)).collect()
@@ -141,7 +80,8 @@ fn a_film_has_one_tree() {
     let folder = tempfile::tempdir().unwrap();
     let data = file(&folder, "many.npy");
     run(&["generate", "cloud", "--count", "20000", "-q", "-o", &data], 0);
-    let scene = composed(&data, &SceneOverrides { n_turns: 3, ..SceneOverrides::default() }).scene;
+    let overrides = SceneOverrides { n_turns: 3, ..SceneOverrides::default() };
+    let scene = compose_scene(data.as_ref(), &overrides, &Control::default()).unwrap().scene;
     let cameras = turntable(scene.camera.as_ref().unwrap(), 3);
     let mut session = Session::new(scene, Device::Cpu, Kernel::Certified);
     let trees = cameras.iter().map(|camera| {

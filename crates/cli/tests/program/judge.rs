@@ -8,7 +8,7 @@ use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::glam::DVec3;
-use kugelblitz::picture::{Channel, Image, Samples, read_image};
+use kugelblitz::picture::{Channel, Image, Samples};
 use kugelblitz::rays::{Pixels, Rays, View};
 use kugelblitz::scene::{Scene, read_scene};
 use kugelblitz::trace::Kernel;
@@ -16,21 +16,10 @@ use kugelblitz_judge::judge::{
     self, Allowed, Conventions, Judged, NormalSide, NormalSpace, Quantity, truth,
 };
 use kugelblitz_judge::verify::Truth;
-use tempfile::TempDir;
 
-use crate::program::{file, run, scene_file as scene};
+use crate::program::scene_file as scene;
 
 const SIZE: [u32; 2] = [96, 54];
-
-/// A picture of a scene by the program, on the CPU.
-fn rendered(folder: &TempDir, scene_name: &str, name: &str, more: &[&str]) -> String {
-    let out = file(folder, name);
-    let size = format!("{}x{}", SIZE[0], SIZE[1]);
-    let scene = scene(scene_name);
-    let args = ["render", &scene, "-o", &out, "--size", &size, "--device", "cpu", "-q"];
-    run(&[&args, more].concat(), 0);
-    out
-}
 
 /// A scene, its exact results, and honest claims about them as this program writes them.
 struct Case {
@@ -304,30 +293,4 @@ fn normals_out_of_a_sphere_are_turned_inside_it() {
         [false, true, true]
     );
     assert!(case.hint(&claims).unwrap().starts_with("--normals "));
-}
-
-#[test]
-fn colors_stand_for_ids() {
-    let folder = tempfile::tempdir().unwrap();
-    let case = Case::new("figure1");
-    let own = Conventions::default();
-    for (name, more) in [("a.png", &[][..]), ("b.png", &["--bits", "16"]), ("c.ppm", &[])] {
-        let path = rendered(&folder, "figure1", name, more);
-        let honest = read_image(path.as_ref()).unwrap();
-        assert_eq!(case.broken(&honest, &own, ""), [""; 0], "{name}");
-        for (levels, is_seen) in [(1, false), (2, true)] {
-            let mut spoiled = honest.clone();
-            let inner = case.pixel(false);
-            match channel(&mut spoiled, "G") {
-                Samples::U8(all) => all[inner] = all[inner].wrapping_sub(levels),
-                Samples::U16(all) => all[inner] -= 257 * u16::from(levels),
-                _ => panic!(),
-            }
-            assert_eq!(
-                case.broken(&spoiled, &own, "").len(),
-                usize::from(is_seen),
-                "{name} {levels}"
-            );
-        }
-    }
 }

@@ -4,7 +4,6 @@ mod calculator;
 mod cli;
 mod digest;
 mod explain;
-mod export;
 mod figures;
 mod from_data;
 mod generate;

@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use kugelblitz_tests::{npy, npy_of_rays, root};
 
-use crate::program::{ends, finish, in_folder, material, program, scene_file};
+use crate::program::{ends, finish, in_folder, material};
 
 /// Commands, the codes that they end with, and whether they print data.
 const ENDINGS: [(&str, i32, bool); 24] = [
@@ -89,17 +89,6 @@ fn paths_are_shown_one_way() {
     assert_eq!(found, raw);
 }
 
-/// Markup becomes a text in `markup.rs`, which takes out what no parser takes, and is written by maud.
-#[test]
-fn markup_is_written_one_way() {
-    for (name, text) in sources() {
-        let (code, _) = text.split_once("#[cfg(test)]").unwrap_or((&text, ""));
-        let writes = code.contains("use maud::") && code.contains(".into_string()");
-        assert_eq!(writes, name == "crates/judge/src/markup.rs", "{name}");
-        assert!(!code.contains("<svg") && !code.contains("xmlns=\\"), "{name}");
-    }
-}
-
 /// The files of the library, its fronts and the program, by their paths from the root, with their texts.
 fn sources() -> Vec<(String, String)> {
     let mut found = Vec::new();
@@ -119,23 +108,6 @@ fn sources() -> Vec<(String, String)> {
     }
     found.sort();
     found
-}
-
-#[cfg(feature = "view")]
-#[test]
-fn a_missing_display_is_one_clear_line() {
-    for (name, value, says) in [
-        ("NO_DISPLAY", "", "nor DISPLAY is set"),
-        ("DISPLAY", ":12345", ":12345"),
-        ("WAYLAND_DISPLAY", "nobody-there", "nobody-there"),
-    ] {
-        let mut command = program(&["view", &scene_file("figure1")]);
-        command.env(name, value);
-        let said = ends(command, 4).stderr;
-        assert!(said.starts_with("error: there is no display to open a window on"), "{said}");
-        assert!(said.contains(says) && said.contains("kugelblitz render"), "{said}");
-        assert!(said.lines().count() == 1 && !said.contains(".rs"), "{said}");
-    }
 }
 
 /// What would rename the terminal, clear it, colour it, turn the direction of writing and overwrite

@@ -190,10 +190,6 @@ impl Image {
     pub fn at(&self, x: u32, y: u32) -> [u8; 3] {
         self.pixels[(y * self.width + x) as usize]
     }
-
-    pub fn count(&self, color: [u8; 3]) -> usize {
-        self.pixels.iter().filter(|&&pixel| pixel == color).count()
-    }
 }
 
 /// The picture that `render` draws of a scene seen by another camera.
