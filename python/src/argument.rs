@@ -1,6 +1,8 @@
 //! Arguments of few numbers, out of any sequence, and names of things.
 
 use kugelblitz::scene::{self, schema};
+use numpy::ndarray::Dimension;
+use numpy::{Element, PyReadonlyArray, PyReadonlyArrayDyn};
 use pyo3::Borrowed;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -75,6 +77,20 @@ fn parts<'py, T: FromPyObjectOwned<'py>, const N: usize>(
         true => Err(wrong()),
         false => given.extract().map_err(|_| wrong()),
     }
+}
+
+/// Numbers that lie one behind the other.
+pub type Floats<'py> = PyReadonlyArrayDyn<'py, f64>;
+
+/// Rows of `N` numbers of an array that `_given.py` has put in order. The interpreter's lock is held while they are
+/// read, so that no other thread writes to it meanwhile.
+///
+/// # Errors
+/// `ValueError` for an array that is not in order.
+pub fn in_rows<'a, T: Element, D: Dimension, const N: usize>(
+    array: &'a PyReadonlyArray<'_, T, D>,
+) -> PyResult<&'a [[T; N]]> {
+    Ok(array.as_slice()?.as_chunks().0)
 }
 
 /// The one of `all` that is called `given`; `argument` is what the user gave it by.

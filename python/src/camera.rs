@@ -62,7 +62,7 @@ impl Camera {
         scene: &Scene,
         view: Option<&str>,
         n_turns: u32,
-        keys: Option<&Bound<'_, PyDict>>,
+        keys: Option<Bound<'_, PyDict>>,
     ) -> PyResult<Camera> {
         if scene.of.spheres.is_empty() {
             return wrong_value(
@@ -70,7 +70,7 @@ impl Camera {
             );
         }
         let known = [&FRAMING[..], &["look_at"]].concat();
-        let mut overrides = framing(view, &Keywords::new(keys, &known)?)?;
+        let mut overrides = framing(view, &Keywords::new(py, keys, &known)?)?;
         overrides.margin.get_or_insert(Framing::MARGIN);
         overrides.n_turns = n_turns;
         let path = Path::new("the scene");

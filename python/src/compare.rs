@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use crate::drawing::tinted;
 use crate::error;
 use crate::image::{image_of, indices};
-use crate::table::Given;
+use crate::table::{Given, helpers};
 use crate::verdict::verdict;
 use crate::work;
 
@@ -45,8 +45,9 @@ pub fn compare<'py>(
     b: &Bound<'py, PyAny>,
     allow: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
+    let picture = |name, given| helpers(py)?.call_method1("picture", (name, given))?.extract();
     let allowed = Allowed::of_pictures(allow).map_err(error::of("allow"))?;
-    let [a, b] = [image_of("a", a)?, image_of("b", b)?];
+    let [a, b] = [image_of(picture("a", a)?)?, image_of(picture("b", b)?)?];
     let of = work::run(py, |_| compare_pictures(["a", "b"], [&a, &b], &allowed))?;
     let compared = Bound::new(py, Compared { a, of })?;
     let of = &compared.get().of;

@@ -15,9 +15,9 @@ use pyo3::types::PyDict;
 use crate::argument::{Crop, Size};
 use crate::camera::Camera;
 use crate::drawing::tinted;
-use crate::error::{self, wrong_type, wrong_value};
+use crate::error::{self, wrong_value};
 use crate::explain::{Explanation, explained};
-use crate::image::{image_of, image_of_parts, indices};
+use crate::image::{Found, image_of, indices};
 use crate::rays::rays_of;
 use crate::scene::Scene;
 use crate::table::{Given, Keywords, helpers, joined, to_python};
@@ -62,15 +62,8 @@ impl Judged {
     }
 }
 
-/// What is claimed, by the name of the argument.
-const CLAIMS: [(&str, Quantity); 6] = [
-    ("id", Quantity::Id),
-    ("t", Quantity::Depth),
-    ("distance", Quantity::Distance),
-    ("zbuffer", Quantity::ZBuffer),
-    ("normal", Quantity::Normal),
-    ("color", Quantity::Color),
-];
+/// The names of what is claimed, as `_given.claims` takes them.
+const CLAIMS: [&str; 7] = ["id", "t", "distance", "zbuffer", "normal", "color", "against"];
 
 /// The fields of [`Conventions`].
 const CONVENTIONS: [&str; 8] = [
@@ -85,8 +78,7 @@ const CONVENTIONS: [&str; 8] = [
 ];
 
 /// The other keyword arguments of [`judge`].
-const OTHERS: [&str; 9] =
-    ["against", "size", "crop", "near", "far", "allow", "worst", "device", "progress"];
+const OTHERS: [&str; 8] = ["size", "crop", "near", "far", "allow", "worst", "device", "progress"];
 
 /// What the numbers mean.
 fn conventions(keys: &Keywords<'_>, quantities: Vec<Quantity>) -> PyResult<Conventions> {
@@ -113,28 +105,12 @@ fn conventions(keys: &Keywords<'_>, quantities: Vec<Quantity>) -> PyResult<Conve
     }
 }
 
-/// What is claimed, as channels; and what they tell.
-fn claims(py: Python<'_>, keys: &Keywords<'_>) -> PyResult<(Image, Vec<Quantity>)> {
-    let part = |(name, _): &(&'static str, _)| Some((*name, *name, keys.get(name)?));
-    let parts: Vec<_> = CLAIMS.iter().filter_map(part).collect();
-    let is_given = |(name, _): &(&str, _)| keys.get(name).is_some();
-    let quantities = CLAIMS.into_iter().filter(is_given).map(|(_, quantity)| quantity).collect();
-    match (keys.get("against"), parts.is_empty()) {
-        (Some(against), true) => Ok((image_of("against", against)?, quantities)),
-        (None, false) => Ok((image_of_parts(py, parts)?, quantities)),
-        (Some(_), false) => wrong_value("against: it has all claims; leave the other arrays out"),
-        (None, true) => wrong_type(
-            "there is nothing to be judged: give id=, t=, distance=, zbuffer=, normal=, color= or against=",
-        ),
-    }
-}
-
 /// The rays that the claims are about.
 fn rays(
     scene: &scene::Scene,
     camera_or_rays: Option<&Bound<'_, PyAny>>,
     image: &Image,
-    [size, crop]: [Option<&Bound<'_, PyAny>>; 2],
+    [size, crop]: [Given<'_>; 2],
 ) -> PyResult<Rays> {
     let camera = match camera_or_rays.map(|given| (given, given.cast::<Camera>())) {
         None => None,
@@ -167,24 +143,28 @@ pub fn judge<'py>(
     py: Python<'py>,
     scene: &Scene,
     camera_or_rays: Option<&Bound<'py, PyAny>>,
-    keys: Option<&Bound<'py, PyDict>>,
+    keys: Option<Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let claims_of = CLAIMS.map(|(name, ..)| name);
-    let keys = Keywords::new(keys, &[&claims_of[..], &CONVENTIONS, &OTHERS].concat())?;
+    let keys = Keywords::new(py, keys, &[&CLAIMS[..], &CONVENTIONS, &OTHERS].concat())?;
     let allowed: Option<String> = keys.extract("allow")?;
     let allowed = Allowed::of_rays(&allowed.unwrap_or_default()).map_err(error::of("allow"))?;
     let n_worst = keys.extract("worst")?.unwrap_or(3);
     let device = keys.extract("device")?.unwrap_or("auto".to_string());
-    let (image, quantities) = claims(py, &keys)?;
+    let claims = helpers(py)?.call_method("claims", (), Some(&keys.0))?;
+    let (found, quantities): (Found<'_>, Vec<String>) = claims.extract()?;
+    let image = image_of(found)?;
+    let quantities = quantities.iter().map(|name| name.parse()).collect::<kugelblitz::Result<_>>();
+    let quantities = quantities.map_err(error::of(""))?;
     let conventions = conventions(&keys, quantities)?;
-    let rays = rays(&scene.of, camera_or_rays, &image, [keys.get("size"), keys.get("crop")])?;
+    let rays =
+        rays(&scene.of, camera_or_rays, &image, ["size", "crop"].map(|name| keys.get(name)))?;
     let n_rays = rays.len();
     let case = Case::new(Arc::clone(&scene.of), rays, image, conventions, allowed)
         .map_err(error::of(""))?;
     if let Some(warning) = case.warning() {
         error::warn(py, &warning)?;
     }
-    let (progress, n_steps) = (keys.get("progress").cloned(), 2 * n_rays as u64);
+    let (progress, n_steps) = (keys.get("progress"), 2 * n_rays as u64);
     let on = (&*device, Kernel::Certified, n_rays);
     let mut of =
         scene.run(py, on, (progress, n_steps), |session, control| case.judge(session, control))?;

@@ -3,7 +3,6 @@
 #![allow(clippy::too_many_arguments, reason = "Python's arguments have names")]
 
 mod argument;
-mod array;
 mod camera;
 mod compare;
 mod drawing;
@@ -39,7 +38,7 @@ mod _kugelblitz {
     #[pymodule_export]
     use super::explain::Explanation;
     #[pymodule_export]
-    use super::image::{info, read};
+    use super::image::{info, read, require};
     #[pymodule_export]
     use super::judge::Judged;
     #[pymodule_export]

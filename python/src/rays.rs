@@ -1,17 +1,17 @@
 //! Rays and pixels out of Python's arguments.
 
-use glam::DVec3;
+use std::iter;
+
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Scene, schema};
 use kugelblitz::trace::{Ray, Rays};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::argument::{Crop, Pixel, Size};
-use crate::array::Numbers;
+use crate::argument::{Crop, Floats, Pixel, Size, in_rows};
 use crate::camera::Camera;
-use crate::error::{wrong_type, wrong_value};
-use crate::table::value_of;
+use crate::error::wrong_type;
+use crate::table::{helpers, value_of};
 
 /// The camera that is given, or the scene's own.
 pub fn camera_of<'a>(
@@ -77,28 +77,8 @@ pub fn one_ray(
 /// # Errors
 /// `ValueError` names the first row that is no ray.
 pub fn rays_of(origins: &Bound<'_, PyAny>, directions: &Bound<'_, PyAny>) -> PyResult<Vec<Ray>> {
-    let origins = Numbers::new("origins", origins)?;
-    let directions = Numbers::new("directions", directions)?;
-    let ways: Vec<[f64; 3]> = directions.rows("directions are (N, 3)", |_, way| way)?;
-    if let [n, _] = origins.shape()
-        && *n != ways.len()
-    {
-        return Err(directions.wrong_shape(&format!("`origins` has {n} rows")));
-    }
-    let rays = origins.rows("origins are (N, 3)", |row, origin| Ray {
-        origin: DVec3::from_array(origin),
-        direction: DVec3::from_array(ways[row]),
-    })?;
-    let is_ray = |ray: &Ray| {
-        ray.origin.is_finite() && ray.direction.is_finite() && ray.direction != DVec3::ZERO
-    };
-    let Some(row) = rays.iter().position(|ray| !is_ray(ray)) else { return Ok(rays) };
-    let Ray { origin, direction } = rays[row];
-    let (name, numbers, why) = match (origin.is_finite(), direction.is_finite()) {
-        (false, _) => ("origins", origin, "not all numbers are finite"),
-        (_, false) => ("directions", direction, "not all numbers are finite"),
-        _ => ("directions", direction, "it points nowhere"),
-    };
-    let [x, y, z] = numbers.to_array();
-    wrong_value(format!("{name}: row {row} (counted from 0) is ({x:?}, {y:?}, {z:?}): {why}"))
+    let rays = helpers(origins.py())?.call_method1("rays", (origins, directions))?;
+    let (origins, directions): (Floats<'_>, Floats<'_>) = rays.extract()?;
+    let rays = iter::zip(in_rows(&origins)?, in_rows(&directions)?);
+    Ok(rays.map(|(&o, &d)| Ray { origin: o.into(), direction: d.into() }).collect())
 }

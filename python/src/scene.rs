@@ -149,13 +149,9 @@ impl Scene {
                           sky=None, ambient=None, background=None, camera=None, size=None, \
                           samples=None)"
     )]
-    fn new(
-        py: Python<'_>,
-        spheres: Given<'_>,
-        keys: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Scene> {
-        let keys = Keywords::new(keys, &[&OF_SPHERES[..], &OF_SCENE].concat())?;
-        let (spheres, coloring) = spheres_of(py, spheres.as_ref(), &keys)?;
+    fn new(py: Python<'_>, spheres: Given<'_>, keys: Option<Bound<'_, PyDict>>) -> PyResult<Scene> {
+        let keys = Keywords::new(py, keys, &[&OF_SPHERES[..], &OF_SCENE].concat())?;
+        let (spheres, coloring) = spheres_of(py, spheres, &keys)?;
         let mut scene = scene::Scene { spheres, ..scene::Scene::default() };
         change(&mut scene, &keys)?;
         Ok(Scene::new_colored(scene, coloring))
@@ -179,10 +175,10 @@ impl Scene {
         path: PathBuf,
         view: Option<&str>,
         progress: Given<'_>,
-        keys: Option<&Bound<'_, PyDict>>,
+        keys: Option<Bound<'_, PyDict>>,
     ) -> PyResult<Scene> {
         let known = [&OF_DATA[..], &FRAMING].concat();
-        let keys = Keywords::new(keys, &known)?;
+        let keys = Keywords::new(py, keys, &known)?;
         let overrides = SceneOverrides {
             cloud: section(&keys.table(keys_of::<CloudKeys>())?)?,
             samples: keys.value("samples", schema::samples)?,
@@ -223,9 +219,9 @@ impl Scene {
         text_signature = "($self, *, camera=..., size=..., samples=..., planes=..., lights=..., sky=..., \
                           ambient=..., background=...)"
     )]
-    fn replace(&self, changes: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
+    fn replace(&self, py: Python<'_>, changes: Option<Bound<'_, PyDict>>) -> PyResult<Scene> {
         let mut scene = scene::Scene::clone(&self.of);
-        change(&mut scene, &Keywords::new(changes, &OF_SCENE)?)?;
+        change(&mut scene, &Keywords::new(py, changes, &OF_SCENE)?)?;
         Ok(Scene::new_colored(scene, self.coloring.clone()))
     }
 
@@ -400,7 +396,7 @@ impl Scene {
         &self,
         py: Python<'py>,
         camera_or_rays: Option<&Bound<'py, PyAny>>,
-        keys: Option<&Bound<'py, PyDict>>,
+        keys: Option<Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         judge::judge(py, self, camera_or_rays, keys)
     }

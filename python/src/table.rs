@@ -7,45 +7,41 @@ use kugelblitz::Error;
 use kugelblitz::scene::schema::{self, Reader, Section, read_value};
 use kugelblitz::scene::{Scene, parse_scene};
 use kugelblitz::words::did_you_mean_at_end;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Serialize;
 
-use crate::error::{SceneError, exception};
+use crate::error::{SceneError, exception, wrong_type};
 
 /// An argument that may be left out.
 pub type Given<'py> = Option<Bound<'py, PyAny>>;
 
 /// The keyword arguments of a call, which its signature names.
-pub struct Keywords<'py>(Vec<(&'static str, Bound<'py, PyAny>)>);
+pub struct Keywords<'py>(pub Bound<'py, PyDict>);
 
 impl<'py> Keywords<'py> {
     /// # Errors
     /// `TypeError` for a name that is none of `known`.
     pub fn new(
-        given: Option<&Bound<'py, PyDict>>,
+        py: Python<'py>,
+        given: Option<Bound<'py, PyDict>>,
         known: &[&'static str],
     ) -> PyResult<Keywords<'py>> {
-        let keyword = |(name, value): (Bound<'py, PyAny>, _)| {
+        let given = given.unwrap_or_else(|| PyDict::new(py));
+        for name in given.keys() {
             let name: String = name.extract()?;
-            let found = known.iter().find(|known| **known == name);
-            found.map(|known| (*known, value)).ok_or_else(|| {
+            if !known.contains(&&*name) {
                 let (all, near) = (known.join(", "), did_you_mean_at_end(known.to_vec(), &name));
-                PyTypeError::new_err(format!("{name}: no such argument; there are {all}{near}"))
-            })
-        };
-        given.into_iter().flatten().map(keyword).collect::<PyResult<_>>().map(Keywords)
-    }
-
-    /// Each that is there, `None` for Python's None.
-    pub fn each(&self) -> impl Iterator<Item = (&'static str, Option<&Bound<'py, PyAny>>)> {
-        self.0.iter().map(|(name, value)| (*name, Some(value).filter(|value| !value.is_none())))
+                return wrong_type(format!("{name}: no such argument; there are {all}{near}"));
+            }
+        }
+        Ok(Keywords(given))
     }
 
     /// What stands there, but for Python's None.
-    pub fn get(&self, name: &str) -> Option<&Bound<'py, PyAny>> {
-        self.each().find(|(key, _)| *key == name).and_then(|(_, value)| value)
+    pub fn get(&self, name: &str) -> Option<Bound<'py, PyAny>> {
+        self.0.get_item(name).ok().flatten().filter(|value| !value.is_none())
     }
 
     /// What stands there, as something that no scene file has.
@@ -65,7 +61,7 @@ impl<'py> Keywords<'py> {
     /// # Errors
     /// As [`value_of`].
     pub fn value<T>(&self, name: &'static str, read: Reader<T>) -> PyResult<Option<T>> {
-        self.get(name).map(|given| value_of(name, given, read)).transpose()
+        self.get(name).map(|given| value_of(name, &given, read)).transpose()
     }
 
     /// Those of these names that are there, with their values as a scene file has them.
@@ -74,7 +70,7 @@ impl<'py> Keywords<'py> {
     /// As [`value`].
     pub fn table(&self, names: impl IntoIterator<Item = &'static str>) -> PyResult<Table> {
         let given = names.into_iter().filter_map(|name| Some((name, self.get(name)?)));
-        given.map(|(name, given)| Ok((name, value(name, given)?))).collect()
+        given.map(|(name, given)| Ok((name, value(name, &given)?))).collect()
     }
 }
 
