@@ -44,6 +44,11 @@ def toml(subject: str, given: Any, depth: int = MAX_DEPTH) -> str:
     raise TypeError(f"{subject}: a {kind} has no meaning here; give numbers, texts, lists or dictionaries")
 
 
+def lines(names: list[str], given: dict[str, Any]) -> list[str]:
+    """Those of these arguments that are there, as lines of a scene file."""
+    return [f"{name} = {toml(name, given[name])}" for name in names if given.get(name) is not None]
+
+
 def entries(name: str, given: Any) -> list[str]:
     """The entries of the list argument ``name``, each as :func:`toml` has it."""
     try:
@@ -237,6 +242,11 @@ def named(given: Any, n: int) -> list[tuple[int, str]]:
         if row not in range(n):
             raise ValueError(f"names: row {row} (counted from 0), but there are {n} spheres")
     return list(given.items())
+
+
+def in_arguments(text: str) -> str:
+    """The command line's options in a text as arguments: ``--device cpu`` as ``device="cpu"``, ``--look-at`` as ``look_at``."""
+    return re.sub("--([a-z][a-z-]*)", lambda option: option[1].replace("-", "_"), text.replace("--device cpu", 'device="cpu"'))
 
 
 def arguments(options: str) -> str:

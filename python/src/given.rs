@@ -28,8 +28,8 @@ pub fn change(scene: &mut Scene, keys: &Keywords<'_>) -> PyResult<()> {
                 scene.camera = camera.map_err(wrong)?.map(|camera| camera.get().of_scene.clone());
             }
             "size" => {
-                let size = given.as_ref().map(|given| given.extract()).transpose()?;
-                scene.image = size.map(|Size([width, height])| ImageSize { width, height });
+                scene.image =
+                    keys.extract(name)?.map(|Size([width, height])| ImageSize { width, height });
             }
             "samples" => scene.samples = keys.value(name, schema::samples)?,
             "planes" => scene.planes = each(name, "plane", given, |scene| scene.planes)?,

@@ -10,11 +10,11 @@ use pyo3::types::{PyBytes, PyDict};
 
 use crate::error;
 use crate::picture::Picture;
-use crate::table::to_python;
+use crate::table::{Object, to_python};
 use crate::work;
 
 /// The numbers of a channel as an array.
-fn array_of<'py>(py: Python<'py>, samples: &Samples) -> PyResult<Bound<'py, PyAny>> {
+fn array_of<'py>(py: Python<'py>, samples: &Samples) -> Object<'py> {
     fn array<'py, T: Element>(py: Python<'py>, numbers: &[T]) -> Bound<'py, PyAny> {
         PyArray1::from_slice(py, numbers).into_any()
     }
@@ -59,7 +59,7 @@ pub fn require(what: String, n_bytes: u64) -> PyResult<()> {
 
 /// What a picture's file says of itself, as `kugelblitz info --json` does: a dictionary.
 #[pyfunction]
-pub fn info<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyAny>> {
+pub fn info<'py>(py: Python<'py>, path: PathBuf) -> Object<'py> {
     let facts = work::run(py, |_| Ok(read_image(&path)?.facts(&path)))?;
     to_python(py, &facts)
 }

@@ -30,7 +30,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
 use serde_json::json;
 
-use crate::argument::{Crop, Pixel, Samples, Size, named};
+use crate::argument::{Crop, Pixel, Samples, Size, camera_of, named, one_ray, pixels_of, rays_of};
 use crate::camera::{Camera, FRAMING, framing};
 use crate::drawing::{drawing, tinted};
 use crate::error::{exception, wrong_value};
@@ -40,10 +40,9 @@ use crate::judge;
 use crate::pickle::{State, of_state, state_of};
 use crate::picture::Picture;
 use crate::place;
-use crate::rays::{camera_of, one_ray, pixels_of, rays_of};
 use crate::session::Sessions;
-use crate::table::{Given, Keywords, keys_of, section, to_python};
-use crate::verify;
+use crate::table::{Given, Keywords, Object, keys_of, section, to_python};
+use crate::verdict;
 use crate::work::{self, Steps};
 
 /// Spheres, planes and their light.
@@ -180,7 +179,7 @@ impl Scene {
         let known = [&OF_DATA[..], &FRAMING].concat();
         let keys = Keywords::new(py, keys, &known)?;
         let overrides = SceneOverrides {
-            cloud: section(&keys.table(keys_of::<CloudKeys>())?)?,
+            cloud: section(&keys.lines(&keys_of::<CloudKeys>())?)?,
             samples: keys.value("samples", schema::samples)?,
             ..framing(view, &keys)?
         };
@@ -307,7 +306,7 @@ impl Scene {
         py: Python<'py>,
         camera: Option<&Camera>,
         size: Option<Size>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> Object<'py> {
         let has_camera = camera.is_some() || self.of.camera.is_some();
         let pixels = has_camera.then(|| pixels_of(&self.of, camera, size, None)).transpose()?;
         let cost = work::run(py, |control| Cost::new(&self.of, pixels.as_ref(), control))?;
@@ -369,8 +368,7 @@ impl Scene {
             }
             _ => Arc::clone(&self.of),
         };
-        let open = |kernel| place::device(py, device, kernel, scene.spheres.len(), 1);
-        explained(py, &scene, &ray, all, lang, digits, Some(&open))
+        explained(py, &scene, &ray, all, lang, digits, device)
     }
 
     /// Holds results of others against exact arithmetic: arrays of a picture (height, width) of a camera, or of
@@ -395,9 +393,9 @@ impl Scene {
     fn judge<'py>(
         &self,
         py: Python<'py>,
-        camera_or_rays: Option<&Bound<'py, PyAny>>,
+        camera_or_rays: Given<'py>,
         keys: Option<Bound<'py, PyDict>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> Object<'py> {
         judge::judge(py, self, camera_or_rays, keys)
     }
 
@@ -418,9 +416,9 @@ impl Scene {
         kernel: &str,
         device: &str,
         progress: Given<'py>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> Object<'py> {
         let pixels = pixels_of(&self.of, camera, size, crop)?;
-        verify::verify(py, self, &pixels, (samples, seed), (kernel, device), progress)
+        verdict::verify(py, self, &pixels, (samples, seed), (kernel, device), progress)
     }
 
     /// The digest of a picture, band by band: the same on every device, and that of `render(…).digest()`.
@@ -460,7 +458,7 @@ impl Scene {
         device: &str,
         kernel: &str,
         progress: Given<'py>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> Object<'py> {
         let all = Show::ALL.into_iter().filter(|show| *show != Show::Color);
         let show = named("what", what, all, Show::name)?;
         let kernel = place::kernel(kernel)?;
@@ -502,7 +500,7 @@ impl Scene {
         device: &str,
         kernel: &str,
         progress: Given<'py>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> Object<'py> {
         let kernel = place::kernel(kernel)?;
         let rays = rays_of(origins, directions)?;
         let n_rays = rays.len();
