@@ -226,7 +226,10 @@ impl Scene {
 
     /// Reads the text of a scene file; clouds are looked for from the folder of `path`.
     #[staticmethod]
-    #[pyo3(signature = (text, path = PathBuf::from("scene.toml")))]
+    #[pyo3(
+        signature = (text, path = PathBuf::from("scene.toml")),
+        text_signature = "(text, path='scene.toml')"
+    )]
     fn parse(py: Python<'_>, text: &str, path: PathBuf) -> PyResult<Scene> {
         work::run(py, |_| parse_scene(text, &path)).map(Scene::from)
     }
