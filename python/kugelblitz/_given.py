@@ -35,6 +35,10 @@ def toml(subject: str, given: Any, depth: int = MAX_DEPTH) -> str:
         if isinstance(given, dict) and all(isinstance(key, str) for key in given):
             entries = ((key, toml(f"{subject}, {key}", entry, depth - 1)) for key, entry in given.items())
             return "{ " + ", ".join(f"{toml(subject, key)} = {entry}" for key, entry in entries) + " }"
+        # Bytes are sRGB, as in pictures.
+        is_color = isinstance(given, np.ndarray) and subject.endswith(("color", "background", "ambient"))
+        if is_color and given.ndim == 1 and given.dtype == "u1":
+            return toml(subject, "#" + given.tobytes().hex())
         # Arrays and scalars of numpy.
         if hasattr(type(given), "tolist"):
             return toml(subject, given.tolist(), depth - 1)
@@ -246,7 +250,9 @@ def named(given: Any, n: int) -> list[tuple[int, str]]:
 
 def in_arguments(text: str) -> str:
     """The command line's options in a text as arguments: ``--device cpu`` as ``device="cpu"``, ``--look-at`` as ``look_at``."""
-    return re.sub("--([a-z][a-z-]*)", lambda option: option[1].replace("-", "_"), text.replace("--device cpu", 'device="cpu"'))
+    text = text.replace("--device cpu", 'device="cpu"')
+    # Not within the names of files.
+    return re.sub(r"(?<![\w/.-])--([a-z][a-z-]*)", lambda option: option[1].replace("-", "_"), text)
 
 
 def arguments(options: str) -> str:

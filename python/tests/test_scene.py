@@ -33,7 +33,7 @@ def test_radii_and_colours():
     linear = [[0.1, 0.2, 0.3], [0, 0, 0], [1, 1, 1]]
     for color, expected in [
         (None, [[1, 1, 1]] * 3), (linear, linear), (np.array([[0, 255, 0]] * 3, np.uint8), [[0, 1, 0]] * 3),
-        ("#00ff00", [[0, 1, 0]] * 3), ((0, 0.5, 0), [[0, 0.5, 0]] * 3),
+        (np.array([0, 255, 0], np.uint8), [[0, 1, 0]] * 3), ("#00ff00", [[0, 1, 0]] * 3), ((0, 0.5, 0), [[0, 0.5, 0]] * 3),
     ]:
         assert kb.Scene(centers, radius=1, color=color).colors.tolist() == expected
 
@@ -106,9 +106,9 @@ def test_a_saved_or_pickled_scene_is_the_same(tmp_path, camera):
 def test_a_file_that_is_wrong(tmp_path):
     with pytest.raises((OSError, kb.SceneError), match="no.toml"):
         kb.Scene.open(tmp_path / "no.toml")
-    (tmp_path / "bad.toml").write_text("[camera]\nposition = [0, 0, 0]\n")
-    with pytest.raises(kb.SceneError, match="bad.toml:1:1.*look_at"):
-        kb.Scene.open(tmp_path / "bad.toml")
+    (tmp_path / "too--bad.toml").write_text("[camera]\nposition = [0, 0, 0]\n")
+    with pytest.raises(kb.SceneError, match="too--bad.toml:1:1.*look_at"):
+        kb.Scene.open(tmp_path / "too--bad.toml")
     with pytest.raises(ValueError, match=".toml"):
         kb.Scene().save(tmp_path / "scene.png")
 
@@ -171,6 +171,7 @@ def test_a_scene_with_some_things_changed(ball):
     lit = ball.replace(camera=camera, size=(20, 10), lights=[{"position": "eye"}], samples=2)
     assert lit.camera == camera and lit.size == (20, 10) and lit.samples == 2 and lit.is_lit and not ball.is_lit
     assert lit.render().digest() != ball.render(camera, (20, 10)).digest()
-    assert ball.replace(background=None).render(camera, (4, 2)).rgb8[0, 0].tolist() == [0, 0, 0]
+    for background, seen in [(None, [0, 0, 0]), (np.array([1, 2, 3], np.uint8), [1, 2, 3])]:
+        assert ball.replace(background=background).render(camera, (4, 2)).rgb8[0, 0].tolist() == seen
     with pytest.raises(TypeError, match="radius"):
         ball.replace(radius=3)
