@@ -8,13 +8,36 @@ from typing_extensions import Required
 
 from ._drawings import Drawing as Drawing
 from ._drawings import Tinted as Tinted
+from ._hits import Hits as Hits
 from ._verdicts import Difference as Difference
 from ._verdicts import Judgement as Judgement
 from ._verdicts import Verdict as Verdict
 from ._verdicts import Verification as Verification
 
 __version__: str
-__all__: list[str]
+__all__ = [
+    "Camera",
+    "DeviceError",
+    "Difference",
+    "Drawing",
+    "Explanation",
+    "Hits",
+    "Judgement",
+    "NoAdapterError",
+    "Picture",
+    "Scene",
+    "SceneError",
+    "Tinted",
+    "Verdict",
+    "Verification",
+    "__version__",
+    "adapters",
+    "compare",
+    "figure",
+    "generate",
+    "info",
+    "read",
+]
 
 _Color = str | Sequence[float] | NDArray[Any]
 _Vector = Sequence[float] | NDArray[Any]
@@ -69,16 +92,6 @@ class NoAdapterError(RuntimeError):
 
 class DeviceError(RuntimeError):
     """The device was lost, failed, or took too long."""
-
-class Hits(np.recarray[Any, Any]):
-    """Hits of rays, a structured array: `id` (0 is no hit), `t` (+inf without a hit), `normal` (unit, towards the
-    ray) and `level` (the stage that decided: 0 f32, 1 f64, 2 exact)."""
-
-    counts: dict[str, int] | None
-    id: NDArray[np.uint32]
-    t: NDArray[np.float32]
-    normal: NDArray[np.float32]
-    level: NDArray[np.uint8]
 
 @final
 class Camera:

@@ -3,15 +3,18 @@
 # Masked arrays are without types.
 # mypy: disable-error-code="attr-defined, no-untyped-call"
 
+import io
 import json
+import os
 import re
 from collections.abc import Sequence
+from operator import getitem
 from typing import Any, SupportsIndex
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._kugelblitz import Picture
+from ._kugelblitz import Picture, require
 
 #: Lists and dictionaries within each other that a value of a scene file may have.
 MAX_DEPTH = 4
@@ -32,6 +35,10 @@ def toml(subject: str, given: Any, depth: int = MAX_DEPTH) -> str:
         if isinstance(given, dict) and all(isinstance(key, str) for key in given):
             entries = ((key, toml(f"{subject}, {key}", entry, depth - 1)) for key, entry in given.items())
             return "{ " + ", ".join(f"{toml(subject, key)} = {entry}" for key, entry in entries) + " }"
+        # Bytes are sRGB, as in pictures.
+        is_color = isinstance(given, np.ndarray) and subject.endswith(("color", "background", "ambient"))
+        if is_color and given.ndim == 1 and given.dtype == "u1":
+            return toml(subject, "#" + given.tobytes().hex())
         # Arrays and scalars of numpy.
         if hasattr(type(given), "tolist"):
             return toml(subject, given.tolist(), depth - 1)
@@ -39,6 +46,11 @@ def toml(subject: str, given: Any, depth: int = MAX_DEPTH) -> str:
             return "[" + ", ".join(toml(subject, entry, depth - 1) for entry in given) + "]"
     kind = type(given).__name__
     raise TypeError(f"{subject}: a {kind} has no meaning here; give numbers, texts, lists or dictionaries")
+
+
+def lines(names: list[str], given: dict[str, Any]) -> list[str]:
+    """Those of these arguments that are there, as lines of a scene file."""
+    return [f"{name} = {toml(name, given[name])}" for name in names if given.get(name) is not None]
 
 
 def entries(name: str, given: Any) -> list[str]:
@@ -67,53 +79,162 @@ def array(name: str, given: Any) -> NDArray[Any]:
     return made
 
 
-#: The channels of what is called so in pictures, hits and arguments, where they have other names: one, or three along an
-#: array's last axis.
-CHANNELS = {
-    "t": ["Z"], "zbuffer": ["Z"], "normal": ["N.X", "N.Y", "N.Z"],
-    **dict.fromkeys(["rgb", "rgb8", "color"], ["R", "G", "B"]),
-}
+def wrong_shape(name: str, given: NDArray[Any], expected: str) -> ValueError:
+    return ValueError(f"{name}: the shape is {[*given.shape]}, but {expected}")
 
-#: What an array is called in errors, and in its picture; and the array.
+
+def in_order(name: str, given: NDArray[Any], dtype: str = "=f8") -> NDArray[Any]:
+    """Numbers in f64, one behind the other: where they lie, if they are that already."""
+    require(f"{name}: {given.shape[0]} rows", 8 * given.size)
+    return np.require(given, dtype, ["C", "A"])
+
+
+def triples(name: str, given: Any, expected: str) -> NDArray[Any]:
+    """Rows of three numbers, or of three bytes."""
+    made = array(name, given)
+    if made.ndim != 2 or made.shape[1] != 3:
+        raise wrong_shape(name, made, expected)
+    return in_order(name, made, "u1" if name == "color" and made.dtype == "u1" else "=f8")
+
+
+def rays(origins: Any, directions: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Where rays start and go to."""
+    ways, starts = [
+        triples(name, given, f"{name} are (N, 3)") for name, given in [("directions", directions), ("origins", origins)]
+    ]
+    if len(starts) != len(ways):
+        raise wrong_shape("directions", ways, f"`origins` has {len(starts)} rows")
+    for name, numbers, are_right, why in [
+        ("origins", starts, np.isfinite(starts).all(1), "not all numbers are finite"),
+        ("directions", ways, np.isfinite(ways).all(1), "not all numbers are finite"),
+        ("directions", ways, ways.any(1), "it points nowhere"),
+    ]:
+        if not are_right.all():
+            row = int(are_right.argmin())
+            raise ValueError(f"{name}: row {row} (counted from 0) is {(*numbers[row].tolist(),)}: {why}")
+    return starts, ways
+
+
+def spheres(
+    given: Any, radius: Any = None, color: Any = None, color_by: Any = None, names: Any = None, **of_colors: Any
+) -> tuple[NDArray[np.float64], Any, tuple[str, NDArray[np.float64]] | None, list[tuple[int, str]]] | None:
+    """Centres with radii, colours, what numbers for colours are called and the numbers, rows with their names."""
+    if color_by is None and any(of_colors.get(name) is not None for name in ["colormap", "range", "missing_color"]):
+        raise ValueError("colormap, range, missing_color: they say how numbers are coloured; give them by `color_by`")
+    if given is None:
+        if any(argument is not None for argument in [radius, color, color_by, names]):
+            raise ValueError("radius, color, color_by, names: there are no spheres that they are of")
+        return None
+    if color is not None and color_by is not None:
+        raise ValueError("color: `color_by` gives each sphere its own; leave one of them out")
+    made = balls(given, radius)
+    return made, colors(color), None if color_by is None else numbers(color_by), named(names, len(made))
+
+
+def balls(given: Any, radius: Any) -> NDArray[np.float64]:
+    """Centres with radii in the fourth column, out of one array or two."""
+    made = array("spheres", given)
+    if made.ndim != 2 or made.shape[1] not in (3, 4):
+        raise wrong_shape("spheres", made, "centres are (N, 3), and with radii (N, 4)")
+    n, n_columns = made.shape
+    if n_columns == 4:
+        if radius is not None:
+            raise ValueError("radius: `spheres` has radii already, in its fourth column; leave one of them out")
+        return in_order("spheres", made)
+    if radius is None:
+        raise ValueError("radius: `spheres` has three columns, so give the radius of all, or one of each")
+    radii = array("radius", radius)
+    if radii.shape not in [(), (n,)]:
+        raise wrong_shape("radius", radii, f"there are {n} spheres")
+    require(f"spheres: {n} rows", 32 * n)
+    both = np.empty((n, 4))
+    both[:, :3], both[:, 3] = made, radii
+    return both
+
+
+def colors(given: Any) -> Any:
+    """A colour of each sphere in linear floats or in bytes; one of all, as it is given."""
+    if given is None or isinstance(given, str) or (made := array("color", given)).ndim == 1:
+        return given
+    return triples("color", made, "colours are (N, 3)")
+
+
+def numbers(color_by: Any) -> tuple[str, NDArray[np.float64]]:
+    """Numbers that become colours, NaN where one is masked, and what they are called, as a series of pandas says."""
+    name = getattr(color_by, "name", None)
+    if isinstance(color_by, np.ma.MaskedArray):
+        color_by = color_by.astype("f8").filled(np.nan)
+    made = array("color_by", color_by)
+    if made.ndim != 1:
+        raise wrong_shape("color_by", made, "one number for each sphere")
+    return name if isinstance(name, str) else "color_by", in_order("color_by", made)
+
+
+#: What the library calls the fields of arrays that have other names in pictures and arguments.
+FIELDS = {"rgb8": "rgb", "color": "rgb", "zbuffer": "Z"}
+
+#: What an array is called in errors, and its field; and the array.
 Part = tuple[str, str, Any]
 
 
-def parts(name: str, given: Any) -> list[Part]:
-    """Colours, where they are one array; the fields of a structured array, a picture or hits."""
+def picture(name: str, given: Any) -> tuple[Any, Picture | None]:
+    """The path of a picture; or colours, where they are one array, or the fields of a structured array, a picture or
+    hits, as an NPY file, and the picture that they are of."""
+    if isinstance(given, (str, os.PathLike)):
+        return given, None
     is_picture = isinstance(given, Picture)
     fields = ["rgb8", "id", "t", "normal"] if is_picture else getattr(getattr(given, "dtype", None), "names", None)
     if not fields:
-        return [(name, "rgb", given)]
-    return [(f'{name}["{field}"]', field, getattr(given, field) if is_picture else given[field]) for field in fields]
+        return npy([(name, "rgb", given)]), None
+    each = getattr if is_picture else getitem
+    return npy([(f'{name}["{field}"]', field, each(given, field)) for field in fields]), given if is_picture else None
 
 
-def channels(parts: list[Part]) -> tuple[tuple[int, ...], list[tuple[str, NDArray[Any]]]]:
-    """The axes that all parts have, (height, width) or (N,), and the numbers of each channel."""
+def npy(parts: list[Part]) -> bytes:
+    """Arrays of one shape, (height, width) or (N,), as the fields of an NPY file; colours and normals have one axis more."""
     common: tuple[int, ...] = ()
-    found: list[tuple[str, NDArray[Any]]] = []
-    for name, field, given in parts:
-        made, names = array(name, given), CHANNELS.get(field, [field])
-        n_axes = made.ndim - (len(names) > 1)
-        axes, last = made.shape[:n_axes], made.shape[n_axes:]
-        wrong = f"{name}: the shape is {[*made.shape]}, but"
-        if n_axes not in (1, 2) or last not in ((), (len(names),)):
-            inner = ", 3" if len(names) > 1 else ""
-            raise ValueError(f"{wrong} it is (height, width{inner}) for a picture, (N{inner}) for rays")
+    fields = {}
+    for name, part, given in parts:
+        made, field = array(name, given), FIELDS.get(part, part)
+        inner = (3,) if field in ("rgb", "normal") else ()
+        axes = made.shape[: made.ndim - len(inner)]
+        if len(axes) not in (1, 2) or made.shape != axes + inner:
+            last = ", 3" if inner else ""
+            raise wrong_shape(name, made, f"it is (height, width{last}) for a picture, (N{last}) for rays")
         common = common or axes
         if axes != common:
             lengths = ["{} rays", "{} rows and {} columns"][len(common) - 1].format(*common)
-            raise ValueError(f"{wrong} there are {lengths}")
-        found += [(channel, made[..., n] if last else made) for n, channel in enumerate(names)]
-    return common, found
+            raise wrong_shape(name, made, f"there are {lengths}")
+        require(f"{made.size} numbers", 24 * made.size)
+        fields[field] = made if made.itemsize <= 8 else made.astype("f8")
+    records = np.empty(common, [(field, made.dtype, made.shape[len(common) :]) for field, made in fields.items()])
+    for field, made in fields.items():
+        records[field] = made
+    file = io.BytesIO()
+    np.lib.format.write_array(file, records, (3, 0))
+    return file.getvalue()
 
 
-def filled(numbers: Any) -> Any:
-    """Numbers of which what is masked is NaN."""
-    return numbers.astype("f8").filled(np.nan) if isinstance(numbers, np.ma.MaskedArray) else numbers
+#: What arguments tell of rays, by the names of the command line.
+QUANTITIES = {name: name for name in ["id", "distance", "zbuffer", "normal", "color"]} | {"t": "depth"}
 
 
-def names(given: Any, n: int) -> list[tuple[int, str]]:
+def claims(against: Any = None, **given: Any) -> tuple[tuple[Any, Picture | None], list[str]]:
+    """What others claim, as :func:`picture` has it, and what of it is told."""
+    told = {name: quantity for name, quantity in QUANTITIES.items() if given.get(name) is not None}
+    if against is not None:
+        if told:
+            raise ValueError("against: it has all claims; leave the other arrays out")
+        return picture("against", against), []
+    if not told:
+        raise TypeError("there is nothing to be judged: give id=, t=, distance=, zbuffer=, normal=, color= or against=")
+    return (npy([(name, name, given[name]) for name in told]), None), [*told.values()]
+
+
+def named(given: Any, n: int) -> list[tuple[int, str]]:
     """Rows and their names, out of a name or None for each of ``n`` spheres, or of {row: name}."""
+    if given is None:
+        return []
     if isinstance(given, Sequence) and not isinstance(given, str):
         if len(given) != n:
             raise ValueError(f"names: {len(given)} of them for {n} spheres")
@@ -125,6 +246,13 @@ def names(given: Any, n: int) -> list[tuple[int, str]]:
         if row not in range(n):
             raise ValueError(f"names: row {row} (counted from 0), but there are {n} spheres")
     return list(given.items())
+
+
+def in_arguments(text: str) -> str:
+    """The command line's options in a text as arguments: ``--device cpu`` as ``device="cpu"``, ``--look-at`` as ``look_at``."""
+    text = text.replace("--device cpu", 'device="cpu"')
+    # Not within the names of files.
+    return re.sub(r"(?<![\w/.-])--([a-z][a-z-]*)", lambda option: option[1].replace("-", "_"), text)
 
 
 def arguments(options: str) -> str:

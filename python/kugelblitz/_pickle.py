@@ -1,6 +1,6 @@
 """Scenes out of pickles."""
 
-from ._kugelblitz import Scene
+from . import Scene
 
 
 def scene_of_state(*state):

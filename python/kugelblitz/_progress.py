@@ -1,24 +1,18 @@
 """Progress: what users give, as a callable that takes the steps done and their number."""
 
-from contextlib import contextmanager
-
-
-@contextmanager
 def steps(progress, unit):
-    """Yields a callable, or None where nobody wants to know."""
+    """A callable, or None where nobody wants to know. A bar that is made here is closed when it is let go."""
     if progress is None or progress is False:
-        yield None
-    elif progress is True:
+        return None
+    if progress is True:
         from tqdm.auto import tqdm
 
-        with tqdm(total=0, unit=unit, unit_scale=True) as bar:
-            yield _into(bar)
-    elif hasattr(progress, "update") and hasattr(progress, "n"):
-        yield _into(progress)
-    elif callable(progress):
-        yield progress
-    else:
-        raise TypeError("progress: give True, a bar with `update`, or a callable(done, total)")
+        progress = tqdm(total=0, unit=unit, unit_scale=True)
+    if hasattr(progress, "update") and hasattr(progress, "n"):
+        return _into(progress)
+    if callable(progress):
+        return progress
+    raise TypeError("progress: give True, a bar with `update`, or a callable(done, total)")
 
 
 def _into(bar):

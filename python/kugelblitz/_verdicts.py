@@ -5,8 +5,8 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
+from copy import deepcopy
 from operator import index
 from typing import TYPE_CHECKING, Any, Literal, SupportsIndex, TypedDict, final
 
@@ -32,7 +32,7 @@ class Finding(TypedDict):
 class Verdict:
     """What a comparison has found. True where all is as it may be; ``str()`` is the text that the program prints."""
 
-    def __init__(self, broken: list[str], summary: str, words: str, of: Any = None) -> None:
+    def __init__(self, broken: list[str], summary: dict[str, Any], words: str, of: Any = None) -> None:
         self._broken, self._summary, self._words, self._of = broken, summary, words, of
 
     @property
@@ -47,7 +47,7 @@ class Verdict:
 
     def to_dict(self) -> dict[str, Any]:
         """All of it, under the keys of the program's ``--json``."""
-        return json.loads(self._summary)
+        return deepcopy(self._summary)
 
     def _praise(self) -> str:
         return "all promises are kept"
@@ -76,12 +76,12 @@ class Difference(Verdict):
     @property
     def n_pixels(self) -> int:
         """Pixels that were compared; 0 where the sizes differ."""
-        return self.to_dict()["pixels"]
+        return self._summary["pixels"]
 
     @property
     def n_differing(self) -> int:
         """Pixels with any difference."""
-        return self.to_dict()["differing"]
+        return self._summary["differing"]
 
     @property
     def first(self) -> list[int] | None:
@@ -117,17 +117,17 @@ class Judgement(Verdict):
     @property
     def hint(self) -> str | None:
         """Arguments with which far more of it would be right, where there are such."""
-        return self.to_dict()["hint"]
+        return self._summary["hint"]
 
     @property
     def allowed(self) -> str:
         """What may be wrong, in words."""
-        return self.to_dict()["allowed"]
+        return self._summary["allowed"]
 
     @property
     def n_rays(self) -> int:
         """Number of rays or pixels."""
-        return self.to_dict()["rays"]
+        return self._summary["rays"]
 
     @property
     def away(self) -> dict[str, Any]:
@@ -180,7 +180,7 @@ class Judgement(Verdict):
 
     def _index(self, at: Any) -> int:
         """The index of a ray, or of a pixel's (column, row) in the whole picture."""
-        whole = self.to_dict()
+        whole = self._summary
         try:
             if np.ndim(at) == 0:
                 column, row, n = index(at), 0, whole["rays"]

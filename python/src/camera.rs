@@ -1,5 +1,6 @@
 //! The camera.
 
+use std::iter;
 use std::path::{Path, PathBuf};
 
 use kugelblitz::frames;
@@ -7,12 +8,12 @@ use kugelblitz::scene::schema::{CameraKeys, Section};
 use kugelblitz::scene::{self, Framing, SceneOverrides, Viewpoint, place_camera};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::argument::{Size, named};
 use crate::error::wrong_value;
 use crate::scene::Scene;
-use crate::table::{Given, Keywords, inline, keys_of, scene_of, section, value};
+use crate::table::{Given, Keywords, inline, keys_of, scene_of, section};
 use crate::work;
 
 /// A camera: `Camera(position, look_at, up=(0, 1, 0), fov=45)`, or with `height` in place of `fov` for an
@@ -30,16 +31,17 @@ impl Camera {
     #[new]
     #[pyo3(signature = (position, look_at, up = None, fov = None, height = None))]
     fn new(
+        py: Python<'_>,
         position: Bound<'_, PyAny>,
         look_at: Bound<'_, PyAny>,
         up: Given<'_>,
         fov: Given<'_>,
         height: Given<'_>,
     ) -> PyResult<Camera> {
+        let names = keys_of::<CameraKeys>();
         let given = [Some(position), Some(look_at), up, fov, height];
-        let given = keys_of::<CameraKeys>().zip(given).filter_map(|(key, it)| Some((key, it?)));
-        let table = given.map(|(key, it)| Ok((key, value(key, &it)?))).collect::<PyResult<_>>()?;
-        let scene = scene_of("camera", "camera", &inline(&table))?;
+        let keys = Keywords(iter::zip(&names, given).into_py_dict(py)?);
+        let scene = scene_of("camera", "camera", &inline(&keys.lines(&names)?))?;
         let no_camera = || PyValueError::new_err("camera: nothing was given");
         scene.camera.map(|of_scene| Camera { of_scene }).ok_or_else(no_camera)
     }
@@ -62,7 +64,7 @@ impl Camera {
         scene: &Scene,
         view: Option<&str>,
         n_turns: u32,
-        keys: Option<&Bound<'_, PyDict>>,
+        keys: Option<Bound<'_, PyDict>>,
     ) -> PyResult<Camera> {
         if scene.of.spheres.is_empty() {
             return wrong_value(
@@ -70,7 +72,7 @@ impl Camera {
             );
         }
         let known = [&FRAMING[..], &["look_at"]].concat();
-        let mut overrides = framing(view, &Keywords::new(keys, &known)?)?;
+        let mut overrides = framing(view, &Keywords::new(py, keys, &known)?)?;
         overrides.margin.get_or_insert(Framing::MARGIN);
         overrides.n_turns = n_turns;
         let path = Path::new("the scene");
@@ -152,20 +154,19 @@ pub fn framing(view: Option<&str>, keys: &Keywords<'_>) -> PyResult<SceneOverrid
     if let Some(margin) = margin.filter(|margin| !(0.0..=most).contains(margin)) {
         return wrong_value(format!("margin: {margin:?}, but it goes from 0 to {most}"));
     }
-    let mut camera = keys.table(keys_of::<CameraKeys>())?;
-    let has_fov = camera.iter().any(|(key, _)| *key == "fov");
-    let is_height_chosen = camera.pop_if(|(key, value)| *key == "height" && value == "\"auto\"");
-    let is_height_chosen = is_height_chosen.is_some();
-    if is_height_chosen && has_fov {
+    let is_height_chosen =
+        keys.get("height").is_some_and(|height| height.eq("auto").unwrap_or(false));
+    if is_height_chosen && keys.get("fov").is_some() {
         return wrong_value("fov, height: a camera has one of them; leave the other out");
     }
-    let size: Option<Size> = keys.get("size").map(|size| size.extract()).transpose()?;
+    let mut names = keys_of::<CameraKeys>();
+    names.retain(|name| !(is_height_chosen && *name == "height"));
     Ok(SceneOverrides {
         view: view.map(|view| named("view", view, Viewpoint::ALL, Viewpoint::name)).transpose()?,
         margin,
         is_height_chosen,
-        camera: section(&camera)?,
-        size: size.map(|Size(size)| size),
+        camera: section(&keys.lines(&names)?)?,
+        size: keys.extract("size")?.map(|Size(size)| size),
         ..SceneOverrides::default()
     })
 }

@@ -12,15 +12,15 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::argument::{Size, named};
+use crate::argument::{Size, named, pixels_of};
 use crate::camera::Camera;
 use crate::error;
-use crate::rays::pixels_of;
 use crate::scene::Scene;
+use crate::table::Object;
 use crate::work;
 
 /// A `Drawing`.
-pub fn drawing(py: Python<'_>, svg: String) -> PyResult<Bound<'_, PyAny>> {
+pub fn drawing(py: Python<'_>, svg: String) -> Object<'_> {
     py.import("kugelblitz._drawings")?.call_method1("Drawing", (svg,))
 }
 
@@ -33,7 +33,7 @@ pub fn tinted<'py>(
     size: [u32; 2],
     colors: &[[u8; 3]],
     legend: Legend,
-) -> PyResult<Bound<'py, PyAny>> {
+) -> Object<'py> {
     let [width, height] = size.map(|n| n as usize);
     let rgb8 = PyArray1::from_slice(py, colors.as_flattened()).reshape([height, width, 3])?;
     py.import("kugelblitz._drawings")?.call_method1("Tinted", (rgb8, legend))
@@ -71,7 +71,7 @@ pub fn figure<'py>(
     size: Option<Size>,
     object: Option<u32>,
     lang: &str,
-) -> PyResult<Bound<'py, PyAny>> {
+) -> Object<'py> {
     let number = number.str()?.to_string();
     let figure = named("number", &number, Figure::ALL, Figure::number)?;
     let own: scene::Scene;

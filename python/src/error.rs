@@ -6,9 +6,12 @@ use kugelblitz::Error;
 use pyo3::create_exception;
 use pyo3::exceptions::{
     PyAssertionError, PyKeyboardInterrupt, PyMemoryError, PyOSError, PyRuntimeError, PyTypeError,
-    PyUserWarning, PyValueError,
+    PyValueError,
 };
 use pyo3::prelude::*;
+use pyo3::type_object::PyTypeInfo;
+
+use crate::table::helpers;
 
 create_exception!(
     kugelblitz,
@@ -38,7 +41,8 @@ pub fn exception(error: Error, subject: &str) -> PyErr {
         Error::Scene(fault) => format!("{fault}; {}", fault.help),
         error => error.to_string(),
     };
-    let text = in_arguments(&text);
+    let text = Python::attach(|py| helpers(py)?.call_method1("in_arguments", (&text,))?.extract())
+        .unwrap_or(text);
     let text = if subject.is_empty() { text } else { format!("{subject}: {text}") };
     match error {
         Error::Scene(_) => SceneError::new_err(text),
@@ -53,33 +57,15 @@ pub fn exception(error: Error, subject: &str) -> PyErr {
     }
 }
 
-/// A text with the command line's options as Python's arguments: `--device cpu` is `device="cpu"`, `--look-at` is `look_at`.
-fn in_arguments(text: &str) -> String {
-    let text = text.replace("--device cpu", "device=\"cpu\"");
-    let mut parts = text.split("--");
-    let mut out = parts.next().unwrap_or_default().to_string();
-    for part in parts {
-        let is_option = part.starts_with(|c: char| c.is_ascii_lowercase());
-        let end = part.find(|c: char| !(c.is_ascii_lowercase() || c == '-')).unwrap_or(part.len());
-        let (name, rest) = part.split_at(end);
-        match is_option {
-            true => out.push_str(&name.replace('-', "_")),
-            false => out.extend(["--", name]),
-        }
-        out.push_str(rest);
-    }
-    out
-}
-
 /// For `map_err`.
 pub fn of(subject: &str) -> impl FnOnce(Error) -> PyErr {
     move |error| exception(error, subject)
 }
 
-/// Warns the user.
-pub fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
+/// Warns the user by a warning of this class.
+pub fn warn<W: PyTypeInfo>(py: Python<'_>, text: &str) -> PyResult<()> {
     let text = CString::new(text.replace('\0', " ")).unwrap_or_default();
-    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 2)
+    PyErr::warn(py, &py.get_type::<W>(), &text, 2)
 }
 
 /// `ValueError` with this message.

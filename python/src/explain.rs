@@ -9,8 +9,8 @@ use kugelblitz_judge::explain::{self, Lang, latex, text};
 use pyo3::prelude::*;
 
 use crate::argument::named;
-use crate::error::NoAdapterError;
-use crate::table::to_python;
+use crate::place;
+use crate::table::{Object, to_python};
 use crate::work;
 
 /// One ray in numbers: the lecture's formulas at work, and what f32 makes of them. `str()` is the text that
@@ -23,7 +23,7 @@ pub struct Explanation {
 #[pymethods]
 impl Explanation {
     /// All numbers, under the keys that `kugelblitz explain --json` has in `explanation`.
-    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn to_dict<'py>(&self, py: Python<'py>) -> Object<'py> {
         to_python(py, &self.of)
     }
 
@@ -66,33 +66,20 @@ pub fn explained(
     all: bool,
     lang: &str,
     digits: usize,
-    device: Option<&dyn Fn(Kernel) -> PyResult<Device>>,
+    device: &str,
 ) -> PyResult<Explanation> {
     let style = explain::Style {
         limit: (!all).then_some(explain::DEFAULT_OBJECTS),
         lang: self::lang(lang)?,
         digits,
     };
-    let mut devices = Vec::new();
-    for kernel in Kernel::ALL {
-        match device.map(|device| device(kernel)).transpose() {
-            Ok(device) => devices.extend(device.map(|device| (kernel, device))),
-            // A device may lack the types of a kernel.
-            Err(error)
-                if kernel != Kernel::Certified && error.is_instance_of::<NoAdapterError>(py) => {}
-            Err(error) => return Err(error),
-        }
-    }
+    let devices = place::devices(py, device, &Kernel::ALL, scene.spheres.len(), 1)?;
     let of = work::run(py, |control| {
         let mut of = explain::explain_as(scene, ray, &style)?;
         control.check()?;
-        of.add_device(scene, ray, |prepared, wants| {
-            match devices.iter().find(|(kernel, _)| *kernel == prepared.kernel) {
-                Some((_, device @ Device::Gpu(_))) => {
-                    Ok(Some(device.tracer(prepared, wants)?.tracer))
-                }
-                Some((_, Device::Cpu)) | None => Ok(None),
-            }
+        of.add_device(scene, ray, |prepared, wants| match &devices[&prepared.kernel] {
+            device @ Device::Gpu(_) => Ok(Some(device.tracer(prepared, wants)?.tracer)),
+            Device::Cpu => Ok(None),
         })?;
         Ok(of)
     })?;

@@ -8,19 +8,18 @@ use kugelblitz::scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz_judge::judge::{self, Allowed, Case, Conventions, Quantity, pixels_of, whole_size};
 use numpy::PyArray1;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyTypeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::argument::{Crop, Size};
+use crate::argument::{Crop, Size, rays_of};
 use crate::camera::Camera;
 use crate::drawing::tinted;
-use crate::error::{self, wrong_type, wrong_value};
+use crate::error::{self, wrong_value};
 use crate::explain::{Explanation, explained};
-use crate::image::{image_of, image_of_parts, indices};
-use crate::rays::rays_of;
+use crate::image::{Found, image_of, indices};
 use crate::scene::Scene;
-use crate::table::{Given, Keywords, helpers, joined, to_python};
+use crate::table::{Given, Keywords, Object, helpers, to_python};
 use crate::verdict::verdict;
 
 /// What a `Judgement` knows of its rays.
@@ -33,7 +32,7 @@ impl Judged {
         indices(py, self.0.wrong_rays())
     }
 
-    fn at<'py>(&self, py: Python<'py>, ray: usize) -> PyResult<Bound<'py, PyAny>> {
+    fn at<'py>(&self, py: Python<'py>, ray: usize) -> Object<'py> {
         to_python(py, &self.0.of_ray(ray))
     }
 
@@ -53,7 +52,7 @@ impl Judged {
             }
             Rays::List(rays) => Rays::List(vec![rays[ray]]),
         };
-        explained(py, scene, &ray, all, lang, digits, None)
+        explained(py, scene, &ray, all, lang, digits, "cpu")
     }
 
     fn picture<'py>(&self, py: Python<'py>) -> PyResult<Given<'py>> {
@@ -62,15 +61,8 @@ impl Judged {
     }
 }
 
-/// What is claimed, by the name of the argument.
-const CLAIMS: [(&str, Quantity); 6] = [
-    ("id", Quantity::Id),
-    ("t", Quantity::Depth),
-    ("distance", Quantity::Distance),
-    ("zbuffer", Quantity::ZBuffer),
-    ("normal", Quantity::Normal),
-    ("color", Quantity::Color),
-];
+/// The names of what is claimed, as `_given.claims` takes them.
+const CLAIMS: [&str; 7] = ["id", "t", "distance", "zbuffer", "normal", "color", "against"];
 
 /// The fields of [`Conventions`].
 const CONVENTIONS: [&str; 8] = [
@@ -85,8 +77,7 @@ const CONVENTIONS: [&str; 8] = [
 ];
 
 /// The other keyword arguments of [`judge`].
-const OTHERS: [&str; 9] =
-    ["against", "size", "crop", "near", "far", "allow", "worst", "device", "progress"];
+const OTHERS: [&str; 8] = ["size", "crop", "near", "far", "allow", "worst", "device", "progress"];
 
 /// What the numbers mean.
 fn conventions(keys: &Keywords<'_>, quantities: Vec<Quantity>) -> PyResult<Conventions> {
@@ -99,7 +90,7 @@ fn conventions(keys: &Keywords<'_>, quantities: Vec<Quantity>) -> PyResult<Conve
             );
         }
     };
-    let text = joined(&keys.table(CONVENTIONS)?, "\n");
+    let text = keys.lines(&CONVENTIONS)?.join("\n");
     let given: Conventions = toml::from_str(&text).map_err(|error| {
         let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
         let line = text.lines().nth(before.matches('\n').count()).unwrap_or_default();
@@ -113,49 +104,37 @@ fn conventions(keys: &Keywords<'_>, quantities: Vec<Quantity>) -> PyResult<Conve
     }
 }
 
-/// What is claimed, as channels; and what they tell.
-fn claims(py: Python<'_>, keys: &Keywords<'_>) -> PyResult<(Image, Vec<Quantity>)> {
-    let part = |(name, _): &(&'static str, _)| Some((*name, *name, keys.get(name)?));
-    let parts: Vec<_> = CLAIMS.iter().filter_map(part).collect();
-    let is_given = |(name, _): &(&str, _)| keys.get(name).is_some();
-    let quantities = CLAIMS.into_iter().filter(is_given).map(|(_, quantity)| quantity).collect();
-    match (keys.get("against"), parts.is_empty()) {
-        (Some(against), true) => Ok((image_of("against", against)?, quantities)),
-        (None, false) => Ok((image_of_parts(py, parts)?, quantities)),
-        (Some(_), false) => wrong_value("against: it has all claims; leave the other arrays out"),
-        (None, true) => wrong_type(
-            "there is nothing to be judged: give id=, t=, distance=, zbuffer=, normal=, color= or against=",
-        ),
-    }
+/// Pixels of a camera, or rays.
+#[derive(FromPyObject)]
+enum CameraOrRays<'py> {
+    Camera(Bound<'py, Camera>),
+    Rays(Bound<'py, PyAny>, Bound<'py, PyAny>),
 }
 
 /// The rays that the claims are about.
 fn rays(
     scene: &scene::Scene,
-    camera_or_rays: Option<&Bound<'_, PyAny>>,
+    camera_or_rays: Given<'_>,
     image: &Image,
-    [size, crop]: [Option<&Bound<'_, PyAny>>; 2],
+    keys: &Keywords<'_>,
 ) -> PyResult<Rays> {
-    let camera = match camera_or_rays.map(|given| (given, given.cast::<Camera>())) {
+    let (size, crop) = (keys.extract("size")?, keys.extract("crop")?);
+    let given = camera_or_rays.map(|given| given.extract()).transpose().map_err(|_| {
+        PyTypeError::new_err("camera_or_rays: give a Camera, or (origins, directions)")
+    })?;
+    let camera = match &given {
         None => None,
-        Some((_, Ok(camera))) => Some(camera.get()),
-        Some((given, Err(_))) => {
-            let (origins, directions): (Bound<'_, PyAny>, Bound<'_, PyAny>) =
-                given.extract().map_err(|_| {
-                    let message = "camera_or_rays: give a Camera, or (origins, directions)";
-                    PyTypeError::new_err(message)
-                })?;
-            return match size.or(crop) {
-                None => Ok(Rays::List(rays_of(&origins, &directions)?)),
-                Some(_) => wrong_value("size, crop: they are of a picture; rays have none"),
-            };
+        Some(CameraOrRays::Camera(camera)) => Some(camera.get()),
+        Some(CameraOrRays::Rays(..)) if size.is_some() || crop.is_some() => {
+            return wrong_value("size, crop: they are of a picture; rays have none");
+        }
+        Some(CameraOrRays::Rays(origins, directions)) => {
+            return rays_of(origins, directions).map(Rays::List);
         }
     };
-    let size: Option<Size> = size.map(|size| size.extract()).transpose()?;
-    let crop: Option<Crop> = crop.map(|crop| crop.extract()).transpose()?;
     let size = whole_size(image, size.map(|Size(size)| size), crop.map(|Crop(crop)| crop));
-    let size = size.map_err(error::of(""))?;
-    let pixels = crate::rays::pixels_of(scene, camera, size.map(Size), crop)?;
+    let size = size.map_err(error::of(""))?.map(Size);
+    let pixels = crate::argument::pixels_of(scene, camera, size, crop)?;
     match crop {
         Some(_) => Ok(Rays::Pixels(pixels)),
         None => pixels_of(image, pixels).map(Rays::Pixels).map_err(error::of("")),
@@ -166,25 +145,28 @@ fn rays(
 pub fn judge<'py>(
     py: Python<'py>,
     scene: &Scene,
-    camera_or_rays: Option<&Bound<'py, PyAny>>,
-    keys: Option<&Bound<'py, PyDict>>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let claims_of = CLAIMS.map(|(name, ..)| name);
-    let keys = Keywords::new(keys, &[&claims_of[..], &CONVENTIONS, &OTHERS].concat())?;
+    camera_or_rays: Given<'py>,
+    keys: Option<Bound<'py, PyDict>>,
+) -> Object<'py> {
+    let keys = Keywords::new(py, keys, &[&CLAIMS[..], &CONVENTIONS, &OTHERS].concat())?;
     let allowed: Option<String> = keys.extract("allow")?;
     let allowed = Allowed::of_rays(&allowed.unwrap_or_default()).map_err(error::of("allow"))?;
     let n_worst = keys.extract("worst")?.unwrap_or(3);
     let device = keys.extract("device")?.unwrap_or("auto".to_string());
-    let (image, quantities) = claims(py, &keys)?;
+    let claims = helpers(py)?.call_method("claims", (), Some(&keys.0))?;
+    let (found, quantities): (Found<'_>, Vec<String>) = claims.extract()?;
+    let image = image_of(found)?;
+    let quantities = quantities.iter().map(|name| name.parse()).collect::<kugelblitz::Result<_>>();
+    let quantities = quantities.map_err(error::of(""))?;
     let conventions = conventions(&keys, quantities)?;
-    let rays = rays(&scene.of, camera_or_rays, &image, [keys.get("size"), keys.get("crop")])?;
+    let rays = rays(&scene.of, camera_or_rays, &image, &keys)?;
     let n_rays = rays.len();
     let case = Case::new(Arc::clone(&scene.of), rays, image, conventions, allowed)
         .map_err(error::of(""))?;
     if let Some(warning) = case.warning() {
-        error::warn(py, &warning)?;
+        error::warn::<PyUserWarning>(py, &warning)?;
     }
-    let (progress, n_steps) = (keys.get("progress").cloned(), 2 * n_rays as u64);
+    let (progress, n_steps) = (keys.get("progress"), 2 * n_rays as u64);
     let on = (&*device, Kernel::Certified, n_rays);
     let mut of =
         scene.run(py, on, (progress, n_steps), |session, control| case.judge(session, control))?;

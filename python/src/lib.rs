@@ -3,9 +3,7 @@
 #![allow(clippy::too_many_arguments, reason = "Python's arguments have names")]
 
 mod argument;
-mod array;
 mod camera;
-mod compare;
 mod drawing;
 mod error;
 mod explain;
@@ -16,12 +14,10 @@ mod pickle;
 mod picture;
 mod place;
 mod process;
-mod rays;
 mod scene;
 mod session;
 mod table;
 mod verdict;
-mod verify;
 mod work;
 
 use pyo3::prelude::*;
@@ -29,25 +25,18 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _kugelblitz {
     #[pymodule_export]
-    use super::camera::Camera;
-    #[pymodule_export]
-    use super::compare::{Compared, compare};
-    #[pymodule_export]
-    use super::drawing::{figure, png, write};
-    #[pymodule_export]
-    use super::error::{DeviceError, NoAdapterError, SceneError};
-    #[pymodule_export]
-    use super::explain::Explanation;
-    #[pymodule_export]
-    use super::image::{info, read};
-    #[pymodule_export]
-    use super::judge::Judged;
-    #[pymodule_export]
-    use super::picture::Picture;
-    #[pymodule_export]
-    use super::place::adapters;
-    #[pymodule_export]
-    use super::scene::Scene;
+    use super::{
+        camera::Camera,
+        drawing::{figure, png, write},
+        error::{DeviceError, NoAdapterError, SceneError},
+        explain::Explanation,
+        image::{info, read, require},
+        judge::Judged,
+        picture::Picture,
+        place::adapters,
+        scene::Scene,
+        verdict::{Compared, compare},
+    };
 
     use pyo3::prelude::*;
 

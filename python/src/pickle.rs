@@ -4,11 +4,12 @@
 use std::collections::HashMap;
 
 use kugelblitz::scene::{Color, ColorMap, Coloring, Spheres, parse_scene};
-use numpy::{PyArray1, PyArray2};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
+use crate::argument::in_rows;
 use crate::error;
-use crate::given::{colored, rows_of};
+use crate::given::colored;
 use crate::scene::Scene;
 
 /// What [`of_state`] takes.
@@ -47,7 +48,7 @@ pub fn state_of<'py>(py: Python<'py>, scene: &Scene) -> PyResult<State<'py>> {
 pub fn of_state(py: Python<'_>, state: State<'_>) -> PyResult<Scene> {
     let (rows, colors, names, text, coloring, notes) = state;
     let mut scene = parse_scene(&text, "a pickled scene".as_ref()).map_err(error::of(""))?;
-    scene.spheres = colored(rows_of(py, &rows, None)?, Some(&colors))?;
+    scene.spheres = colored(py, in_rows(&rows.readonly())?, Some(colors.extract()?))?;
     names.into_iter().for_each(|(index, name)| scene.spheres.set_name(index, name));
     scene.notes = notes;
     let coloring = coloring.map(|(column, map, range, missing_color, n_missing)| Coloring {

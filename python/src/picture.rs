@@ -21,7 +21,7 @@ use pyo3::types::PyBytes;
 
 use crate::error::{self, wrong_value};
 use crate::scene::Scene;
-use crate::table::{Given, to_python};
+use crate::table::{Given, Object, to_python};
 
 /// A picture in memory: arrays, row by row from the top, and files of them.
 ///
@@ -73,7 +73,7 @@ impl Picture {
         py: Python<'py>,
         encoding: Encoding,
         colors: &PyOnceLock<Colors>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> Object<'py> {
         let background = match self.style.background {
             Background::Shown => Background::Shown,
             Background::LeftOut | Background::Black => Background::Black,
@@ -89,7 +89,7 @@ impl Picture {
     }
 
     /// Colours as an array.
-    fn array_of<'py>(&self, py: Python<'py>, colors: &Colors) -> PyResult<Bound<'py, PyAny>> {
+    fn array_of<'py>(&self, py: Python<'py>, colors: &Colors) -> Object<'py> {
         match colors {
             Colors::Srgb8(colors) => self.array(py, colors.as_flattened(), &[3]),
             Colors::Srgb16(colors) => self.array(py, colors.as_flattened(), &[3]),
@@ -117,7 +117,7 @@ impl Picture {
         py: Python<'py>,
         numbers: &[T],
         parts: &[usize],
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> Object<'py> {
         let pixels = [self.pixels.height as usize, self.pixels.width as usize];
         let shape = [&pixels[..], parts].concat();
         Ok(PyArray1::from_slice(py, numbers).reshape(shape)?.into_any())
@@ -158,21 +158,21 @@ impl Picture {
 
     /// Colours in sRGB, bytes; shape (height, width, 3).
     #[getter]
-    fn rgb8<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn rgb8<'py>(&self, py: Python<'py>) -> Object<'py> {
         self.array_of(py, &self.kept.colors)
     }
 
     /// Linear colours, the nearest floats; shape (height, width, 3). They are painted when they are first
     /// asked for.
     #[getter]
-    fn rgb<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn rgb<'py>(&self, py: Python<'py>) -> Object<'py> {
         self.painted(py, Encoding::Linear, &self.linear)
     }
 
     /// Colours in sRGB with 16 bits a channel; shape (height, width, 3). They are painted when they are first
     /// asked for.
     #[getter]
-    fn rgb16<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn rgb16<'py>(&self, py: Python<'py>) -> Object<'py> {
         self.painted(py, Encoding::Srgb16, &self.srgb16)
     }
 
@@ -192,32 +192,32 @@ impl Picture {
 
     /// Object ids, 0 for the background.
     #[getter]
-    fn id<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn id<'py>(&self, py: Python<'py>) -> Object<'py> {
         self.array(py, &self.kept.hits.id, &[])
     }
 
     /// Depth along the view axis, +∞ on the background. Depths and normals are traced when they are first asked
     /// for; the scene's next pictures have them from the start.
     #[getter]
-    fn t<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn t<'py>(&self, py: Python<'py>) -> Object<'py> {
         self.array(py, &self.hits(py)?.t, &[])
     }
 
     /// Unit normals that face the camera, 0 on the background; shape (height, width, 3). Traced as `t` is.
     #[getter]
-    fn normal<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn normal<'py>(&self, py: Python<'py>) -> Object<'py> {
         self.array(py, self.hits(py)?.normal.as_flattened(), &[3])
     }
 
     /// The stage that decided each pixel: 0 f32, 1 f64, 2 exact arithmetic. It may differ between devices.
     #[getter]
-    fn level<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn level<'py>(&self, py: Python<'py>) -> Object<'py> {
         self.array(py, &self.kept.hits.level, &[])
     }
 
     /// How many pixels' centre rays each stage decided.
     #[getter]
-    fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn counts<'py>(&self, py: Python<'py>) -> Object<'py> {
         to_python(py, &self.kept.hits.counts)
     }
 

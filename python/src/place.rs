@@ -1,18 +1,17 @@
 //! Where rays are traced, and by which kernel.
 
 use std::collections::HashMap;
-use std::ffi::CString;
 
 use kugelblitz::device::{Device, DeviceChoice};
 use kugelblitz::gpu::list_adapters;
 use kugelblitz::trace::Kernel;
-use pyo3::exceptions::PyRuntimeWarning;
+use pyo3::exceptions::{PyRuntimeWarning, PyUserWarning};
 use pyo3::prelude::*;
 
 use crate::argument::named;
-use crate::error;
+use crate::error::{self, NoAdapterError};
 use crate::process::OfProcess;
-use crate::table::to_python;
+use crate::table::{Object, to_python};
 
 /// The devices that are open, by what was asked for.
 static OPEN: OfProcess<HashMap<(DeviceChoice, Kernel), Device>> = OfProcess::new();
@@ -39,10 +38,38 @@ pub fn device(
     let (device, why) =
         py.detach(|| choice.open(kernel, n_spheres, n_rays)).map_err(error::of("device"))?;
     if let Some(why) = why {
-        let text = CString::new(format!("tracing on the CPU: {why}")).unwrap_or_default();
-        PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &text, 2)?;
+        error::warn::<PyRuntimeWarning>(py, &format!("tracing on the CPU: {why}"))?;
     }
     Ok(OPEN.with(py, |open| open.entry(key).or_insert(device).clone()))
+}
+
+/// The devices of several kernels.
+///
+/// # Errors
+/// As [`device`]; but where an adapter lacks the types of a kernel without a proof, that has the CPU.
+pub fn devices(
+    py: Python<'_>,
+    name: &str,
+    kernels: &[Kernel],
+    n_spheres: usize,
+    n_rays: usize,
+) -> PyResult<HashMap<Kernel, Device>> {
+    let device_of = |&kernel: &Kernel| match device(py, name, kernel, n_spheres, n_rays) {
+        Err(error)
+            if kernels.len() > 1
+                && kernel != Kernel::Certified
+                && error.is_instance_of::<NoAdapterError>(py) =>
+        {
+            let why = error.value(py);
+            error::warn::<PyUserWarning>(
+                py,
+                &format!("{} on the CPU alone: {why}", kernel.name()),
+            )?;
+            Ok((kernel, Device::Cpu))
+        }
+        device => Ok((kernel, device?)),
+    };
+    kernels.iter().map(device_of).collect()
 }
 
 /// The kernel of this name.
@@ -55,6 +82,6 @@ pub fn kernel(name: &str) -> PyResult<Kernel> {
 
 /// The Vulkan adapters of this machine, the best first: a dictionary each.
 #[pyfunction]
-pub fn adapters(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+pub fn adapters(py: Python<'_>) -> Object<'_> {
     to_python(py, &py.detach(list_adapters))
 }

@@ -30,7 +30,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
 use serde_json::json;
 
-use crate::argument::{Crop, Pixel, Samples, Size, named};
+use crate::argument::{Crop, Pixel, Samples, Size, camera_of, named, one_ray, pixels_of, rays_of};
 use crate::camera::{Camera, FRAMING, framing};
 use crate::drawing::{drawing, tinted};
 use crate::error::{exception, wrong_value};
@@ -40,10 +40,9 @@ use crate::judge;
 use crate::pickle::{State, of_state, state_of};
 use crate::picture::Picture;
 use crate::place;
-use crate::rays::{camera_of, one_ray, pixels_of, rays_of};
 use crate::session::Sessions;
-use crate::table::{Given, Keywords, keys_of, section, to_python};
-use crate::verify;
+use crate::table::{Given, Keywords, Object, keys_of, section, to_python};
+use crate::verdict;
 use crate::work::{self, Steps};
 
 /// Spheres, planes and their light.
@@ -149,13 +148,9 @@ impl Scene {
                           sky=None, ambient=None, background=None, camera=None, size=None, \
                           samples=None)"
     )]
-    fn new(
-        py: Python<'_>,
-        spheres: Given<'_>,
-        keys: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Scene> {
-        let keys = Keywords::new(keys, &[&OF_SPHERES[..], &OF_SCENE].concat())?;
-        let (spheres, coloring) = spheres_of(py, spheres.as_ref(), &keys)?;
+    fn new(py: Python<'_>, spheres: Given<'_>, keys: Option<Bound<'_, PyDict>>) -> PyResult<Scene> {
+        let keys = Keywords::new(py, keys, &[&OF_SPHERES[..], &OF_SCENE].concat())?;
+        let (spheres, coloring) = spheres_of(py, spheres, &keys)?;
         let mut scene = scene::Scene { spheres, ..scene::Scene::default() };
         change(&mut scene, &keys)?;
         Ok(Scene::new_colored(scene, coloring))
@@ -179,12 +174,12 @@ impl Scene {
         path: PathBuf,
         view: Option<&str>,
         progress: Given<'_>,
-        keys: Option<&Bound<'_, PyDict>>,
+        keys: Option<Bound<'_, PyDict>>,
     ) -> PyResult<Scene> {
         let known = [&OF_DATA[..], &FRAMING].concat();
-        let keys = Keywords::new(keys, &known)?;
+        let keys = Keywords::new(py, keys, &known)?;
         let overrides = SceneOverrides {
-            cloud: section(&keys.table(keys_of::<CloudKeys>())?)?,
+            cloud: section(&keys.lines(&keys_of::<CloudKeys>())?)?,
             samples: keys.value("samples", schema::samples)?,
             ..framing(view, &keys)?
         };
@@ -223,15 +218,18 @@ impl Scene {
         text_signature = "($self, *, camera=..., size=..., samples=..., planes=..., lights=..., sky=..., \
                           ambient=..., background=...)"
     )]
-    fn replace(&self, changes: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
+    fn replace(&self, py: Python<'_>, changes: Option<Bound<'_, PyDict>>) -> PyResult<Scene> {
         let mut scene = scene::Scene::clone(&self.of);
-        change(&mut scene, &Keywords::new(changes, &OF_SCENE)?)?;
+        change(&mut scene, &Keywords::new(py, changes, &OF_SCENE)?)?;
         Ok(Scene::new_colored(scene, self.coloring.clone()))
     }
 
     /// Reads the text of a scene file; clouds are looked for from the folder of `path`.
     #[staticmethod]
-    #[pyo3(signature = (text, path = PathBuf::from("scene.toml")))]
+    #[pyo3(
+        signature = (text, path = PathBuf::from("scene.toml")),
+        text_signature = "(text, path='scene.toml')"
+    )]
     fn parse(py: Python<'_>, text: &str, path: PathBuf) -> PyResult<Scene> {
         work::run(py, |_| parse_scene(text, &path)).map(Scene::from)
     }
@@ -311,7 +309,7 @@ impl Scene {
         py: Python<'py>,
         camera: Option<&Camera>,
         size: Option<Size>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> Object<'py> {
         let has_camera = camera.is_some() || self.of.camera.is_some();
         let pixels = has_camera.then(|| pixels_of(&self.of, camera, size, None)).transpose()?;
         let cost = work::run(py, |control| Cost::new(&self.of, pixels.as_ref(), control))?;
@@ -373,8 +371,7 @@ impl Scene {
             }
             _ => Arc::clone(&self.of),
         };
-        let open = |kernel| place::device(py, device, kernel, scene.spheres.len(), 1);
-        explained(py, &scene, &ray, all, lang, digits, Some(&open))
+        explained(py, &scene, &ray, all, lang, digits, device)
     }
 
     /// Holds results of others against exact arithmetic: arrays of a picture (height, width) of a camera, or of
@@ -399,9 +396,9 @@ impl Scene {
     fn judge<'py>(
         &self,
         py: Python<'py>,
-        camera_or_rays: Option<&Bound<'py, PyAny>>,
-        keys: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+        camera_or_rays: Given<'py>,
+        keys: Option<Bound<'py, PyDict>>,
+    ) -> Object<'py> {
         judge::judge(py, self, camera_or_rays, keys)
     }
 
@@ -422,9 +419,9 @@ impl Scene {
         kernel: &str,
         device: &str,
         progress: Given<'py>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> Object<'py> {
         let pixels = pixels_of(&self.of, camera, size, crop)?;
-        verify::verify(py, self, &pixels, (samples, seed), (kernel, device), progress)
+        verdict::verify(py, self, &pixels, (samples, seed), (kernel, device), progress)
     }
 
     /// The digest of a picture, band by band: the same on every device, and that of `render(…).digest()`.
@@ -464,7 +461,7 @@ impl Scene {
         device: &str,
         kernel: &str,
         progress: Given<'py>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> Object<'py> {
         let all = Show::ALL.into_iter().filter(|show| *show != Show::Color);
         let show = named("what", what, all, Show::name)?;
         let kernel = place::kernel(kernel)?;
@@ -506,7 +503,7 @@ impl Scene {
         device: &str,
         kernel: &str,
         progress: Given<'py>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> Object<'py> {
         let kernel = place::kernel(kernel)?;
         let rays = rays_of(origins, directions)?;
         let n_rays = rays.len();

@@ -7,45 +7,44 @@ use kugelblitz::Error;
 use kugelblitz::scene::schema::{self, Reader, Section, read_value};
 use kugelblitz::scene::{Scene, parse_scene};
 use kugelblitz::words::did_you_mean_at_end;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Serialize;
 
-use crate::error::{SceneError, exception};
+use crate::error::{SceneError, exception, wrong_type};
 
 /// An argument that may be left out.
 pub type Given<'py> = Option<Bound<'py, PyAny>>;
 
+/// An object of Python, or an exception.
+pub type Object<'py> = PyResult<Bound<'py, PyAny>>;
+
 /// The keyword arguments of a call, which its signature names.
-pub struct Keywords<'py>(Vec<(&'static str, Bound<'py, PyAny>)>);
+pub struct Keywords<'py>(pub Bound<'py, PyDict>);
 
 impl<'py> Keywords<'py> {
     /// # Errors
     /// `TypeError` for a name that is none of `known`.
     pub fn new(
-        given: Option<&Bound<'py, PyDict>>,
+        py: Python<'py>,
+        given: Option<Bound<'py, PyDict>>,
         known: &[&'static str],
     ) -> PyResult<Keywords<'py>> {
-        let keyword = |(name, value): (Bound<'py, PyAny>, _)| {
+        let given = given.unwrap_or_else(|| PyDict::new(py));
+        for name in given.keys() {
             let name: String = name.extract()?;
-            let found = known.iter().find(|known| **known == name);
-            found.map(|known| (*known, value)).ok_or_else(|| {
+            if !known.contains(&&*name) {
                 let (all, near) = (known.join(", "), did_you_mean_at_end(known.to_vec(), &name));
-                PyTypeError::new_err(format!("{name}: no such argument; there are {all}{near}"))
-            })
-        };
-        given.into_iter().flatten().map(keyword).collect::<PyResult<_>>().map(Keywords)
-    }
-
-    /// Each that is there, `None` for Python's None.
-    pub fn each(&self) -> impl Iterator<Item = (&'static str, Option<&Bound<'py, PyAny>>)> {
-        self.0.iter().map(|(name, value)| (*name, Some(value).filter(|value| !value.is_none())))
+                return wrong_type(format!("{name}: no such argument; there are {all}{near}"));
+            }
+        }
+        Ok(Keywords(given))
     }
 
     /// What stands there, but for Python's None.
-    pub fn get(&self, name: &str) -> Option<&Bound<'py, PyAny>> {
-        self.each().find(|(key, _)| *key == name).and_then(|(_, value)| value)
+    pub fn get(&self, name: &str) -> Option<Bound<'py, PyAny>> {
+        self.0.get_item(name).ok().flatten().filter(|value| !value.is_none())
     }
 
     /// What stands there, as something that no scene file has.
@@ -56,7 +55,11 @@ impl<'py> Keywords<'py> {
         let Some(given) = self.get(name) else { return Ok(None) };
         given.extract().map(Some).map_err(|error: T::Error| {
             let (error, py): (PyErr, _) = (error.into(), given.py());
-            PyErr::from_type(error.get_type(py), format!("{name}: {}", error.value(py)))
+            let said = error.value(py).to_string();
+            match said.starts_with(name) {
+                true => error,
+                false => PyErr::from_type(error.get_type(py), format!("{name}: {said}")),
+            }
         })
     }
 
@@ -65,47 +68,37 @@ impl<'py> Keywords<'py> {
     /// # Errors
     /// As [`value_of`].
     pub fn value<T>(&self, name: &'static str, read: Reader<T>) -> PyResult<Option<T>> {
-        self.get(name).map(|given| value_of(name, given, read)).transpose()
+        self.get(name).map(|given| value_of(name, &given, read)).transpose()
     }
 
-    /// Those of these names that are there, with their values as a scene file has them.
+    /// Those of these names that are there, as the lines of a scene file.
     ///
     /// # Errors
-    /// As [`value`].
-    pub fn table(&self, names: impl IntoIterator<Item = &'static str>) -> PyResult<Table> {
-        let given = names.into_iter().filter_map(|name| Some((name, self.get(name)?)));
-        given.map(|(name, given)| Ok((name, value(name, given)?))).collect()
+    /// `TypeError` for what a scene file can't hold.
+    pub fn lines(&self, names: &[&str]) -> PyResult<Vec<String>> {
+        helpers(self.0.py())?.call_method1("lines", (names, &self.0))?.extract()
     }
-}
-
-/// Keys with their values in TOML.
-pub type Table = Vec<(&'static str, String)>;
-
-/// The pairs of a table, with this between them.
-pub fn joined(table: &Table, between: &str) -> String {
-    let pairs: Vec<_> = table.iter().map(|(key, value)| format!("{key} = {value}")).collect();
-    pairs.join(between)
 }
 
 /// A table in a line.
-pub fn inline(table: &Table) -> String {
-    format!("{{ {} }}", joined(table, ", "))
+pub fn inline(lines: &[String]) -> String {
+    format!("{{ {} }}", lines.join(", "))
 }
 
 /// The names of the keys of a table of scene files.
-pub fn keys_of<S: Section>() -> impl Iterator<Item = &'static str> {
-    S::INFO.keys.iter().map(|key| key.name)
+pub fn keys_of<S: Section>() -> Vec<&'static str> {
+    S::INFO.keys.iter().map(|key| key.name).collect()
 }
 
 /// What keys of a table of scene files say.
 ///
 /// # Errors
 /// As [`scene_of`].
-pub fn section<S: Section>(keys: &Table) -> PyResult<S> {
-    if keys.is_empty() {
+pub fn section<S: Section>(lines: &[String]) -> PyResult<S> {
+    if lines.is_empty() {
         return Ok(S::default());
     }
-    read_value(S::INFO.header, &inline(keys), schema::table)
+    read_value(S::INFO.header, &inline(lines), schema::table)
         .map_err(|[found, help]| SceneError::new_err(format!("{found}; {help}")))
 }
 
@@ -149,14 +142,8 @@ pub fn helpers(py: Python<'_>) -> PyResult<Bound<'_, PyModule>> {
 ///
 /// # Errors
 /// `ValueError` for what JSON can't hold.
-pub fn to_python<'py>(py: Python<'py>, all: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
-    py.import("json")?.call_method1("loads", (json(all)?,))
-}
-
-/// What serde writes, as JSON.
-///
-/// # Errors
-/// `ValueError` for what JSON can't hold.
-pub fn json(all: &impl Serialize) -> PyResult<String> {
-    serde_json::to_string(all).map_err(|error| PyValueError::new_err(error.to_string()))
+pub fn to_python<'py>(py: Python<'py>, all: &impl Serialize) -> Object<'py> {
+    let json = serde_json::to_string(all);
+    let json = json.map_err(|error| PyValueError::new_err(error.to_string()))?;
+    py.import("json")?.call_method1("loads", (json,))
 }

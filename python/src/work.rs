@@ -122,8 +122,7 @@ fn work_beside<T: Send>(
 ) -> PyResult<T> {
     let (pool, control) = (pool(py)?, Control::default());
     let helper = py.import("kugelblitz._progress")?;
-    let bar = helper.call_method1("steps", (progress, steps.unit()))?;
-    let progress = bar.call_method0("__enter__")?.unbind();
+    let progress = helper.call_method1("steps", (progress, steps.unit()))?.unbind();
     let report = |py: Python<'_>, done: (u64, u64)| match progress.is_none(py) {
         true => Ok(()),
         false => progress.call1(py, done).map(drop),
@@ -155,8 +154,5 @@ fn work_beside<T: Send>(
         (None, Err(panic)) => Err(of_panic(&*panic)),
     };
     let (_, all) = steps.done(&control);
-    let result = result.and_then(|result| report(py, (all, all)).map(|()| result));
-    let none = py.None();
-    bar.call_method1("__exit__", (&none, &none, &none))?;
-    result
+    result.and_then(|result| report(py, (all, all)).map(|()| result))
 }

@@ -1,20 +1,57 @@
-"""The package against the program: the same bytes and digests."""
+"""The package against the program: the same words, numbers and files."""
 
 import re
+from functools import partial
 
 import kugelblitz as kb
 import numpy as np
 import pytest
-from conftest import ROOT, cloud
+from conftest import ROOT, cloud, refuses
 
+SCENES = ROOT / "scenes"
+SIZE = (96, 54)
 DIGESTS = dict(re.findall(r'^"(.+)" = "(.+)"$', (ROOT / "tests/digests.toml").read_text(), re.M))
+
+
+def scene(name):
+    return kb.Scene.open(SCENES / f"{name}.toml", size=SIZE)
+
+
+def options(**given):
+    """Arguments as the program takes them."""
+    return [f"--{key}={','.join(map(str, np.ravel(value)))}" for key, value in given.items()]
+
+
+def is_in(ours, theirs):
+    """Whether what a dictionary holds is under the same keys of the program's."""
+    return ours == theirs or isinstance(ours, dict) and all(key in theirs and is_in(ours[key], theirs[key]) for key in ours)
+
+
+@pytest.fixture
+def alike(run, tmp_path):
+    """Whether a call saves the file that a command writes; the first lines of an export name its path."""
+
+    def alike(name, save, *command, first_line=0):
+        run(*command, "-o", tmp_path / f"theirs-{name}")
+        save(tmp_path / f"ours-{name}")
+        ours, theirs = ((tmp_path / f"{whose}-{name}").read_bytes().split(b"\n")[first_line:] for whose in ["ours", "theirs"])
+        return ours and ours == theirs
+
+    return alike
+
+
+@pytest.fixture(scope="module")
+def other(tmp_path_factory):
+    """A picture in plain f32, as another renderer's."""
+    path = tmp_path_factory.mktemp("other") / "other.npy"
+    scene("hard/distant_1e4").render(kernel="lecture").save(path)
+    return path
 
 
 @pytest.mark.parametrize("name", DIGESTS)
 def test_digests_are_those_of_the_repository(name):
-    scene = kb.Scene.open(ROOT / f"scenes/{name}.toml")
     for device in ["cpu", "auto"]:
-        assert scene.render(size=(96, 54), device=device).digest() == DIGESTS[name], device
+        assert scene(name).render(device=device).digest() == DIGESTS[name], device
 
 
 def test_digests_tell_pictures_apart(ball, camera):
@@ -29,38 +66,215 @@ def test_digests_tell_pictures_apart(ball, camera):
 
 
 @pytest.mark.parametrize("ending", ["png", "ppm", "npy", "exr"])
-def test_files_are_those_of_the_program(run, tmp_path, ending):
-    scene = cloud(300, planes=[dict(point=[0, 0, 0], normal=[0, 1, 0], color="#8c8c8c")], sky=dict(intensity=1))
-    scene.save(tmp_path / "scene.toml")
-    scene = kb.Scene.open(tmp_path / "scene.toml")
-    text = (tmp_path / "scene.toml").read_text()
-    camera = "camera = { position = [1.9, 1.4, 2.2], look_at = [0.5, 0.5, 0.5], fov = 40 }\n"
-    (tmp_path / "scene.toml").write_text(camera + text)
-    scene = kb.Scene.open(tmp_path / "scene.toml")
-    theirs = tmp_path / f"theirs.{ending}"
-    run("render", tmp_path / "scene.toml", "--size", "80x60", "--samples", 2, "-o", theirs)
-    picture = scene.render(size=(80, 60), samples=2)
-    picture.save(tmp_path / f"ours.{ending}")
-    if ending == "npy":
-        ours, array = np.load(tmp_path / "ours.npy"), np.load(theirs)
-        assert ours.dtype == array.dtype and ours.tobytes() == array.tobytes()
-    else:
-        assert (tmp_path / f"ours.{ending}").read_bytes() == theirs.read_bytes()
-    run("compare", tmp_path / f"ours.{ending}", theirs)
-    digest = run("digest", tmp_path / "scene.toml", "--size", "80x60", "--samples", 2)
-    assert picture.digest() in digest
+def test_pictures(run, alike, tmp_path, camera, ending):
+    made = cloud(300, planes=[dict(point=[0, 0, 0], normal=[0, 1, 0], color="#8c8c8c")], sky=dict(intensity=1), camera=camera)
+    made.save(path := tmp_path / "scene.toml")
+    made = kb.Scene.open(path)
+    command = [path, "--size=80x60", "--samples=2"]
+    picture = made.render(size=(80, 60), samples=2)
+    assert alike(f"p.{ending}", picture.save, "render", *command)
+    assert picture.digest() == made.digest(size=(80, 60), samples=2) == run("digest", *command).split()[0]
 
 
-def test_hits_are_those_of_the_program(run, tmp_path):
-    scene = cloud(2000)
-    scene.save(tmp_path / "scene.toml")
+@pytest.mark.parametrize("what", ["depth", "normal", "id", "side", "stage"])
+def test_shown(run, tmp_path, what):
+    shown = scene("figure1").show(what, device="cpu")
+    shown.save(ours := tmp_path / "ours.png")
+    theirs = tmp_path / "theirs.png"
+    run("render", SCENES / "figure1.toml", "--size=96x54", f"--show={what}", "--device=cpu", "-o", theirs)
+    assert kb.compare(ours, theirs) and shown.rgb8.shape == (54, 96, 3) and (what == "id") == (not shown.legend)
+
+
+@pytest.mark.parametrize("number", [3, 4])
+@pytest.mark.parametrize("lang", ["en", "de"])
+def test_figures(alike, number, lang):
+    figure = kb.figure(number, lang=lang)
+    assert alike("f.svg", figure.save, "figure", number, f"--lang={lang}") and figure._repr_svg_() == str(figure)
+    with pytest.raises(ValueError, match="number"):
+        kb.figure(5)
+
+
+@pytest.mark.parametrize("language", ["pov", "tachyon"])
+def test_exports(alike, language):
+    export = partial(scene("figure1").export, language=language)
+    assert alike("scene", export, "export", language, SCENES / "figure1.toml", "--size=96x54", first_line=3)
+
+
+def test_hits(run, tmp_path):
+    made = cloud(2000)
+    made.save(path := tmp_path / "scene.toml")
     rng = np.random.default_rng(8)
     rays = np.hstack([rng.normal(0.5, 1, (3000, 3)), rng.normal(0, 1, (3000, 3))])
     np.save(tmp_path / "rays.npy", rays)
-    run("trace", tmp_path / "scene.toml", "--rays", tmp_path / "rays.npy", "-o", tmp_path / "hits.npy")
+    run("trace", path, "--rays", tmp_path / "rays.npy", "-o", tmp_path / "hits.npy")
     theirs = np.load(tmp_path / "hits.npy")
-    for scene in [scene, kb.Scene.open(tmp_path / "scene.toml")]:
-        ours = scene.trace(rays[:, :3], rays[:, 3:])
+    for given in [made, kb.Scene.open(path)]:
+        ours = given.trace(rays[:, :3], rays[:, 3:])
         assert 0 < (ours.id > 0).sum() < 3000
         for field in ["id", "t", "normal"]:
-            assert np.ascontiguousarray(ours[field]).tobytes() == np.ascontiguousarray(theirs[field]).tobytes()
+            assert ours[field].tobytes() == theirs[field].tobytes()
+
+
+@pytest.mark.parametrize("name, given", [
+    ("figure5", dict(pixel=(640, 360))), ("figure1", dict(pixel=(700, 300))), ("lit/figure1", dict(pixel=(400, 500))),
+    ("figure2", dict(ray=((0, 0, 0), np.array([0, 0, -1])))),
+])
+@pytest.mark.parametrize("lang", ["en", "de"])
+def test_explanations(run, told, name, given, lang):
+    path = SCENES / f"{name}.toml"
+    explain = partial(kb.Scene.open(path).explain, **given, lang=lang)
+    command = ["explain", path, *options(**given, lang=lang, device="cpu")]
+    explanation, many = explain(), explain(digits=12, all=True)
+    assert str(explanation).strip() == run(*command).strip()
+    assert str(many).strip() == run(*command, "--digits", 12, "--all").strip()
+    assert explanation.latex().strip() == run(*command, "--latex").strip()
+    assert explanation.to_dict() == told(*command)["explanation"]
+    assert explanation._repr_latex_().startswith("\\begin{align*}")
+
+
+def test_what_is_no_ray():
+    refuses(
+        kb.Scene.open(SCENES / "figure2.toml").explain, (ValueError, TypeError),
+        (dict(), "pixel"), (dict(pixel=(5000, 2)), "5000"), (dict(pixel=(-1, 2)), "pixel"),
+        (dict(ray=((0, 0, 0), (0, 0, 0))), "ray"), (dict(ray=((0, 0, 0), (0, np.nan, 0))), "ray"),
+        (dict(pixel=(1, 1), lang="fr"), "lang"), (dict(pixel=(1, 1), digits=0), "digits"),
+    )
+
+
+def test_judge(told, other):
+    path = SCENES / "hard/distant_1e4.toml"
+    judged = kb.Scene.open(path)
+    judgement = judged.judge(against=other)
+    theirs = told("judge", path, "--against", other, code=6)
+    ours = judgement.to_dict()
+    assert is_in({key: ours[key] for key in ["size", "rays", "judged", "allowed", "away", "silhouettes", "broken"]}, theirs)
+    # The program says besides by which command one sees why.
+    assert ours["worst"] == [{k: v for k, v in case.items() if k != "explain"} for case in theirs["worst"]]
+    assert not judgement and not judgement.kept and judgement.broken
+    array = np.load(other)
+    same = judged.judge(id=array["id"], t=array["t"], normal=array["normal"])
+    assert same.counts == judgement.counts == judged.judge(against=array).counts
+    exact = judged.render(size=SIZE)
+    wrong_ids = set(np.flatnonzero(array["id"] != exact.id))
+    assert judgement.counts["wrong_ids"] == len(wrong_ids) and wrong_ids <= set(judgement.wrong)
+    row, column = divmod(first := min(wrong_ids), SIZE[0])
+    for at in [(column, row), np.array([column, row]), np.int64(first)]:
+        assert judgement.at(at) == judgement.at(first) != []
+    refuses(judgement.at, ValueError, *((dict(at=at), "at: ") for at in [(SIZE[0], 0), -1, (-1, 0)]))
+    refuses(judgement.at, TypeError, *((dict(at=at), "at: ") for at in ["p", (1, 2, 3)]))
+    assert judgement.explain((column, row)).id == exact.id[row, column]
+    assert judgement.picture.rgb8.shape == (SIZE[1], SIZE[0], 3)
+    assert judged.judge(against=exact) and not judged.judge(against=exact).broken
+
+
+def test_judge_finds_what_is_planted(camera):
+    made = cloud(500)
+    exact = made.render(camera, SIZE)
+    ids, t = exact.id.copy(), exact.t.copy()
+    missed, other, deep = np.split(np.random.default_rng(9).choice(np.flatnonzero(ids), 30, replace=False), 3)
+    ids.flat[missed], ids.flat[other] = 0, ids.flat[other] % 500 + 1
+    t.flat[deep] *= np.float32(1.5)
+    judgement = made.judge(camera, id=ids, t=t)
+    assert judgement.counts["false_misses"] == 10 and judgement.counts["wrong_object"] == 10
+    assert set(judgement.wrong) == {*missed, *other, *deep}
+
+
+def test_judge_takes_the_conventions_of_others(camera):
+    made = cloud(500)
+    exact = made.render(camera, SIZE)
+    judge = partial(made.judge, camera, id=exact.id)
+    from_0 = exact.id.astype(int) - 1
+    with np.errstate(divide="ignore"):
+        zbuffer = np.where(exact.id, (2 - 1 / exact.t) / (2 - 1 / 50), 1)
+    for there in [
+        dict(id=from_0, id_offset=1), dict(id=np.where(from_0 < 0, 99999, from_0), id_offset=1, no_hit=99999),
+        dict(id=exact.id[::-1], rows_from_below=True), dict(normal=-exact.normal, normals="either"),
+        dict(t=exact.t * 1000.0, scale=1e-3, allow="t=1e-6"), dict(zbuffer=zbuffer, near=0.5, far=50, allow="t=1e-4"),
+    ]:
+        assert judge(**there), there
+    assert not judge(normal=-exact.normal) and not judge(id=from_0)
+    refuses(
+        judge, (ValueError, TypeError),
+        (dict(near=1), "near, far"), (dict(near=1, far=1), "near, far"), (dict(scale=0), "scale"),
+        (dict(scale="x"), "scale"), (dict(normals="sideways"), "normals.*outward"), (dict(id_offset=1.5), "id_offset"),
+        (dict(color_tolerance=256), "color_tolerance"), (dict(rows_from_below=1), "rows_from_below"),
+        (dict(t=exact.t[1:]), "t: the shape"), (dict(against=exact), "against"), (dict(id=None), "nothing"),
+    )
+
+
+def test_compare(told, other, tmp_path):
+    exact = scene("hard/distant_1e4").render()
+    exact.save(tmp_path / "exact.npy")
+    difference = kb.compare(tmp_path / "exact.npy", other)
+    ours, theirs = difference.to_dict(), told("compare", tmp_path / "exact.npy", other, code=6)
+    assert is_in({key: ours[key] for key in ["allowed", "pixels", "differing", "beyond", "first", "channels"]}, theirs)
+    assert not difference and difference.n_differing == theirs["differing"]
+    assert kb.compare(exact, exact) and kb.compare(exact.rgb8, exact)
+    spoilt = exact.rgb8.copy()
+    spoilt[3, 5, 1] ^= 4
+    assert kb.compare(spoilt, exact.rgb8).beyond.tolist() == [3 * SIZE[0] + 5]
+    assert kb.compare(spoilt, exact.rgb8, allow="levels=4")
+
+
+def test_verify(told):
+    theirs = told("verify", SCENES / "hard/distant_1e4.toml", "--size=96x54")["kernels"][0]
+    verification = scene("hard/distant_1e4").verify(device="gpu")
+    [ours] = verification.to_dict()["kernels"]
+    assert verification and is_in({key: ours[key] for key in ["kernel", "gpu_against_cpu"]}, theirs)
+
+
+def test_info_and_check(told, tmp_path):
+    lit = scene("lit/figure1")
+    lit.render().save(tmp_path / "p.png")
+    assert (info := kb.info(tmp_path / "p.png")) and is_in(info, told("info", tmp_path / "p.png"))
+    assert is_in({key: lit.check()[key] for key in ["objects", "light"]}, told("check", SCENES / "lit/figure1.toml"))
+
+
+@pytest.mark.parametrize("distribution", ["uniform", "lattice", "packing"])
+def test_generate(run, distribution, tmp_path):
+    path = tmp_path / "cloud.npy"
+    run("generate", "cloud", "--count=300", f"--distribution={distribution}", "--seed=7", "-o", path)
+    made, theirs = kb.Scene.generate(300, distribution, seed=7), np.load(path)
+    assert (made.spheres == theirs[:, :4]).all() and (made.colors == (theirs[:, 4:] if theirs.shape[1] == 7 else 1)).all()
+
+
+@pytest.mark.parametrize("given", [{}, {"view": "iso"}, {"view": "-x", "fov": 30}, {"view": "y", "height": "auto", "up": (0, 0, 1)}])
+def test_frame_places_the_camera_where_the_program_does(run, tmp_path, given):
+    np.save(tmp_path / "cloud.npy", cloud(200).spheres)
+    text = run("render", tmp_path / "cloud.npy", "--print-scene", "--size=96x54", *options(**given))
+    (tmp_path / "theirs.toml").write_text(text)
+    theirs = kb.Scene.open(tmp_path / "theirs.toml")
+    assert kb.Camera.frame(cloud(200), size=SIZE, **given) == theirs.camera
+    assert kb.Scene.open(tmp_path / "cloud.npy", size=SIZE, **given).digest() == theirs.digest()
+
+
+def test_data_files_are_read_as_the_program_reads_them(run, tmp_path):
+    (tmp_path / "water.xyz").write_text("3\nwater\nO 0 0 0\nH 0.96 0 0\nH -0.24 0.93 0\n")
+    text = run("render", tmp_path / "water.xyz", "--print-scene", "--size=96x54")
+    (tmp_path / "theirs.toml").write_text(text)
+    ours = kb.Scene.open(tmp_path / "water.xyz", size=SIZE)
+    assert ours.digest() == kb.Scene.open(tmp_path / "theirs.toml").digest() and ours.n_spheres == 3
+
+
+def test_films(run, tmp_path):
+    figure = scene("figure1")
+    run("render", SCENES / "figure1.toml", "--size=96x54", "--turntable=3", "-o", tmp_path / "film.png")
+    for number, camera in enumerate(figure.camera.turntable(3), 1):
+        assert kb.compare(figure.render(camera).rgb8, tmp_path / f"film-{number:04}.png")
+    (tmp_path / "path.csv").write_text("x,y,z\n0,1,6\n1,1,6\n")
+    assert [camera.position for camera in figure.camera.path(tmp_path / "path.csv")] == [[0, 1, 6], [1, 1, 6]]
+
+
+def test_colours_by_numbers(tmp_path):
+    rng = np.random.default_rng(10)
+    centers, speed = rng.random((100, 3)), rng.random(100)
+    speed[3] = np.nan
+    given = dict(radius=0.05, colormap="plasma", range=(0.25, 0.75))
+    ours = kb.Scene(centers, color_by=speed, missing_color="#ff0000", **given)
+    rows = "\n".join(f"{x!r},{y!r},{z!r},{'' if np.isnan(s) else repr(float(s))}" for (x, y, z), s in zip(centers.tolist(), speed))
+    (tmp_path / "grains.csv").write_text(f"x,y,z,speed\n{rows}\n")
+    theirs = kb.Scene.open(tmp_path / "grains.csv", color_by="speed", **given)
+    assert ((ours.colors == theirs.colors).all(1) == (np.arange(100) != 3)).all() and len(np.unique(ours.colors, axis=0)) > 20
+    assert ours.colors[3].tolist() == [1, 0, 0] and ours.legend()._repr_svg_().startswith("<svg")
+    wrong = [dict(color_by=numbers) for numbers in [speed[:5], speed[:, None] * [1, 1], ["a"] * 100]]
+    refuses(partial(kb.Scene, centers, radius=0.05), (ValueError, TypeError), *((given, "color_by") for given in wrong))

@@ -18,6 +18,20 @@ from conftest import cloud, in_threads, refuses
 FORK = multiprocessing.get_context("fork")
 
 
+def in_forks(*works):
+    """What children of this process make, each of its own work."""
+    queue = FORK.Queue()
+    children = [FORK.Process(target=lambda work=work: queue.put(work())) for work in works]
+    [child.start() for child in children]
+    try:
+        found = [queue.get(timeout=60) for _ in children]
+        [child.join(60) for child in children]
+        assert not any(child.exitcode for child in children)
+        return found
+    finally:
+        [child.kill() for child in children]
+
+
 def test_files_hold_what_arrays_hold(tmp_path, camera):
     scene = cloud(2000, lights=[dict(position="eye")])
     picture = scene.render(camera, (96, 64), samples=2)
@@ -103,12 +117,10 @@ def test_depths_are_the_same_whenever_they_are_traced(camera, device, kernel):
 def test_threads_and_a_fork_ask_for_depths(camera):
     expected = cloud(3000).render(camera, (160, 120)).t
     picture, found = cloud(3000).render(camera, (160, 120)), []
-    queue = FORK.Queue()
-    child = FORK.Process(target=lambda: queue.put(picture.t))
-    child.start()
+    forking = threading.Thread(target=lambda: found.extend(in_forks(lambda: picture.t)))
+    forking.start()
     in_threads(4, lambda _: found.append(picture.t))
-    found.append(queue.get(timeout=60))
-    child.join(60)
+    forking.join()
     assert len(found) == 5 and all((t == expected).all() for t in found)
 
 
@@ -203,7 +215,7 @@ scene.render(camera, (10, 10))
 
 
 def test_no_call_waits_for_others_with_the_interpreter(camera):
-    """While one thread draws, others make scenes, and count while a call waits for the threads that draw."""
+    """While one thread draws, others make scenes and run, also while a call waits for the threads that draw."""
     scene = cloud(20_000, sky=dict(intensity=1, directions=256))
     scene.render(camera, (8, 8))
     small, rows = cloud(1000), np.random.default_rng(2).random((1000, 4))
@@ -233,92 +245,48 @@ def test_no_call_waits_for_others_with_the_interpreter(camera):
     assert waited or counted > 50, counted
 
 
-def test_two_threads_draw_two_scenes(camera):
-    scenes = [cloud(3000, seed) for seed in [1, 2]]
-    alone = [scene.render(camera, (80, 60)).digest() for scene in scenes]
-    found = {}
-
-    def draw(n):
-        for _ in range(5):
-            found.setdefault(n, set()).add(scenes[n % 2].render(camera, (80, 60)).digest())
-
-    in_threads(4, draw)
-    assert [found[n] for n in range(4)] == [{alone[n % 2]} for n in range(4)]
-
-
-def test_threads_share_a_scene(camera):
+def test_threads_share_scenes(camera):
     """One that waits for another's tracing does not take its threads."""
-    scene = cloud(20_000)
-    alone = scene.render(camera, (160, 120)).digest()
+    alone = [cloud(20_000, seed).render(camera, (160, 120)).digest() for seed in [1, 2]]
     code = """
-import faulthandler, sys, threading
-import kugelblitz as kb, numpy as np
+import faulthandler, threading
+import kugelblitz as kb
+from conftest import cloud, in_threads
 faulthandler.dump_traceback_later(100, exit=True)
-centers = np.random.default_rng(1).random((20_000, 3))
-scene = kb.Scene(centers, radius=0.3 * 20_000 ** (-1 / 3))
+scenes = [cloud(20_000, seed) for seed in [1, 2]]
 camera = kb.Camera((1.9, 1.4, 2.2), (0.5, 0.5, 0.5), fov=40)
-found = set()
-def draw():
-    for _ in range(30):
-        found.add(scene.render(camera, (160, 120)).digest())
-threads = [threading.Thread(target=draw) for _ in range(6)]
-[thread.start() for thread in threads]
-[thread.join() for thread in threads]
-print(*found)
+found = [set(), set()]
+def draw(thread):
+    for n in range(30):
+        found[(n + thread) % 2].add(scenes[(n + thread) % 2].render(camera, (160, 120)).digest())
+in_threads(6, draw)
+print(*found[0], *found[1])
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
-    assert done.stdout.split() == [alone], done.stderr
-
-
-def test_other_threads_run_meanwhile(camera):
-    scene = cloud(20_000, sky=dict(intensity=1))
-    n_steps, stop = 0, threading.Event()
-
-    def count():
-        nonlocal n_steps
-        while not stop.wait(0.001):
-            n_steps += 1
-
-    thread = threading.Thread(target=count)
-    thread.start()
-    start = time.monotonic()
-    scene.render(camera, (640, 480), device="cpu")
-    seconds = time.monotonic() - start
-    stop.set()
-    thread.join()
-    assert seconds > 0.1 and n_steps > 50 * seconds, (seconds, n_steps)
-
-
-def _draw(scene, camera, device, queue):
-    queue.put(scene.render(camera, (64, 48), device=device).digest())
+    here = {**os.environ, "PYTHONPATH": os.path.dirname(__file__)}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, env=here)
+    assert done.stdout.split() == alone, done.stderr
 
 
 @pytest.mark.parametrize("device", ["cpu", "auto"])
 def test_a_fork_draws_too(camera, device):
+    def draw():
+        return scene.render(camera, (64, 48), device=device).digest()
+
     scene = cloud(1000)
-    digest = scene.render(camera, (64, 48), device=device).digest()
-    queue = FORK.Queue()
-    process = FORK.Process(target=_draw, args=(scene, camera, device, queue))
-    process.start()
-    assert queue.get(timeout=60) == digest
-    process.join(60)
-    assert process.exitcode == 0
+    assert [draw()] == in_forks(draw)
 
 
 def test_a_fork_amid_the_work_of_a_thread(camera):
     """The pool, the sessions and the device of the parent are busy when the child begins."""
     scene = cloud(20_000, sky=dict(intensity=1))
+    draws = [lambda device=device: scene.render(camera, (64, 48), device=device).digest() for device in ["cpu", "gpu"]]
     digest = scene.render(camera, (64, 48), device="auto").digest()
     thread = threading.Thread(target=lambda: scene.render(camera, (640, 480), device="cpu"))
     thread.start()
     time.sleep(0.05)
-    queue = FORK.Queue()
-    children = [FORK.Process(target=_draw, args=(scene, camera, device, queue)) for device in ["cpu", "gpu"]]
-    [child.start() for child in children]
     try:
-        assert [queue.get(timeout=60) for _ in children] == [digest] * 2
+        assert in_forks(*draws) == [digest] * 2
     finally:
-        [child.kill() for child in children]
         thread.join()
 
 

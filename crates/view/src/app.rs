@@ -424,7 +424,7 @@ impl<'a> App<'a> {
             Event::Explained(explained) => {
                 let (pixel, why) = explained?;
                 if let Some(shown) = &mut self.state.explained
-                    && [shown.question.x, shown.question.y] == pixel
+                    && shown.question.at == pixel
                 {
                     (self.notify)(&Notice::Explained { pixel, text: &why.text });
                     shown.why = Some(why);

@@ -22,24 +22,22 @@ pub struct Question {
     pub pixels: Pixels,
     /// The kernel that shows the pixel.
     pub kernel: Kernel,
-    /// Column.
-    pub x: u32,
-    /// Row.
-    pub y: u32,
+    /// Column and row.
+    pub at: [u32; 2],
 }
 
 impl Question {
     /// The pixel alone.
     pub fn pixel(&self) -> Pixels {
-        Pixels { x: self.x, y: self.y, width: 1, height: 1, ..self.pixels }
+        let [x, y] = self.at;
+        Pixels { x, y, width: 1, height: 1, ..self.pixels }
     }
 }
 
 impl PartialEq for Question {
     fn eq(&self, other: &Question) -> bool {
         Arc::ptr_eq(&self.scene, &other.scene)
-            && (self.pixels, self.kernel, self.x, self.y)
-                == (other.pixels, other.kernel, other.x, other.y)
+            && (self.pixels, self.kernel, self.at) == (other.pixels, other.kernel, other.at)
     }
 }
 
@@ -70,16 +68,15 @@ pub fn start_hover(
 ) -> Result<Worker<Question>> {
     let mut session = Session::new(Scene::default(), device, Kernel::Certified);
     Worker::start("hover", say, move |question: Question, turn, say| {
-        let Question { scene, pixels, kernel, x, y } = &question;
-        session.set_scene(Arc::clone(scene));
-        session.set_kernel(*kernel);
+        let Question { scene, pixels, kernel, at: pixel @ [x, y] } = question.clone();
+        session.set_scene(Arc::clone(&scene));
+        session.set_kernel(kernel);
         let wants = Wants { surface: true, level: false };
         let hits = session.hits(&question.pixel(), wants, &turn.control)?;
         let (id, t) = (hits.id[0], hits.t[0]);
-        let ray = pixels.ray(*x, *y);
+        let ray = pixels.ray(x, y);
         let position = ray.origin + ray.direction * f64::from(t);
-        let (pixel, label) = ([*x, *y], label(scene, id));
-        say(Answer { pixel, view: pixels.view, id, label, t, position });
+        say(Answer { pixel, view: pixels.view, id, label: label(&scene, id), t, position });
         Ok(())
     })
 }
@@ -109,7 +106,7 @@ pub fn start_explain(
             Err(error) => Why { verdict: error.to_string(), text: String::new() },
             Ok(why) => why,
         };
-        say(([question.x, question.y], why));
+        say((question.at, why));
         Ok(())
     })
 }
@@ -143,16 +140,16 @@ mod tests {
         let (send, answers) = channel();
         let say = move |answer: Result<_>| send.send(answer.expect("words")).unwrap();
         let mut explain = start_explain(Device::Cpu, Lang::German, say).unwrap();
-        let mut ask = |x, y| {
+        let mut ask = |at| {
             let scene = Arc::clone(&scene);
-            explain.ask(Question { scene, pixels, kernel: Kernel::Certified, x, y });
+            explain.ask(Question { scene, pixels, kernel: Kernel::Certified, at });
             let (pixel, why) = answers.recv().unwrap();
-            assert_eq!(pixel, [x, y]);
+            assert_eq!(pixel, at);
             why
         };
-        let Why { verdict, text } = ask(9, 1);
+        let Why { verdict, text } = ask([9, 1]);
         assert!(verdict.contains("other rays") && text.is_empty(), "{verdict}");
-        let Why { verdict, text } = ask(1, 1);
+        let Why { verdict, text } = ask([1, 1]);
         assert!(verdict.starts_with("Der Strahl sieht den Hintergrund."), "{verdict}");
         assert!(text.contains(verdict.lines().next().unwrap()), "{text}");
     }

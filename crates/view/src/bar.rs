@@ -1,7 +1,7 @@
 //! The bar above the picture, in as many rows as it needs.
 
 use eframe::egui;
-use egui::{ThemePreference, Ui};
+use egui::{Button, ThemePreference, Ui};
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::Samples;
 use kugelblitz::trace::Kernel;
@@ -17,7 +17,8 @@ pub fn bar(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
             kernel_menu(ui, &mut state.kernels[0], &state.offered);
         }
         kernel_menu(ui, &mut state.kernels[1], &state.offered);
-        if toggle(ui, "compare", state.compares, "Two kernels side by side (C)") {
+        let compare = ui.add(toggle("compare", state.compares));
+        if compare.on_hover_text("Two kernels side by side (C)").clicked() {
             state.toggle_compare();
         }
         show_menu(ui, state);
@@ -33,7 +34,7 @@ pub fn bar(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
         if ui.button(THEMES[theme(ui)].1).on_hover_text("Light or dark (T)").clicked() {
             next_theme(ui);
         }
-        if toggle(ui, "help", state.has_help, "All controls (H)") {
+        if ui.add(toggle("help", state.has_help)).on_hover_text("All controls (H)").clicked() {
             state.has_help = !state.has_help;
         }
     });
@@ -44,10 +45,9 @@ fn choice(ui: &mut Ui, of: &str, chosen: &str, tip: &str, list: impl FnOnce(&mut
     ui.menu_button(format!("{of}: {chosen}"), list).response.on_hover_text(tip);
 }
 
-/// A button that stays down; whether it was clicked.
-fn toggle(ui: &mut Ui, name: &str, is_on: bool, tip: &str) -> bool {
-    let button = egui::Button::selectable(is_on, name).frame_when_inactive(true);
-    ui.add(button).on_hover_text(tip).clicked()
+/// A button that stays down.
+fn toggle(name: &str, is_on: bool) -> Button<'_> {
+    Button::selectable(is_on, name).frame_when_inactive(true)
 }
 
 fn kernel_menu(ui: &mut Ui, kernel: &mut Kernel, offered: &[Kernel]) {
@@ -68,11 +68,10 @@ fn show_menu(ui: &mut Ui, state: &mut State) {
 }
 
 fn light(ui: &mut Ui, state: &mut State) {
-    let (is_lit, is_on) = (state.scene.is_lit(), state.has_light && state.scene.is_lit());
-    let label = egui::Button::selectable(is_on, "light").frame_when_inactive(true);
-    let tip = "The scene's light on or off (L)";
-    let response = ui.add_enabled(is_lit, label).on_hover_text(tip);
-    if response.on_disabled_hover_text("The scene has no light").clicked() {
+    let is_lit = state.scene.is_lit();
+    let light = ui.add_enabled(is_lit, toggle("light", state.has_light && is_lit));
+    let light = light.on_hover_text("The scene's light on or off (L)");
+    if light.on_disabled_hover_text("The scene has no light").clicked() {
         state.has_light = !state.has_light;
     }
 }
@@ -100,7 +99,7 @@ pub fn next_theme(ui: &Ui) {
 }
 
 fn item(ui: &mut Ui, name: &str, key: &str, is_there: bool) -> bool {
-    let button = egui::Button::new(name).shortcut_text(key);
+    let button = Button::new(name).shortcut_text(key);
     ui.add_enabled(is_there, button).clicked()
 }
 

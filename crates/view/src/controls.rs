@@ -171,17 +171,25 @@ fn mouse(ui: &Ui, response: &Response, state: &mut State) {
         state.hover = None;
         return;
     };
-    let in_picture = DVec2::new(f64::from(at.x), f64::from(at.y)) * scale
-        - DVec2::new(f64::from(state.area.left), f64::from(state.area.top));
+    let corner = DVec2::new(f64::from(state.area.left), f64::from(state.area.top));
+    let in_picture = double(at.to_vec2()) * scale - corner;
     let Some(pixel) = pixel_at(in_picture, state) else { return };
     wheel(ui, in_picture, pixel, state);
     click(response, pixel, state);
     state.pointed = (!response.dragged()).then(|| state.question(pixel));
 }
 
+fn double(at: egui::Vec2) -> DVec2 {
+    DVec2::new(f64::from(at.x), f64::from(at.y))
+}
+
+/// Columns and rows of the picture.
+fn size(state: &State) -> DVec2 {
+    DVec2::new(f64::from(state.area.width), f64::from(state.area.height))
+}
+
 fn pixel_at(at: DVec2, state: &State) -> Option<[u32; 2]> {
-    let size = DVec2::new(f64::from(state.area.width), f64::from(state.area.height));
-    let inside = at.cmpge(DVec2::ZERO).all() && at.cmplt(size).all();
+    let inside = at.cmpge(DVec2::ZERO).all() && at.cmplt(size(state)).all();
     inside.then_some([at.x as u32, at.y as u32])
 }
 
@@ -194,7 +202,7 @@ fn drag(ui: &Ui, response: &Response, scale: f64, state: &mut State) {
     if delta == egui::Vec2::ZERO {
         return;
     }
-    let by = DVec2::new(f64::from(delta.x), f64::from(delta.y)) * scale;
+    let by = double(delta) * scale;
     let height = f64::from(state.area.height.max(1));
     let shift = ui.input(|input| input.modifiers.shift);
     let pans = response.dragged_by(PointerButton::Middle)
@@ -222,10 +230,9 @@ fn wheel(ui: &Ui, at: DVec2, pixel: [u32; 2], state: &mut State) {
     if steps == 0.0 {
         return;
     }
-    let size = DVec2::new(f64::from(state.area.width), f64::from(state.area.height));
     let known = state.known(pixel).filter(|answer| answer.id != 0);
     let depth = known.map_or_else(|| state.rig.pivot_depth(), |answer| f64::from(answer.t));
-    let across = state.rig.across(at, size);
+    let across = state.rig.across(at, size(state));
     state.rig.zoom(across, depth, ZOOM_STEP.powf(steps));
 }
 

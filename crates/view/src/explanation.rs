@@ -2,7 +2,7 @@
 
 use eframe::egui;
 use egui::text::{LayoutJob, TextFormat};
-use egui::{Align, FontId, Label, Pos2, Rect, RichText, ScrollArea, Ui, Vec2, pos2, vec2};
+use egui::{Align, Align2, FontId, Label, Pos2, Rect, RichText, ScrollArea, Ui, Vec2, pos2, vec2};
 use kugelblitz_judge::explain::text::WIDTH;
 
 use super::ask::Why;
@@ -35,15 +35,16 @@ const AROUND: Vec2 = vec2(14.0, 44.0);
 pub fn explanation(ui: &Ui, rect: Rect, state: &mut State) {
     let Some(Explained { question, why }) = &state.explained else { return };
     let is_there = state.pixels() == question.pixels;
-    let at = state.area.of_pixel([question.x, question.y], ui.pixels_per_point());
+    let at = state.area.of_pixel(question.at, ui.pixels_per_point());
     if is_there {
         overlay::mark(&ui.painter_at(rect), at);
     }
     let place = beside(rect.shrink(INSET), rect.clamp(at));
     let mut is_open = true;
-    egui::Window::new(format!("Why pixel {}, {}?", question.x, question.y))
+    let [x, y] = question.at;
+    egui::Window::new(format!("Why pixel {x}, {y}?"))
         // Each pixel has a place of its own.
-        .id(egui::Id::unique("explanation").with((question.x, question.y)))
+        .id(egui::Id::unique("explanation").with(question.at))
         .open(&mut is_open)
         .collapsible(false)
         .default_rect(Rect::from_min_size(place.min, place.size() - AROUND))
@@ -76,32 +77,23 @@ pub fn explanation(ui: &Ui, rect: Rect, state: &mut State) {
     }
 }
 
-/// The part of `rect` that has the most room for the panel beside a point: left, right, above or below.
+/// The panel's place in `rect`: where the most room is beside a point, and away from that.
 fn beside(rect: Rect, at: Pos2) -> Rect {
     let Rect { min, max } = rect;
+    let (high, wide) = (vec2(MOST, 1.0), vec2(1.0, MOST));
     let sides = [
-        Rect::from_min_max(pos2(at.x + APART, min.y), max),
-        Rect::from_min_max(min, pos2(at.x - APART, max.y)),
-        Rect::from_min_max(pos2(min.x, at.y + APART), max),
-        Rect::from_min_max(min, pos2(max.x, at.y - APART)),
+        (Rect::from_min_max(pos2(at.x + APART, min.y), max), Align2::RIGHT_TOP, high),
+        (Rect::from_min_max(min, pos2(at.x - APART, max.y)), Align2::LEFT_TOP, high),
+        (Rect::from_min_max(pos2(min.x, at.y + APART), max), Align2::LEFT_BOTTOM, wide),
+        (Rect::from_min_max(min, pos2(max.x, at.y - APART)), Align2::LEFT_TOP, wide),
     ];
-    let room = |side: &Rect| {
-        let most = match side.height() < rect.height() {
-            true => vec2(rect.width(), MOST * rect.height()),
-            false => vec2(MOST * rect.width(), rect.height()),
-        };
-        side.size().max(Vec2::ZERO).min(LARGEST).min(most)
-    };
+    let places = sides.map(|(side, align, most)| {
+        let size = side.size().max(Vec2::ZERO).min(LARGEST).min(rect.size() * most);
+        align.align_size_within_rect(size, side)
+    });
     // Not for a few points more on the left, where the legend is.
-    let area = |side: &Rect| room(side).x * room(side).y;
-    let side = sides.into_iter().reduce(|a, b| if area(&b) > 1.05 * area(&a) { b } else { a });
-    let side = side.unwrap_or(rect);
-    let size = room(&side);
-    // Away from the pixel.
-    let left = if side.min.x > at.x { side.max.x - size.x } else { side.min.x };
-    let top =
-        if side.max.y < at.y || side.min.y == min.y { side.min.y } else { side.max.y - size.y };
-    Rect::from_min_size(pos2(left, top), size)
+    let larger = |a: Rect, b: Rect| if b.area() > 1.05 * a.area() { b } else { a };
+    places.into_iter().reduce(larger).unwrap_or(rect)
 }
 
 /// The text with a cell of one width for each letter, so that columns stand straight: letters that the font
@@ -114,11 +106,11 @@ fn aligned(ui: &Ui, text: &str, letters: f32) -> LayoutJob {
     let cell = width(&font, '0');
     let mut job = LayoutJob::default();
     let mut plain = String::new();
-    let format = |font_id: &FontId, spacing: f32, valign| TextFormat {
+    let format = |font_id: &FontId, spacing: f32| TextFormat {
         font_id: font_id.clone(),
         extra_letter_spacing: spacing,
         color,
-        valign,
+        valign: Align::BOTTOM,
         line_height: Some((letters * 1.2).round()),
         ..TextFormat::default()
     };
@@ -130,10 +122,10 @@ fn aligned(ui: &Ui, text: &str, letters: f32) -> LayoutJob {
             plain.push(c);
             continue;
         }
-        job.append(&std::mem::take(&mut plain), 0.0, format(&font, 0.0, Align::BOTTOM));
-        job.append(&shown.to_string(), 0.0, format(font_id, missing, Align::BOTTOM));
+        job.append(&std::mem::take(&mut plain), 0.0, format(&font, 0.0));
+        job.append(&shown.to_string(), 0.0, format(font_id, missing));
     }
-    job.append(&plain, 0.0, format(&font, 0.0, Align::BOTTOM));
+    job.append(&plain, 0.0, format(&font, 0.0));
     job
 }
 

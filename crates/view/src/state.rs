@@ -356,9 +356,8 @@ impl State {
     }
 
     /// The kernel of a column of the picture.
-    pub fn kernel_at(&self, x: u32) -> Kernel {
-        let is_left = self.compares && x < self.divider_px();
-        self.kernels[usize::from(!is_left)]
+    fn kernel_at(&self, x: u32) -> Kernel {
+        self.shown_kernels()[self.place_at(x)]
     }
 
     /// The place, among the kernels that are shown, of a column of the picture.
@@ -377,14 +376,9 @@ impl State {
     }
 
     /// A question about a pixel as it is now: whatever changes later, it stays the same.
-    pub fn question(&self, [x, y]: [u32; 2]) -> Question {
-        Question {
-            scene: Arc::clone(&self.scene),
-            pixels: self.pixels(),
-            kernel: self.kernel_at(x),
-            x,
-            y,
-        }
+    pub fn question(&self, at: [u32; 2]) -> Question {
+        let (scene, kernel) = (Arc::clone(&self.scene), self.kernel_at(at[0]));
+        Question { scene, pixels: self.pixels(), kernel, at }
     }
 
     /// Width over height.
