@@ -123,7 +123,8 @@ impl Beam {
     #[inline(always)]
     fn meet(&self, node: &Node, last: f32) -> (Enter, u32) {
         let (mut enter, mut leave) = (Lanes::splat(0.0), Lanes::splat(Real::min(last, self.end)));
-        for (slab, (&low, &high)) in self.slabs.iter().zip(node.low.iter().zip(&node.high)) {
+        for axis in 0..3 {
+            let (slab, low, high) = (&self.slabs[axis], node.low[axis], node.high[axis]);
             let of_low = (low - Lanes::splat(slab.high)) * Lanes::splat(slab.high_inverse);
             let of_high = (high - Lanes::splat(slab.low)) * Lanes::splat(slab.low_inverse);
             match slab.way {
