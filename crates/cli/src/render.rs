@@ -21,7 +21,7 @@ use kugelblitz_judge::show::{self, Show};
 
 use crate::args::RenderArgs;
 use crate::device;
-use crate::head::{Done, Drawn, MsStages, Traced, traced_in_words};
+use crate::head::{Done, Drawn, MsStages, Traced, Work, traced_in_words};
 use crate::output::{built, check_ending, name, written};
 use crate::progress::Progress;
 use crate::show::{LegendEntry, check, legend};
@@ -90,12 +90,14 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     let read = begun.read;
     let is_lit = begun.scene.is_lit() && shown.is_none();
     let drawn = Drawn::new(&rendered, making, Some(read), run.start.elapsed(), is_lit);
-    let mut summary = Traced::new(&session, drawn);
-    summary.size = Some([pixels.width, pixels.height]);
-    summary.samples = (begun.n_samples > Samples::ONE).then_some(begun.n_samples.across());
-    summary.show = shown.as_ref().map(|_| args.show.name());
-    summary.legend = shown.as_ref().map(legend);
-    summary.ms_runs = ms_runs;
+    let summary = Traced {
+        work: Work::new(&session, Some(([pixels.width, pixels.height], begun.n_samples))),
+        drawn,
+        show: shown.as_ref().map(|_| args.show.name()),
+        legend: shown.as_ref().map(legend),
+        bytes_device: session.bytes_device(),
+        ms_runs,
+    };
     let lines: Vec<String> = summary.legend.iter().flatten().map(LegendEntry::to_string).collect();
     let line = format!("{}: {}, {}", name(output), size(&pixels), traced_in_words(&session, run));
     let mut done = Done::with_files(summary, begun.beside.into_iter().chain([file]), line);
