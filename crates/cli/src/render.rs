@@ -30,7 +30,9 @@ use crate::{Run, film, scene};
 /// Renders one picture or several, or only prints the scene.
 pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let Some(output) = &args.output else {
-        return Done::<Traced>::scene_alone(print_scene(args, run)?).finish("render", run);
+        let (size, n_turns) = (args.size.whole.size, args.film.n_turns());
+        let scene = args.picture.print_alone(&args.scene, size, n_turns, run)?;
+        return Done::<Traced>::scene_alone(scene).finish("render", run);
     };
     let begun = Begun::new(args, output, run)?;
     if args.film.is_film() {
@@ -114,15 +116,6 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     );
     done.said.extend(run.talk.verbose.then_some(times));
     Ok(done)
-}
-
-/// The scene alone, without a picture.
-fn print_scene(args: &RenderArgs, run: &Run) -> Result<Option<OutputFile>> {
-    let picture = &args.picture;
-    picture.check_outputs(None, "the picture", run)?;
-    let (size, n_turns) = (args.size.whole.size, args.film.n_turns());
-    let (scene, composed) = picture.read(&args.scene, size, n_turns, run)?;
-    picture.print(&composed, &scene, &args.scene)
 }
 
 /// A picture, or the first of several, that is known but not begun.

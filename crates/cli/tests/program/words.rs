@@ -73,6 +73,7 @@ fn paths_are_shown_one_way() {
     let raw = [
         ("crates/cli/src/compare.rs", 1),
         ("crates/cli/src/film.rs", 1),
+        ("crates/cli/src/generate.rs", 1),
         ("crates/cli/src/head.rs", 1),
         ("crates/cli/src/judge.rs", 1),
         ("crates/cli/src/report.rs", 1),
