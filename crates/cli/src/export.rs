@@ -1,6 +1,6 @@
 //! `kugelblitz export`
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use kugelblitz::output::OutputFile;
 use kugelblitz::rays::Pixels;
@@ -25,16 +25,14 @@ pub struct Summary {
 
 /// Writes a scene for another renderer.
 pub fn run(args: &ExportArgs, run: &Run) -> Result<Done<Summary>> {
-    let stdout = PathBuf::from(OutputFile::STDOUT);
-    let prints_alone = args.output.is_none() && args.picture.print_scene.is_some();
-    let output = args.output.as_ref().unwrap_or(&stdout);
-    let beside = (!prints_alone).then_some(&**output);
-    args.picture.check_outputs(beside, "the scene for the other renderer", run)?;
-    let (scene, composed) = args.picture.read(&args.scene, args.size.size, 0, run)?;
-    let printed = args.picture.print(&composed, &scene, &args.scene)?;
-    if prints_alone {
-        return Ok(Done::scene_alone(printed));
+    let (picture, size) = (&args.picture, args.size.size);
+    if args.output.is_none() && picture.print_scene.is_some() {
+        return Ok(Done::scene_alone(picture.print_alone(&args.scene, size, 0, run)?));
     }
+    let output = args.output.as_deref().unwrap_or(Path::new(OutputFile::STDOUT));
+    picture.check_outputs(Some(output), "the scene for the other renderer", run)?;
+    let (scene, composed) = picture.read(&args.scene, size, 0, run)?;
+    let printed = picture.print(&composed, &scene, &args.scene)?;
     let Pixels { view, width, height, .. } = args.size.pixels(&scene, &args.scene)?;
     let palette: Vec<_> = scene.colors().collect();
     scene::refuse_overwriting(&[output], &[&args.scene], &scene)?;

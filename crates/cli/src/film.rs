@@ -13,16 +13,15 @@ use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::Format;
 use kugelblitz::plain::Shown;
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{Camera, Samples};
+use kugelblitz::scene::Camera;
 use kugelblitz::trace::Rays;
 use kugelblitz::words::{count, duration};
 use kugelblitz::{Error, Result, Session};
-use kugelblitz_judge::compare::ObjectCounts;
 use serde::Serialize;
 
 use crate::Run;
 use crate::args::RenderArgs;
-use crate::head::{Done, Drawn, On};
+use crate::head::{Done, Drawn, Work};
 use crate::output::{is_stdout, ms, name, objects, shell_quoted};
 use crate::progress::Progress;
 use crate::render::{Begun, size};
@@ -83,13 +82,7 @@ fn parse_frames(text: &str) -> Result<[u32; 2], String> {
 #[derive(Serialize)]
 pub struct Summary {
     #[serde(flatten)]
-    on: On,
-    kernel: &'static str,
-    size: [u32; 2],
-    objects: ObjectCounts,
-    /// Samples across and down a pixel, where there are several.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    samples: Option<u32>,
+    work: Work,
     /// Frames of the whole film.
     n_frames: u32,
     /// Those that were asked for.
@@ -188,11 +181,7 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     let line = in_words(&frames, &begun.pixels, &session, run.start.elapsed());
     let as_film = ffmpeg.as_ref().map(|ffmpeg| format!("as a film: {ffmpeg}"));
     let summary = Summary {
-        on: On::from(session.device()),
-        kernel: session.kernel().name(),
-        size,
-        objects: ObjectCounts::of(&begun.scene),
-        samples: (begun.n_samples > Samples::ONE).then_some(begun.n_samples.across()),
+        work: Work::new(&session, Some((size, begun.n_samples))),
         n_frames,
         frames,
         bytes_device: session.bytes_device(),

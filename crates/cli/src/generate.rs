@@ -20,8 +20,8 @@ pub struct Summary {
     distribution: &'static str,
     count: u64,
     seed: u64,
-    file: PathBuf,
-    scene: Option<PathBuf>,
+    file: String,
+    scene: Option<String>,
     ms: Ms,
 }
 
@@ -45,12 +45,13 @@ pub fn run(args: &GenerateCloudArgs, run: &Run) -> Result<Done<Summary>> {
     write_cloud(&mut file, &recipe, &run.control)?;
     drop(progress);
     let took = run.start.elapsed();
+    let named = |path: &PathBuf| path.display().to_string();
     let summary = Summary {
         distribution: distribution.name(),
         count: n,
         seed,
-        file: args.output.clone(),
-        scene: args.scene.clone(),
+        file: named(&args.output),
+        scene: args.scene.as_ref().map(named),
         ms: Ms { total: ms(took) },
     };
     let line = format!(

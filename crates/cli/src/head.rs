@@ -8,6 +8,7 @@ use kugelblitz::device::Device;
 use kugelblitz::gpu::AdapterFacts;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::render::Rendered;
+use kugelblitz::scene::Samples;
 use kugelblitz::shade::ColorCounts;
 use kugelblitz::trace::StageCounts;
 use kugelblitz::words::duration;
@@ -325,49 +326,52 @@ impl Drawn {
     }
 }
 
-/// The summary of `render` and `trace`.
+/// What a session traces.
 #[derive(Serialize)]
-pub struct Traced {
+pub struct Work {
     #[serde(flatten)]
     on: On,
     kernel: &'static str,
     /// Width and height; absent for lists of rays.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub size: Option<[u32; 2]>,
+    size: Option<[u32; 2]>,
     objects: ObjectCounts,
     /// Samples across and down a pixel, where there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub samples: Option<u32>,
+    samples: Option<u32>,
+}
+
+impl Work {
+    /// The work of `session`: a picture of this size with so many samples, or a list of rays.
+    pub fn new(session: &Session, picture: Option<([u32; 2], Samples)>) -> Work {
+        let (size, samples) = picture.unzip();
+        Work {
+            on: On::from(session.device()),
+            kernel: session.kernel().name(),
+            size,
+            objects: ObjectCounts::of(session.scene()),
+            samples: samples.filter(|n| *n > Samples::ONE).map(Samples::across),
+        }
+    }
+}
+
+/// The summary of `render` and `trace`.
+#[derive(Serialize)]
+pub struct Traced {
     #[serde(flatten)]
-    drawn: Drawn,
+    pub work: Work,
+    #[serde(flatten)]
+    pub drawn: Drawn,
     /// What the colours show, where they are not the objects' own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub show: Option<&'static str>,
     /// What the colours mean.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub legend: Option<Vec<LegendEntry>>,
-    bytes_device: u64,
+    pub bytes_device: u64,
     /// Times of the `--repeat` runs, in order.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ms_runs: Option<Vec<MsStages>>,
-}
-
-impl Traced {
-    /// The work of `session`.
-    pub fn new(session: &Session, drawn: Drawn) -> Traced {
-        Traced {
-            on: On::from(session.device()),
-            kernel: session.kernel().name(),
-            size: None,
-            objects: ObjectCounts::of(session.scene()),
-            samples: None,
-            drawn,
-            show: None,
-            legend: None,
-            bytes_device: session.bytes_device(),
-            ms_runs: None,
-        }
-    }
 }
 
 /// `3 spheres, 1 plane, certified on the CPU, in 24 ms`, all that the user waited for.

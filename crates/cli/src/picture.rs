@@ -200,6 +200,22 @@ impl PictureArgs {
         }
     }
 
+    /// Writes the scene alone.
+    ///
+    /// # Errors
+    /// Those of [`PictureArgs::check_outputs`], [`PictureArgs::read`] and [`PictureArgs::print`].
+    pub fn print_alone(
+        &self,
+        path: &Path,
+        size: Option<[u32; 2]>,
+        n_turns: u32,
+        run: &Run,
+    ) -> Result<Option<OutputFile>> {
+        self.check_outputs(None, "the picture", run)?;
+        let (scene, composed) = self.read(path, size, n_turns, run)?;
+        self.print(&composed, &scene, path)
+    }
+
     /// Writes what --print-scene asks for. A file is returned, to be put in its place at the end.
     ///
     /// # Errors

@@ -24,28 +24,25 @@ pub struct Progress(Option<(Sender<()>, JoinHandle<()>)>);
 impl Progress {
     /// Follows the rays of `control` up to `n_rays`.
     pub fn start(run: &Run, n_rays: u64) -> Progress {
-        Progress::follow(run, "{human_pos} of {human_len} rays", move |control| {
+        Progress::follow(run, "{human_pos} of {human_len} rays", move |control, _| {
             (control.rays_done(), n_rays)
         })
     }
 
     /// Follows the frames of a film, of so many rays each.
     pub fn of_frames(run: &Run, n_rays_each: u64, n_frames: u64) -> Progress {
-        let style = ProgressStyle::with_template("{bar:40} {percent:>3} %, {msg}, {eta} left");
-        let (control, n_rays) = (Arc::clone(&run.control), n_rays_each.saturating_mul(n_frames));
-        Progress::show(run, style, move |bar| {
+        let n_rays = n_rays_each.saturating_mul(n_frames);
+        Progress::follow(run, "{msg}", move |control, bar| {
             let n_done = control.rays_done().min(n_rays);
             let frame = (n_done / n_rays_each.max(1) + 1).min(n_frames);
-            bar.set_length(n_rays);
-            bar.set_position(n_done);
             bar.set_message(format!("frame {frame} of {n_frames}"));
-            n_rays > 0
+            (n_done, n_rays)
         })
     }
 
     /// Follows the bytes that `control` expects.
     pub fn of_bytes(run: &Run) -> Progress {
-        Progress::follow(run, "{bytes} of {total_bytes}", Control::bytes)
+        Progress::follow(run, "{bytes} of {total_bytes}", |control, _| control.bytes())
     }
 
     /// Says what goes on, where nobody knows how far it is.
@@ -62,14 +59,14 @@ impl Progress {
     fn follow(
         run: &Run,
         what: &str,
-        look: impl Fn(&Control) -> (u64, u64) + Send + 'static,
+        look: impl Fn(&Control, &ProgressBar) -> (u64, u64) + Send + 'static,
     ) -> Progress {
         let style = ProgressStyle::with_template(&format!(
             "{{bar:40}} {{percent:>3}} %, {what}, {{eta}} left"
         ));
         let control = Arc::clone(&run.control);
         Progress::show(run, style, move |bar| {
-            let (n_done, n_all) = look(&control);
+            let (n_done, n_all) = look(&control, bar);
             bar.set_length(n_all);
             bar.set_position(n_done.min(n_all));
             n_all > 0

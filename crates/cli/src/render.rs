@@ -21,7 +21,7 @@ use kugelblitz_judge::show::{self, Show};
 
 use crate::args::RenderArgs;
 use crate::device;
-use crate::head::{Done, Drawn, MsStages, Traced, traced_in_words};
+use crate::head::{Done, Drawn, MsStages, Traced, Work, traced_in_words};
 use crate::output::{built, check_ending, name, written};
 use crate::progress::Progress;
 use crate::show::{LegendEntry, check, legend};
@@ -30,7 +30,9 @@ use crate::{Run, film, scene};
 /// Renders one picture or several, or only prints the scene.
 pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let Some(output) = &args.output else {
-        return Done::<Traced>::scene_alone(print_scene(args, run)?).finish("render", run);
+        let (size, n_turns) = (args.size.whole.size, args.film.n_turns());
+        let scene = args.picture.print_alone(&args.scene, size, n_turns, run)?;
+        return Done::<Traced>::scene_alone(scene).finish("render", run);
     };
     let begun = Begun::new(args, output, run)?;
     if args.film.is_film() {
@@ -90,12 +92,14 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     let read = begun.read;
     let is_lit = begun.scene.is_lit() && shown.is_none();
     let drawn = Drawn::new(&rendered, making, Some(read), run.start.elapsed(), is_lit);
-    let mut summary = Traced::new(&session, drawn);
-    summary.size = Some([pixels.width, pixels.height]);
-    summary.samples = (begun.n_samples > Samples::ONE).then_some(begun.n_samples.across());
-    summary.show = shown.as_ref().map(|_| args.show.name());
-    summary.legend = shown.as_ref().map(legend);
-    summary.ms_runs = ms_runs;
+    let summary = Traced {
+        work: Work::new(&session, Some(([pixels.width, pixels.height], begun.n_samples))),
+        drawn,
+        show: shown.as_ref().map(|_| args.show.name()),
+        legend: shown.as_ref().map(legend),
+        bytes_device: session.bytes_device(),
+        ms_runs,
+    };
     let lines: Vec<String> = summary.legend.iter().flatten().map(LegendEntry::to_string).collect();
     let line = format!("{}: {}, {}", name(output), size(&pixels), traced_in_words(&session, run));
     let mut done = Done::with_files(summary, begun.beside.into_iter().chain([file]), line);
@@ -112,15 +116,6 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     );
     done.said.extend(run.talk.verbose.then_some(times));
     Ok(done)
-}
-
-/// The scene alone, without a picture.
-fn print_scene(args: &RenderArgs, run: &Run) -> Result<Option<OutputFile>> {
-    let picture = &args.picture;
-    picture.check_outputs(None, "the picture", run)?;
-    let (size, n_turns) = (args.size.whole.size, args.film.n_turns());
-    let (scene, composed) = picture.read(&args.scene, size, n_turns, run)?;
-    picture.print(&composed, &scene, &args.scene)
 }
 
 /// A picture, or the first of several, that is known but not begun.

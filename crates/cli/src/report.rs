@@ -48,7 +48,7 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
     report.missing.extend(missing);
     report.baseline = earlier.map(|(file, earlier)| Baseline::new(file, &earlier, &report));
 
-    let write = |(file, form): (OutputFile, Form)| filled(file, &form.of(&report)?);
+    let write = |(file, form): (OutputFile, Form)| filled(file, &form(&report)?);
     let files = outputs.into_iter().map(write).collect::<Result<_>>()?;
     if let Some(warning) = report.noise.warning().filter(|_| run.talk.json) {
         run.warn(&warning);
@@ -57,43 +57,29 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
     Ok(Done { files, ..Done::in_words(report, words) })
 }
 
-/// The forms in which a report can be written.
-#[derive(Clone, Copy)]
-enum Form {
-    Page,
-    Json,
-    Markdown,
-    Plot,
-}
+/// A form in which a report can be written.
+type Form = fn(&Report) -> Result<Vec<u8>>;
 
-impl Form {
-    fn from_path(path: &Path) -> Result<Form> {
-        match path.extension().and_then(|ending| ending.to_str()) {
-            Some("html") => Ok(Form::Page),
-            Some("json") => Ok(Form::Json),
-            Some("md") => Ok(Form::Markdown),
-            Some("svg") => Ok(Form::Plot),
-            _ => Err(Error::Usage(format!(
+/// The form that a file's name tells.
+fn form(path: &Path) -> Result<Form> {
+    Ok(match path.extension().and_then(|ending| ending.to_str()) {
+        Some("html") => |report| Ok(page::html(report).into_bytes()),
+        Some("json") => |report| summary("report", report),
+        Some("md") => |report| Ok(text::markdown(report).into_bytes()),
+        Some("svg") => |report| Ok(plot::plane(report).into_bytes()),
+        _ => {
+            return Err(Error::Usage(format!(
                 "{}: the name's ending tells the form: .html (a page), .json (all figures), .md \
                  (a short table) or .svg (the main plot)",
                 path.shown()
-            ))),
+            )));
         }
-    }
-
-    fn of(self, report: &Report) -> Result<Vec<u8>> {
-        Ok(match self {
-            Form::Page => page::html(report).into_bytes(),
-            Form::Json => summary("report", report)?,
-            Form::Markdown => text::markdown(report).into_bytes(),
-            Form::Plot => plot::plane(report).into_bytes(),
-        })
-    }
+    })
 }
 
 /// The files, begun early: a folder that isn't there is told before the work and not after it.
 fn outputs(paths: &[PathBuf]) -> Result<Vec<(OutputFile, Form)>> {
-    let begin = |path: &PathBuf| Ok((OutputFile::create(path, false)?, Form::from_path(path)?));
+    let begin = |path: &PathBuf| Ok((OutputFile::create(path, false)?, form(path)?));
     paths.iter().map(begin).collect()
 }
 

@@ -14,7 +14,7 @@ use kugelblitz::{Error, Result};
 
 use crate::args::TraceArgs;
 use crate::device;
-use crate::head::{Done, Drawn, Traced, traced_in_words};
+use crate::head::{Done, Drawn, Traced, Work, traced_in_words};
 use crate::output::{check_ending, is_stdout, name};
 use crate::progress::Progress;
 use crate::{Run, scene};
@@ -65,7 +65,9 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<Done<Traced>> {
         traced_in_words(&session, run)
     );
     let drawn = Drawn::new(&done, making, Some(read), run.start.elapsed(), false);
-    Ok(Done::with_files(Traced::new(&session, drawn), [file], line))
+    let (work, bytes_device) = (Work::new(&session, None), session.bytes_device());
+    let summary = Traced { work, drawn, show: None, legend: None, bytes_device, ms_runs: None };
+    Ok(Done::with_files(summary, [file], line))
 }
 
 /// A file of float64 needs a ray, a hit and a place among the undecided for each row; one of

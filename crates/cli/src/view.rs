@@ -21,9 +21,8 @@ use crate::quiet::{self, Quiet};
 pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
     let picture = &args.picture;
     if picture.print_scene.is_some() {
-        picture.check_outputs(None, "the window", run)?;
-        let (scene, composed) = picture.read(&args.scene, args.size.size, 0, run)?;
-        return output::commit(picture.print(&composed, &scene, &args.scene)?, &run.control);
+        let scene = picture.print_alone(&args.scene, args.size.size, 0, run)?;
+        return output::commit(scene, &run.control);
     }
     let overrides = picture.overrides(args.size.size, 0)?;
     let (scene, _) = picture.read(&args.scene, args.size.size, 0, run)?;

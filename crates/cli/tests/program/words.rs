@@ -73,6 +73,7 @@ fn paths_are_shown_one_way() {
     let raw = [
         ("crates/cli/src/compare.rs", 1),
         ("crates/cli/src/film.rs", 1),
+        ("crates/cli/src/generate.rs", 1),
         ("crates/cli/src/head.rs", 1),
         ("crates/cli/src/judge.rs", 1),
         ("crates/cli/src/report.rs", 1),
@@ -87,6 +88,17 @@ fn paths_are_shown_one_way() {
         .collect();
     let found: Vec<(&str, usize)> = found.iter().map(|(name, n)| (name.as_str(), *n)).collect();
     assert_eq!(found, raw);
+}
+
+/// What writes elements makes a document of them by `markup.rs`, which takes out what no parser takes.
+#[test]
+fn markup_is_written_one_way() {
+    for (name, text) in sources() {
+        let (code, _) = text.split_once("#[cfg(test)]").unwrap_or((&text, ""));
+        let writes =
+            code.contains("<svg") || code.contains("xmlns=") || code.contains(".into_string()");
+        assert!(!writes || code.contains("document(&"), "{name}");
+    }
 }
 
 /// The files of the library, its fronts and the program, by their paths from the root, with their texts.

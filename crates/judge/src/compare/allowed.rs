@@ -8,120 +8,120 @@ use kugelblitz::{Error, Result};
 
 use super::{RayError, TError};
 
-/// How much of a thing may be wrong, or how far it may be off.
+/// How much of a thing may be wrong, or how far it may be off: at most so much, in a unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Tolerance {
-    /// So many rays or pixels.
-    Count(u64),
-    /// So many of each one.
-    Share(f64),
-    /// So many f32 steps of `t`.
-    Ulp(f64),
-    /// So much of the exact `t`.
-    Relative(f64),
-    /// Such an angle.
-    Degrees(f64),
-    /// So much, in the unit of the thing.
-    Size(f64),
+pub struct Tolerance {
+    /// The number.
+    pub most: f64,
+    /// Its unit.
+    pub unit: Unit,
 }
+
+/// The unit of a [`Tolerance`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// Rays or pixels.
+    Count,
+    /// All of them.
+    Share,
+    /// f32 steps of `t`.
+    Ulp,
+    /// The exact `t`.
+    Relative,
+    /// Of an angle.
+    Degrees,
+    /// The thing's own.
+    Size,
+}
+use Unit::{Count, Degrees, Relative, Share, Size, Ulp};
 
 impl Tolerance {
     /// Whether an error may be so large.
     pub fn allows(self, size: f64) -> bool {
-        match self {
-            Tolerance::Ulp(most) | Tolerance::Relative(most) => size <= most,
-            Tolerance::Degrees(most) | Tolerance::Size(most) => size <= most,
-            Tolerance::Count(_) | Tolerance::Share(_) => size == 0.0,
+        match self.unit {
+            Count | Share => size == 0.0,
+            Ulp | Relative | Degrees | Size => size <= self.most,
         }
     }
 
     /// Whether so many of all may be wrong.
     pub fn allows_part(self, wrong: u64, all: u64) -> bool {
-        match self {
-            Tolerance::Count(most) => wrong <= most,
-            Tolerance::Share(most) => wrong as f64 <= most * all as f64,
-            _ => wrong == 0,
+        match self.unit {
+            Count => wrong as f64 <= self.most,
+            Share => wrong as f64 <= self.most * all as f64,
+            Ulp | Relative | Degrees | Size => wrong == 0,
         }
     }
 }
 
 impl fmt::Display for Tolerance {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match *self {
-            Tolerance::Share(1.0)
-            | Tolerance::Ulp(f64::INFINITY)
-            | Tolerance::Degrees(f64::INFINITY) => f.write_str("any"),
-            Tolerance::Count(most) => write!(f, "{most}"),
-            Tolerance::Share(most) => write!(f, "{}%", most * 100.0),
-            Tolerance::Ulp(most) => write!(f, "{most}ulp"),
-            Tolerance::Relative(most) => write!(f, "{most:e}"),
-            Tolerance::Degrees(most) => f.write_str(&short(most)),
-            Tolerance::Size(most) => write!(f, "{most}"),
+        let Tolerance { most, unit } = *self;
+        match unit {
+            Share if most == 1.0 => f.write_str("any"),
+            Ulp | Degrees if most.is_infinite() => f.write_str("any"),
+            Count | Size => write!(f, "{most}"),
+            Share => write!(f, "{}%", most * 100.0),
+            Ulp => write!(f, "{most}ulp"),
+            Relative => write!(f, "{most:e}"),
+            Degrees => f.write_str(&short(most)),
         }
     }
 }
 
-/// The kinds of values that a key takes.
-#[derive(Clone, Copy, PartialEq)]
-enum ToleranceKind {
-    Share,
-    T,
-    Degrees,
-    Size,
+/// The values that a key takes.
+#[derive(Clone, Copy)]
+struct Values {
+    /// What may follow the number, with the unit, and how many of these numbers are one of it.
+    suffixes: &'static [(&'static str, Unit, f64)],
+    /// The number that `any` is, in the first unit.
+    any: Option<f64>,
+    /// In words.
+    expected: &'static str,
 }
 
-impl ToleranceKind {
-    fn read(self, text: &str) -> Option<Tolerance> {
-        let is_size = |size: &f64| *size >= 0.0;
-        let number = |text: &str| text.trim().parse().ok().filter(is_size);
-        let size = |text| if text == "any" { Some(f64::INFINITY) } else { number(text) };
-        match (self, text.strip_suffix('%')) {
-            (ToleranceKind::Share, _) if text == "any" => Some(Tolerance::Share(1.0)),
-            (ToleranceKind::Share, None) => text.parse().ok().map(Tolerance::Count),
-            (ToleranceKind::Share, Some(percent)) => number(percent)
-                .filter(|part| *part <= 100.0)
-                .map(|part| Tolerance::Share(part / 100.0)),
-            (ToleranceKind::T, Some(percent)) => {
-                number(percent).map(|part| Tolerance::Relative(part / 100.0))
-            }
-            (ToleranceKind::T, None) => match text.strip_suffix("ulp") {
-                None if text != "any" => number(text).map(Tolerance::Relative),
-                ulp => size(ulp.unwrap_or(text)).map(Tolerance::Ulp),
-            },
-            (ToleranceKind::Degrees, _) => {
-                let degrees = text.strip_suffix("deg").or(text.strip_suffix('°'));
-                size(degrees.unwrap_or(text)).map(Tolerance::Degrees)
-            }
-            (ToleranceKind::Size, _) => number(text).map(Tolerance::Size),
-        }
-    }
-
-    /// What can be given.
-    fn expected(self) -> &'static str {
-        match self {
-            ToleranceKind::Share => "a number of pixels, 0.01%, or any",
-            ToleranceKind::T => "2ulp, 1e-6 (relative), or any",
-            ToleranceKind::Degrees => "degrees, or any",
-            ToleranceKind::Size => "0 or more",
-        }
-    }
-}
+const SHARE: Values = Values {
+    suffixes: &[("%", Share, 100.0), ("", Count, 1.0)],
+    any: Some(1.0),
+    expected: "a number of pixels, 0.01%, or any",
+};
+const T: Values = Values {
+    suffixes: &[("ulp", Ulp, 1.0), ("%", Relative, 100.0), ("", Relative, 1.0)],
+    any: Some(f64::INFINITY),
+    expected: "2ulp, 1e-6 (relative), or any",
+};
+const ANGLE: Values = Values {
+    suffixes: &[("deg", Degrees, 1.0), ("°", Degrees, 1.0), ("", Degrees, 1.0)],
+    any: Some(f64::INFINITY),
+    expected: "degrees, or any",
+};
+const SIZE: Values = Values { suffixes: &[("", Size, 1.0)], any: None, expected: "0 or more" };
 
 /// The keys of rays.
-const OF_RAYS: [(&str, ToleranceKind); 4] = [
-    ("ids", ToleranceKind::Share),
-    ("silhouettes", ToleranceKind::Share),
-    ("t", ToleranceKind::T),
-    ("normal", ToleranceKind::Degrees),
-];
+const OF_RAYS: [(&str, Values); 4] =
+    [("ids", SHARE), ("silhouettes", SHARE), ("t", T), ("normal", ANGLE)];
 
 /// The keys of pictures.
-const OF_PICTURES: [(&str, ToleranceKind); 4] = [
-    ("levels", ToleranceKind::Size),
-    ("ulp", ToleranceKind::Size),
-    ("difference", ToleranceKind::Size),
-    ("pixels", ToleranceKind::Share),
-];
+const OF_PICTURES: [(&str, Values); 4] =
+    [("levels", SIZE), ("ulp", SIZE), ("difference", SIZE), ("pixels", SHARE)];
+
+impl Values {
+    fn read(self, text: &str) -> Option<Tolerance> {
+        if text == "any" {
+            return self.any.map(|most| Tolerance { most, unit: self.suffixes[0].1 });
+        }
+        let mut suffixes = self.suffixes.iter();
+        let (number, unit, n) =
+            suffixes.find_map(|&(suffix, unit, n)| Some((text.strip_suffix(suffix)?, unit, n)))?;
+        let most = number.trim().parse::<f64>().ok()? / n;
+        let can_be = match unit {
+            Count => most.fract() == 0.0,
+            Share => most <= 1.0,
+            Ulp | Relative | Degrees | Size => true,
+        };
+        (most >= 0.0 && can_be).then_some(Tolerance { most, unit })
+    }
+}
 
 /// What a distance's or an exact `t`'s own rounding adds to an error: `t` is rounded to f64, the components of a
 /// direction and its length take a few more roundings, together less than 2⁻⁵⁰ of a distance, and that is less than
@@ -146,8 +146,7 @@ impl Allowed {
         let (t_ulp, distance) = promised.map_or((0.0, 0.0), |p| (p.t_ulp, p.normal_distance));
         // The angle at which the ends of two unit vectors are so far apart.
         let degrees = (2.0 * (distance / 2.0).asin()).to_degrees();
-        let none = Tolerance::Count(0);
-        let limits = [none, none, Tolerance::Ulp(t_ulp), Tolerance::Degrees(degrees)];
+        let limits = [(0.0, Count), (0.0, Count), (t_ulp, Ulp), (degrees, Degrees)];
         let mut allowed = Allowed::read(text, OF_RAYS, limits)?;
         if !text.contains(OF_RAYS[1].0) {
             allowed.limits[1].1 = allowed.limits[0].1;
@@ -162,16 +161,16 @@ impl Allowed {
     /// # Errors
     /// [`Error::Usage`] for other words.
     pub fn of_pictures(text: &str) -> Result<Allowed> {
-        let [none, no_pixels] = [Tolerance::Size(0.0), Tolerance::Count(0)];
-        Allowed::read(text, OF_PICTURES, [none, none, none, no_pixels])
+        Allowed::read(text, OF_PICTURES, [Size, Size, Size, Count].map(|unit| (0.0, unit)))
     }
 
     fn read(
         text: &str,
-        keys: [(&'static str, ToleranceKind); 4],
-        limits: [Tolerance; 4],
+        keys: [(&'static str, Values); 4],
+        limits: [(f64, Unit); 4],
     ) -> Result<Allowed> {
         let names = keys.map(|(name, _)| name);
+        let limits = limits.map(|(most, unit)| Tolerance { most, unit });
         let mut limits: Vec<_> = names.into_iter().zip(limits).collect();
         for part in text.split(',').filter(|_| !text.trim().is_empty()) {
             let (key, value) = part.split_once('=').unwrap_or((part, ""));
@@ -183,9 +182,9 @@ impl Allowed {
                     format!("nothing that can be allowed is called “{key}”; give {names}{near}");
                 return Err(Error::Usage(message));
             };
-            let kind = keys[at].1;
-            limits[at].1 = kind.read(value).ok_or_else(|| {
-                Error::Usage(format!("“{value}” is no limit for {key}; give {}", kind.expected()))
+            let values = keys[at].1;
+            limits[at].1 = values.read(value).ok_or_else(|| {
+                Error::Usage(format!("“{value}” is no limit for {key}; give {}", values.expected))
             })?;
         }
         Ok(Allowed { limits })
@@ -194,13 +193,13 @@ impl Allowed {
     /// What is allowed of this key; nothing of an unknown one.
     pub fn limit(&self, key: &str) -> Tolerance {
         let found = self.limits.iter().find(|(name, _)| *name == key);
-        found.map_or(Tolerance::Count(0), |(_, limit)| *limit)
+        found.map_or(Tolerance { most: 0.0, unit: Count }, |(_, limit)| *limit)
     }
 
     /// Whether `t` may be so far off.
     pub fn allows_t(&self, error: &TError) -> bool {
         match self.limit("t") {
-            Tolerance::Ulp(most) => error.ulp <= most + REFERENCE_ULP,
+            Tolerance { most, unit: Ulp } => error.ulp <= most + REFERENCE_ULP,
             limit => limit.allows(error.relative),
         }
     }
@@ -267,17 +266,11 @@ mod tests {
 
     #[test]
     fn limits_are_tight() {
-        for (limit, most) in
-            [(Tolerance::Count(3), 3), (Tolerance::Share(0.01), 10), (Tolerance::Ulp(9.0), 0)]
-        {
+        let of = |most, unit| Tolerance { most, unit };
+        for (limit, most) in [(of(3.0, Count), 3), (of(0.01, Share), 10), (of(9.0, Ulp), 0)] {
             assert!(limit.allows_part(most, 1000) && !limit.allows_part(most + 1, 1000));
         }
-        for limit in [
-            Tolerance::Ulp(2.0),
-            Tolerance::Relative(2.0),
-            Tolerance::Degrees(2.0),
-            Tolerance::Size(2.0),
-        ] {
+        for limit in [Ulp, Relative, Degrees, Size].map(|unit| of(2.0, unit)) {
             let over = 2f64.next_up();
             assert!(limit.allows(2.0) && !limit.allows(over) && !limit.allows(f64::NAN));
         }

@@ -11,7 +11,7 @@ mod rays;
 mod stats;
 
 pub(crate) use allowed::short;
-pub use allowed::{Allowed, Tolerance};
+pub use allowed::{Allowed, Tolerance, Unit};
 pub use paint::{FALSE_HIT, FALSE_MISS, WRONG_OBJECT, error_picture};
 pub use pictures::{ChannelDifference, PictureDifference, PictureSide, compare_pictures};
 pub use rays::{NormalError, RayDifferences, RayError, RayResult, TError, compare};

@@ -2,13 +2,12 @@
 
 use glam::{DVec2, DVec3};
 use kugelblitz::rays::Pixels;
-use maud::{Markup, PreEscaped, html};
 
 use super::Figure;
 use super::labels::{Label, Place, placed};
 use super::words::caption;
 use crate::explain::Lang;
-use crate::markup::{Shade, document, for_light_and_dark};
+use crate::markup::{Shade, document, escaped, for_light_and_dark};
 
 /// Pieces of a line: hidden and visible ones meet where a piece ends.
 const PIECES: usize = 120;
@@ -25,31 +24,17 @@ const COLORS: [Shade; 5] = [
 /// What is drawn so far.
 pub struct Drawing {
     pub pixels: Pixels,
-    surfaces: Vec<Vec<DVec2>>,
-    strokes: Vec<Stroke>,
-    heads: Vec<([DVec2; 3], &'static str)>,
-    dots: Vec<(DVec2, &'static str)>,
+    /// Elements of SVG: surfaces, lines, the heads of arrows, dots, each over those before.
+    layers: [String; 4],
+    /// Places that labels keep clear of.
+    ink: Vec<DVec2>,
     labels: Vec<Label>,
-}
-
-/// A line, in pixels.
-struct Stroke {
-    points: Vec<DVec2>,
-    class: &'static str,
-    is_hidden: bool,
-    is_thin: bool,
 }
 
 impl Drawing {
     pub fn new(pixels: Pixels) -> Drawing {
-        Drawing {
-            pixels,
-            surfaces: Vec::new(),
-            strokes: Vec::new(),
-            heads: Vec::new(),
-            dots: Vec::new(),
-            labels: Vec::new(),
-        }
+        let (layers, ink, labels) = Default::default();
+        Drawing { pixels, layers, ink, labels }
     }
 
     fn size(&self) -> DVec2 {
@@ -71,7 +56,10 @@ impl Drawing {
 
     /// Fills a polygon.
     pub fn surface(&mut self, corners: &[DVec3]) {
-        self.surfaces.extend(corners.iter().map(|p| self.at(*p)).collect::<Option<Vec<_>>>());
+        if let Some(corners) = corners.iter().map(|p| self.at(*p)).collect::<Option<Vec<_>>>() {
+            let path = path(&corners);
+            self.layers[0] += &format!("<path class=\"surface filled\" d=\"{path}Z\"></path>");
+        }
     }
 
     /// Draws a curve through points, dashed where it is hidden.
@@ -86,21 +74,31 @@ impl Drawing {
         is_thin: bool,
         hidden: &dyn Fn(DVec3) -> bool,
     ) {
-        let mut last: Option<Stroke> = None;
+        let mut last: Option<(Vec<DVec2>, bool)> = None;
         for pair in points.windows(2) {
             let ends = self.at(pair[0]).zip(self.at(pair[1]));
             let is_hidden = hidden((pair[0] + pair[1]) / 2.0);
-            let goes_on =
-                ends.is_some() && last.as_ref().is_some_and(|stroke| stroke.is_hidden == is_hidden);
-            if !goes_on {
-                self.strokes.extend(last.take());
+            let goes_on = ends.is_some()
+                && last.as_ref().is_some_and(|(_, was_hidden)| *was_hidden == is_hidden);
+            if !goes_on && let Some((run, was_hidden)) = last.take() {
+                self.put(run, class, was_hidden, is_thin);
             }
             if let Some((from, to)) = ends {
-                let begin = || Stroke { points: vec![from], class, is_hidden, is_thin };
-                last.get_or_insert_with(begin).points.push(to);
+                last.get_or_insert_with(|| (vec![from], is_hidden)).0.push(to);
             }
         }
-        self.strokes.extend(last);
+        if let Some((run, was_hidden)) = last {
+            self.put(run, class, was_hidden, is_thin);
+        }
+    }
+
+    /// Puts a line down.
+    fn put(&mut self, points: Vec<DVec2>, class: &str, is_hidden: bool, is_thin: bool) {
+        let hidden = if is_hidden { " hidden" } else { "" };
+        let thin = if is_thin { " thin" } else { "" };
+        let path = path(&points);
+        self.layers[1] += &format!("<path class=\"{class}{hidden}{thin}\" d=\"{path}\"></path>");
+        self.ink.extend(points);
     }
 
     /// Draws a straight line.
@@ -133,14 +131,18 @@ impl Drawing {
         let Some(back) = (before - tip).try_normalize() else { return };
         let (length, half_width) = (0.7 * self.font_px(), 0.25 * self.font_px());
         let (base, side) = (tip + back * length, back.perp() * half_width);
-        self.heads.push(([tip, base + side, base - side], class));
+        let path = path(&[tip, base + side, base - side]);
+        self.layers[2] += &format!("<path class=\"{class} head\" d=\"{path}Z\"></path>");
     }
 
     /// Marks a point; false where it can't be seen.
     pub fn dot(&mut self, point: DVec3, class: &'static str) -> bool {
-        let at = self.at(point);
-        self.dots.extend(at.map(|at| (at, class)));
-        at.is_some()
+        let Some(at) = self.at(point) else { return false };
+        let [x, y, r] = [at.x, at.y, 0.22 * self.font_px()].map(px);
+        self.layers[3] +=
+            &format!("<circle class=\"{class} head\" cx=\"{x}\" cy=\"{y}\" r=\"{r}\"></circle>");
+        self.ink.push(at);
+        true
     }
 
     /// A mark across an axis.
@@ -148,8 +150,7 @@ impl Drawing {
         let Some((at, next)) = self.at(point).zip(self.at(point + axis * 1e-3)) else { return };
         let Some(along) = (next - at).try_normalize() else { return };
         let side = along.perp() * (0.2 * self.font_px());
-        let points = vec![at - side, at + side];
-        self.strokes.push(Stroke { points, class: "ink", is_hidden: false, is_thin: true });
+        self.put(vec![at - side, at + side], "ink", false, true);
     }
 
     /// Writes beside a point of the picture: a letter, and what it is.
@@ -163,42 +164,18 @@ impl Drawing {
 
     pub fn svg(self, figure: Figure, lang: Lang) -> String {
         let (size, font) = (self.size(), self.font_px());
-        let caption = caption(figure, lang);
-        let mut ink: Vec<DVec2> = self.strokes.iter().flat_map(|s| s.points.clone()).collect();
-        ink.extend(self.dots.iter().map(|(at, _)| *at));
-        let bottom = size.y - 2.2 * font;
-        let labels = placed(&self.labels, &ink, DVec2::new(size.x, bottom));
-        let class = |color: &str, is_hidden: bool, is_thin: bool| {
-            let hidden = if is_hidden { " hidden" } else { "" };
-            let thin = if is_thin { " thin" } else { "" };
-            format!("{color}{hidden}{thin}")
-        };
-        let markup = html! {
-            svg .figure xmlns="http://www.w3.org/2000/svg" xml:lang=(lang.name()) role="img"
-                viewBox={ "0 0 " (size.x) " " (size.y) } width=(size.x) height=(size.y) {
-                title { (caption) }
-                style { (PreEscaped(css(font))) }
-                @for corners in &self.surfaces {
-                    path .surface.filled d={ (path(corners)) "Z" } {}
-                }
-                @for stroke in &self.strokes {
-                    path class=(class(stroke.class, stroke.is_hidden, stroke.is_thin))
-                        d=(path(&stroke.points)) {}
-                }
-                @for (corners, class) in &self.heads {
-                    path class={ (class) " head" } d={ (path(corners)) "Z" } {}
-                }
-                @for (at, class) in &self.dots {
-                    circle class={ (class) " head" } cx=(px(at.x)) cy=(px(at.y))
-                        r=(px(0.22 * font)) {}
-                }
-                @for (label, place) in self.labels.iter().zip(&labels) { (written(label, place)) }
-                text .ink x=(px(font)) y=(px(size.y - 0.9 * font)) font-size=(px(font)) {
-                    (caption)
-                }
-            }
-        };
-        document(markup) + "\n"
+        let places = placed(&self.labels, &self.ink, DVec2::new(size.x, size.y - 2.2 * font));
+        let labels: String =
+            self.labels.iter().zip(&places).map(|(label, place)| written(label, place)).collect();
+        let (DVec2 { x: width, y: height }, layers) = (size, self.layers.concat());
+        let (lang, caption, css) = (lang.name(), caption(figure, lang), css(font));
+        let [x, y, font] = [font, height - 0.9 * font, font].map(px);
+        document(&format!(
+            "<svg class=\"figure\" xmlns=\"http://www.w3.org/2000/svg\" xml:lang=\"{lang}\" role=\"img\" \
+             viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\">\
+             <title>{caption}</title><style>{css}</style>{layers}{labels}\
+             <text class=\"ink\" x=\"{x}\" y=\"{y}\" font-size=\"{font}\">{caption}</text></svg>"
+        )) + "\n"
     }
 }
 
@@ -207,14 +184,16 @@ fn pieces(from: DVec3, to: DVec3) -> Vec<DVec3> {
     (0..=PIECES).map(|i| from.lerp(to, i as f64 / PIECES as f64)).collect()
 }
 
-fn written(label: &Label, place: &Place) -> Markup {
-    html! {
-        text class=(label.class) x=(px(place.left)) y=(px(place.baseline))
-            font-size=(px(label.size)) {
-            @if !label.letter.is_empty() { tspan .letter { (label.letter) } }
-            (label.rest)
-        }
-    }
+fn written(Label { letter, rest, class, size, .. }: &Label, place: &Place) -> String {
+    let [x, y, size] = [place.left, place.baseline, *size].map(px);
+    let letter = match escaped(letter) {
+        none if none.is_empty() => none,
+        letter => format!("<tspan class=\"letter\">{letter}</tspan>"),
+    };
+    let rest = escaped(rest);
+    format!(
+        "<text class=\"{class}\" x=\"{x}\" y=\"{y}\" font-size=\"{size}\">{letter}{rest}</text>"
+    )
 }
 
 fn path(points: &[DVec2]) -> String {

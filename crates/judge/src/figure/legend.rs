@@ -2,9 +2,8 @@
 
 use kugelblitz::plain::plain;
 use kugelblitz::scene::{Cloud, ColorMap, Coloring, hex};
-use maud::{Markup, html};
 
-use crate::markup::document;
+use crate::markup::{document, escaped};
 
 /// An SVG picture of the bars of colour of all clouds that are coloured by a column, with the columns'
 /// names and numbers; `None` where no cloud is. Clouds that are coloured alike share a bar.
@@ -30,22 +29,19 @@ pub fn svg_of_colorings<'a>(all: impl IntoIterator<Item = &'a Coloring>) -> Opti
         return None;
     }
     let mut left = MARGIN;
-    let mut bars = Vec::new();
+    let mut bars = String::new();
     for (bar, (coloring, misses)) in colorings.into_iter().enumerate() {
         let (drawn, width) = draw(bar, left, coloring, misses);
-        bars.push(drawn);
+        bars += &drawn;
         left += width + 2.0 * MARGIN;
     }
     let width = left - MARGIN;
-    let svg = html! {
-        svg xmlns="http://www.w3.org/2000/svg" width=(width) height=(HEIGHT)
-            viewBox={ "0 0 " (width) " " (HEIGHT) }
-            font-family="system-ui, 'DejaVu Sans', sans-serif" font-size=(FONT) {
-            rect width=(width) height=(HEIGHT) fill="#ffffff" {}
-            @for bar in &bars { (bar) }
-        }
-    };
-    Some(document(svg) + "\n")
+    let svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{HEIGHT}\" \
+         viewBox=\"0 0 {width} {HEIGHT}\" font-family=\"system-ui, 'DejaVu Sans', sans-serif\" \
+         font-size=\"{FONT}\"><rect width=\"{width}\" height=\"{HEIGHT}\" fill=\"#ffffff\"></rect>{bars}</svg>"
+    );
+    Some(document(&svg) + "\n")
 }
 
 /// Around all and between bars, px.
@@ -62,41 +58,44 @@ const MISSING_TOP: f64 = BAR_TOP + BAR_HEIGHT + 14.0;
 const HEIGHT: f64 = MISSING_TOP + BAR_WIDTH + MARGIN;
 
 /// Draws one bar and gives its width.
-fn draw(bar: usize, left: f64, coloring: &Coloring, misses: bool) -> (Markup, f64) {
+fn draw(bar: usize, left: f64, coloring: &Coloring, misses: bool) -> (String, f64) {
     const NO_VALUE: &str = "no value";
     let title = plain(&coloring.column).replace(['\n', '\t'], " ");
     let ticks = ticks(coloring.range);
     let words = ticks.iter().map(|(_, label)| label.as_str()).chain(misses.then_some(NO_VALUE));
     let n_letters = words.map(|word| word.chars().count()).max().unwrap_or(0);
     let text_left = left + BAR_WIDTH + 10.0;
+    let text = |x: f64, y: &str, words: &str| {
+        format!("<text x=\"{x}\" y=\"{y}\">{}</text>", escaped(words))
+    };
+    let label = |y: f64, words: &str| text(text_left, &tenths(y + 5.0), words);
     let swatch = |top: f64, height: f64, fill: &str| {
-        html! {
-            rect x=(left) y=(top) width=(BAR_WIDTH) height=(height) fill=(fill) stroke="#000000"
-                stroke-width="0.5" {}
-        }
+        format!(
+            "<rect x=\"{left}\" y=\"{top}\" width=\"{BAR_WIDTH}\" height=\"{height}\" fill=\"{fill}\" \
+             stroke=\"#000000\" stroke-width=\"0.5\"></rect>"
+        )
     };
-    let label = |y: f64, words: &str| html! { text x=(text_left) y=(tenths(y + 5.0)) { (words) } };
-    let id = format!("map{bar}");
-    let places: Vec<f64> =
-        ticks.iter().map(|(share, _)| BAR_TOP + BAR_HEIGHT * (1.0 - share)).collect();
-    let drawn = html! {
-        text x=(left) y=(MARGIN + 10.0) { (title) }
-        linearGradient id=(id) x1="0" y1="1" x2="0" y2="0" {
-            @for (i, color) in coloring.map.srgb8().into_iter().enumerate() {
-                stop offset=((i as f64 + 0.5) / ColorMap::LEN as f64) stop-color=(hex(color)) {}
-            }
-        }
-        (swatch(BAR_TOP, BAR_HEIGHT, &format!("url(#{id})")))
-        @if misses {
-            (swatch(MISSING_TOP, BAR_WIDTH, &hex(coloring.missing_color.to_srgb8())))
-            (label(MISSING_TOP + BAR_WIDTH / 2.0, NO_VALUE))
-        }
-        @for (y, (_, words)) in places.iter().zip(&ticks) { (label(*y, words)) }
-        @for y in &places {
-            path d={ "M" (left + BAR_WIDTH) " " (tenths(*y)) "H" (left + BAR_WIDTH + 5.0) }
-                stroke="#000000" stroke-width="1" {}
-        }
+    let stop = |(i, color): (usize, [u8; 3])| {
+        let (place, color) = ((i as f64 + 0.5) / ColorMap::LEN as f64, hex(color));
+        format!("<stop offset=\"{place}\" stop-color=\"{color}\"></stop>")
     };
+    let stops: String = coloring.map.srgb8().into_iter().enumerate().map(stop).collect();
+    let mut drawn = text(left, &(MARGIN + 10.0).to_string(), &title);
+    drawn += &format!(
+        "<linearGradient id=\"map{bar}\" x1=\"0\" y1=\"1\" x2=\"0\" y2=\"0\">{stops}</linearGradient>"
+    );
+    drawn += &swatch(BAR_TOP, BAR_HEIGHT, &format!("url(#map{bar})"));
+    if misses {
+        drawn += &swatch(MISSING_TOP, BAR_WIDTH, &hex(coloring.missing_color.to_srgb8()));
+        drawn += &label(MISSING_TOP + BAR_WIDTH / 2.0, NO_VALUE);
+    }
+    let place = |share: f64| BAR_TOP + BAR_HEIGHT * (1.0 - share);
+    drawn.extend(ticks.iter().map(|(share, words)| label(place(*share), words)));
+    let (from, to) = (left + BAR_WIDTH, left + BAR_WIDTH + 5.0);
+    drawn.extend(ticks.iter().map(|(share, _)| {
+        let y = tenths(place(*share));
+        format!("<path d=\"M{from} {y}H{to}\" stroke=\"#000000\" stroke-width=\"1\"></path>")
+    }));
     let below = text_left - left + n_letters as f64 * LETTER;
     let width = (title.chars().count() as f64 * LETTER).max(below).ceil();
     (drawn, width)

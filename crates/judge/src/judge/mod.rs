@@ -27,7 +27,9 @@ use kugelblitz::scene::{Color, Scene};
 use kugelblitz::trace::{Hits, Kernel, Wants};
 use kugelblitz::{Error, Result};
 
-use crate::compare::{ErrorStats, ObjectCounts, RayError, TError, Tolerance, error_picture, short};
+use crate::compare::{
+    ErrorStats, ObjectCounts, RayError, TError, Tolerance, Unit, error_picture, short,
+};
 use crate::verify::Truth;
 
 /// Bytes of memory that judging a ray takes: what is exact, what is claimed in the file and by
@@ -273,7 +275,9 @@ impl Judged {
         let relative = worst(|part| part.t_relative.map(|spread| spread.worst));
         if !allowed.allows_t(&TError { ulp, relative, is_nearest: false }) {
             broken.push(match allowed.limit("t") {
-                Tolerance::Ulp(most) => format!("t is off by {} ulp, allowed: {most}", short(ulp)),
+                Tolerance { most, unit: Unit::Ulp } => {
+                    format!("t is off by {} ulp, allowed: {most}", short(ulp))
+                }
                 most => format!("t is off by a relative {}, allowed: {most}", short(relative)),
             });
         }

@@ -132,7 +132,7 @@ pub fn html(report: &Report) -> String {
             }
         }
     };
-    document(page)
+    document(&page.into_string())
 }
 
 /// A table with what is to be known of it; nothing where it is empty.

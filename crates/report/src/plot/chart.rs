@@ -1,8 +1,7 @@
 //! Charts on logarithmic axes: panels one below the other on one horizontal axis, each with a strip
 //! below it for zero and one above it for infinity. The names of the lines stand at their ends.
 
-use kugelblitz_judge::markup::document;
-use maud::{Markup, PreEscaped, html};
+use kugelblitz_judge::markup::{document, escaped};
 
 use super::scale::Scale;
 use super::theme;
@@ -109,35 +108,32 @@ impl Chart<'_> {
         let marks = || self.drawn().flat_map(|panel| &panel.lines).flat_map(Line::drawn);
         let xs = marks().flat_map(|mark| [mark.at, mark.range[0], mark.range[1]]);
         let x = Scale::new(xs.map(|(x, _)| x), (LEFT, RIGHT));
-        let mut bottom = 8.0 + ROW * self.key.len() as f64;
-        let mut panels = Vec::new();
+        let mut svg = String::new();
+        for (i, words) in self.key.iter().enumerate() {
+            svg += &text(LEFT, 8.0 + ROW * (i as f64 + 0.7), "start", "ink", words);
+        }
+        let above = 8.0 + ROW * self.key.len() as f64;
+        let mut bottom = above;
         for panel in self.drawn() {
             let layout = Layout::new(panel, &x, bottom + 34.0);
             bottom = layout.bottom;
-            panels.push(layout.draw());
+            svg += &layout.draw();
         }
-        let height = bottom + 54.0;
-        // What a mark says is shown where the mouse is over it, not over words beside it.
-        let fixed = ".plot{font:13px system-ui,'Segoe UI',Roboto,'DejaVu Sans',sans-serif}\
-                     .plot text,.plot line,.plot polyline{pointer-events:none}";
-        let svg = html! {
-            svg.plot xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {WIDTH} {height}"))
-                width=(WIDTH) height=(height) role="img" aria-label=(self.description) {
-                style { (PreEscaped(fixed)) (PreEscaped(theme::css())) }
-                rect.paper width=(WIDTH) height=(height) fill="currentColor" {}
-                @for (i, words) in self.key.iter().enumerate() {
-                    (text(LEFT, 8.0 + ROW * (i as f64 + 0.7), "start", "ink", words))
-                }
-                @for panel in &panels { (panel) }
-                @if !panels.is_empty() {
-                    @for tick in x.ticks(MOST_TICKS) {
-                        (text(x.px(tick), bottom + 18.0, "middle", "soft", &label(tick)))
-                    }
-                    (text((LEFT + RIGHT) / 2.0, bottom + 40.0, "middle", "ink", self.x_title))
-                }
+        if bottom > above {
+            for tick in x.ticks(MOST_TICKS) {
+                svg += &text(x.px(tick), bottom + 18.0, "middle", "soft", &label(tick));
             }
-        };
-        document(svg)
+            svg += &text((LEFT + RIGHT) / 2.0, bottom + 40.0, "middle", "ink", self.x_title);
+        }
+        let (height, description, css) = (bottom + 54.0, escaped(self.description), theme::css());
+        // What a mark says is shown where the mouse is over it, not over words beside it.
+        document(&format!(
+            "<svg class=\"plot\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" \
+             width=\"{WIDTH}\" height=\"{height}\" role=\"img\" aria-label=\"{description}\"><style>\
+             .plot{{font:13px system-ui,'Segoe UI',Roboto,'DejaVu Sans',sans-serif}}\
+             .plot text,.plot line,.plot polyline{{pointer-events:none}}{css}</style>\
+             <rect class=\"paper\" width=\"{WIDTH}\" height=\"{height}\" fill=\"currentColor\"></rect>{svg}</svg>"
+        ))
     }
 }
 
@@ -195,64 +191,55 @@ impl<'a> Layout<'a> {
         self.bottom - self.below.len() as f64 * LANE
     }
 
-    fn draw(&self) -> Markup {
-        let lines = || self.panel.lines.iter().enumerate();
-        html! {
-            (text(MARGIN, self.top - 12.0, "start", "ink", self.panel.title))
-            (strip(self.top, &self.above, "∞"))
-            (strip(self.below_top(), &self.below, "0"))
-            @for x in self.x.ticks(MOST_TICKS).into_iter().map(|tick| self.x.px(tick)) {
-                g.grid { (straight((x, self.top), (x, self.bottom))) }
-            }
-            g.soft { (straight((LEFT, self.bottom), (RIGHT, self.bottom))) }
-            @if let Some(scale) = &self.y {
-                @for tick in scale.ticks(MOST_TICKS) {
-                    @let y = scale.px(tick);
-                    g.grid { (straight((LEFT, y), (RIGHT, y))) }
-                    (text(LEFT - 8.0, y + 4.5, "end", "soft", &label(tick)))
-                }
-            }
-            @for (i, line) in lines() {
-                g class=(line.color) stroke-width="2" {
-                    @if self.panel.is_joined { (self.curve(i, line)) }
-                    g opacity="0.6" {
-                        @for mark in line.drawn() {
-                            @let [from, to] = mark.range.map(|point| self.place(i, point));
-                            @if from != to { (straight(from, to)) }
-                        }
-                    }
-                }
-            }
-            @for (i, line) in lines() {
-                g class=(line.color) {
-                    @for mark in line.drawn() {
-                        g {
-                            title { (line.name) ", " (mark.title) }
-                            (marker(line.device, mark.is_open, self.place(i, mark.at)))
-                        }
-                    }
-                }
-            }
-            @for (steps, dash) in self.panel.steps.iter().zip(DASHES) {
-                @let through = steps.iter().map(|(line, point)| self.place(*line, *point));
-                g.soft stroke-width="1.5" { (polyline(through, dash)) }
-            }
-            (self.names())
+    fn draw(&self) -> String {
+        let Layout { panel, x, top, bottom, .. } = self;
+        let mut svg = text(MARGIN, top - 12.0, "start", "ink", panel.title);
+        svg += &strip(*top, &self.above, "∞");
+        svg += &strip(self.below_top(), &self.below, "0");
+        for x in x.ticks(MOST_TICKS).into_iter().map(|tick| x.px(tick)) {
+            svg += &in_class("grid", "", &straight((x, *top), (x, *bottom)));
         }
+        svg += &in_class("soft", "", &straight((LEFT, *bottom), (RIGHT, *bottom)));
+        for (scale, tick) in
+            self.y.iter().flat_map(|y| y.ticks(MOST_TICKS).into_iter().map(move |tick| (y, tick)))
+        {
+            let y = scale.px(tick);
+            svg += &in_class("grid", "", &straight((LEFT, y), (RIGHT, y)));
+            svg += &text(LEFT - 8.0, y + 4.5, "end", "soft", &label(tick));
+        }
+        for (i, line) in panel.lines.iter().enumerate() {
+            let curve = if panel.is_joined { self.curve(i, line) } else { String::new() };
+            let ranges = line.drawn().map(|mark| mark.range.map(|point| self.place(i, point)));
+            let ranges = ranges.filter(|[from, to]| from != to);
+            let ranges: String = ranges.map(|[from, to]| straight(from, to)).collect();
+            let drawn = format!("{curve}<g opacity=\"0.6\">{ranges}</g>");
+            svg += &in_class(line.color, " stroke-width=\"2\"", &drawn);
+        }
+        for (i, line) in panel.lines.iter().enumerate() {
+            let mark = |mark: &Mark| {
+                let said = escaped(&format!("{}, {}", line.name, mark.title));
+                let marker = marker(line.device, mark.is_open, self.place(i, mark.at));
+                format!("<g><title>{said}</title>{marker}</g>")
+            };
+            svg += &in_class(line.color, "", &line.drawn().map(mark).collect::<String>());
+        }
+        for (steps, dash) in panel.steps.iter().zip(DASHES) {
+            let through = steps.iter().map(|(line, point)| self.place(*line, *point));
+            svg += &in_class("soft", " stroke-width=\"1.5\"", &polyline(through, dash));
+        }
+        svg + &self.names()
     }
 
     /// The line through the marks, with its gaps.
-    fn curve(&self, i: usize, line: &Line) -> Markup {
+    fn curve(&self, i: usize, line: &Line) -> String {
         let dash = DASHES[line.device % DASHES.len()];
-        html! {
-            @for run in line.marks.split(Option::is_none) {
-                (polyline(run.iter().flatten().map(|mark| self.place(i, mark.at)), dash))
-            }
-        }
+        let runs = line.marks.split(Option::is_none);
+        let place = |mark: &Mark| self.place(i, mark.at);
+        runs.map(|run| polyline(run.iter().flatten().map(place), dash)).collect()
     }
 
     /// The lines' names at their last marks, moved apart where they would touch.
-    fn names(&self) -> Markup {
+    fn names(&self) -> String {
         let lines = self.panel.lines.iter().enumerate();
         let last =
             |(i, line): (usize, &'a Line)| Some((line, self.place(i, line.drawn().last()?.at)));
@@ -268,14 +255,12 @@ impl<'a> Layout<'a> {
             *y = y.min(lowest);
             lowest = *y - NAME;
         }
-        html! {
-            @for ((line, (end_x, end_y)), y) in ends.iter().zip(&ys) {
-                g class=(line.color) opacity="0.5" {
-                    (straight((end_x + 7.0, *end_y), (RIGHT + 12.0, *y)))
-                }
-                (text(RIGHT + 16.0, y + 4.5, "start", "ink", &line.name))
-            }
-        }
+        let name = |((line, (end_x, end_y)), y): (&(&Line, (f64, f64)), &f64)| {
+            let lead = straight((end_x + 7.0, *end_y), (RIGHT + 12.0, *y));
+            in_class(line.color, " opacity=\"0.5\"", &lead)
+                + &text(RIGHT + 16.0, y + 4.5, "start", "ink", &line.name)
+        };
+        ends.iter().zip(&ys).map(name).collect()
     }
 }
 
@@ -289,56 +274,64 @@ fn c(px: f64) -> f64 {
     (10.0 * px).round() / 10.0
 }
 
+/// Elements of a class, whose group has further attributes.
+fn in_class(class: &str, attributes: &str, drawn: &str) -> String {
+    format!("<g class=\"{class}\"{attributes}>{drawn}</g>")
+}
+
 /// A strip beside the axis, for what has no place on it.
-fn strip(top: f64, lines: &[usize], label: &str) -> Markup {
-    let height = lines.len() as f64 * LANE;
-    html! {
-        @if !lines.is_empty() {
-            rect.band x=(LEFT) y=(c(top)) width=(RIGHT - LEFT) height=(height) fill="currentColor" {}
-            (text(LEFT - 8.0, top + height / 2.0 + 4.5, "end", "soft", label))
-        }
+fn strip(top: f64, lines: &[usize], label: &str) -> String {
+    if lines.is_empty() {
+        return String::new();
     }
+    let (y, width, height) = (c(top), RIGHT - LEFT, lines.len() as f64 * LANE);
+    let label = text(LEFT - 8.0, top + height / 2.0 + 4.5, "end", "soft", label);
+    format!(
+        "<rect class=\"band\" x=\"{LEFT}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" \
+         fill=\"currentColor\"></rect>{label}"
+    )
 }
 
 /// A text; `anchor` is `start`, `middle` or `end`.
-fn text(x: f64, y: f64, anchor: &str, class: &str, words: &str) -> Markup {
-    html! {
-        text class=(class) x=(c(x)) y=(c(y)) text-anchor=(anchor) fill="currentColor" { (words) }
-    }
+fn text(x: f64, y: f64, anchor: &str, class: &str, words: &str) -> String {
+    let (x, y, words) = (c(x), c(y), escaped(words));
+    format!(
+        "<text class=\"{class}\" x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\" fill=\"currentColor\">{words}</text>"
+    )
 }
 
-fn straight((x1, y1): (f64, f64), (x2, y2): (f64, f64)) -> Markup {
-    html! { line x1=(c(x1)) y1=(c(y1)) x2=(c(x2)) y2=(c(y2)) stroke="currentColor" {} }
+fn straight((x1, y1): (f64, f64), (x2, y2): (f64, f64)) -> String {
+    let [x1, y1, x2, y2] = [x1, y1, x2, y2].map(c);
+    format!("<line x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\" stroke=\"currentColor\"></line>")
 }
 
-fn polyline(through: impl Iterator<Item = (f64, f64)>, dash: &str) -> Markup {
+fn polyline(through: impl Iterator<Item = (f64, f64)>, dash: &str) -> String {
     let points: Vec<String> = through.map(|(x, y)| format!("{},{}", c(x), c(y))).collect();
-    html! {
-        @if points.len() > 1 {
-            polyline points=(points.join(" ")) fill="none" stroke="currentColor"
-                stroke-linejoin="round" stroke-dasharray=(dash) {}
-        }
+    if points.len() < 2 {
+        return String::new();
     }
+    let points = points.join(" ");
+    format!(
+        "<polyline points=\"{points}\" fill=\"none\" stroke=\"currentColor\" stroke-linejoin=\"round\" \
+         stroke-dasharray=\"{dash}\"></polyline>"
+    )
 }
 
 /// A marker in the current colour, with a rim of paper: one shape a device.
-fn marker(device: usize, is_open: bool, (x, y): (f64, f64)) -> Markup {
-    let r = RADIUS;
-    let shape = |fill: &str| {
-        html! {
-            @match device {
-                0 => circle cx=(c(x)) cy=(c(y)) r=(r) fill=(fill) {},
-                1 => rect x=(c(x - r)) y=(c(y - r)) width=(2.0 * r) height=(2.0 * r) fill=(fill) {},
-                _ => polygon fill=(fill) points=(format!(
-                    "{},{} {},{} {},{}", c(x), c(y - r), c(x + r), c(y + r), c(x - r), c(y + r)
-                )) {},
-            }
-        }
+fn marker(device: usize, is_open: bool, (x, y): (f64, f64)) -> String {
+    let (r, side) = (RADIUS, 2.0 * RADIUS);
+    let [left, right, top, bottom, x, y] = [x - r, x + r, y - r, y + r, x, y].map(c);
+    let shape = |fill: &str| match device {
+        0 => format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" fill=\"{fill}\"></circle>"),
+        1 => format!(
+            "<rect x=\"{left}\" y=\"{top}\" width=\"{side}\" height=\"{side}\" fill=\"{fill}\"></rect>"
+        ),
+        _ => format!(
+            "<polygon fill=\"{fill}\" points=\"{x},{top} {right},{bottom} {left},{bottom}\"></polygon>"
+        ),
     };
-    html! {
-        g.paper stroke="currentColor" stroke-width="5" { (shape("currentColor")) }
-        g stroke="currentColor" stroke-width="2" {
-            (shape(if is_open { "none" } else { "currentColor" }))
-        }
-    }
+    let rim =
+        in_class("paper", " stroke=\"currentColor\" stroke-width=\"5\"", &shape("currentColor"));
+    let own = shape(if is_open { "none" } else { "currentColor" });
+    format!("{rim}<g stroke=\"currentColor\" stroke-width=\"2\">{own}</g>")
 }
