@@ -490,22 +490,3 @@ fn an_interrupted_picture_leaves_the_old_file() {
         assert!(std::fs::read(&path).unwrap() == expected, "{format}");
     }
 }
-
-#[cfg(target_os = "linux")]
-#[test]
-fn a_full_disk_is_an_error_with_a_name() {
-    for format in Format::ALL {
-        let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
-        let made = Made::new(rng, format.encoding(Bits::Eight), 512 * 512, 1);
-        let attempt = || -> Result<()> {
-            let file = OutputFile::create("/dev/full", format.needs_seek())?;
-            let mut writer =
-                PictureWriter::create(format, EIGHT, &whole(512, 512), file, "/dev/full")?;
-            made.put(&mut writer, EIGHT, 512)?;
-            commit([writer.finish()?], &Control::default())
-        };
-        let error = attempt().err().unwrap();
-        assert!(matches!(&error, Error::Io { path, .. } if path == Path::new("/dev/full")));
-        assert_eq!(error.exit_code(), 1, "{format}");
-    }
-}
