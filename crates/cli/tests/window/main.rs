@@ -734,15 +734,9 @@ fn without_a_driver_it_says_how_to_get_one() {
     assert!(!stderr.contains("{}"), "{stderr}");
 }
 
+/// `KUGELBLITZ_ROUNDS` asks for more of them.
 #[test]
 fn use_leaves_memory_bounded() {
-    desk::usage::work_through(4);
-}
-
-/// Not part of a run of all tests, for it takes five minutes:
-/// `cargo test --profile ci -p kugelblitz-cli --features view --test window -- --ignored --nocapture`.
-#[test]
-#[ignore = "takes five minutes"]
-fn five_minutes_of_use_leave_memory_flat() {
-    desk::usage::soak(std::time::Duration::from_secs(300));
+    let rounds = std::env::var("KUGELBLITZ_ROUNDS").map_or(4, |n| n.parse().unwrap());
+    desk::usage::work_through(rounds);
 }
