@@ -5,53 +5,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{Scene, read_scene};
 use kugelblitz::trace::{Kernel, Rays};
-use kugelblitz_tests::{camera, plane, root, sphere, traced};
-
-fn scene(name: &str) -> Scene {
-    let path = root().join("scenes").join(name);
-    read_scene(&path).unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// The spheres that must touch do so within the rounding of their coordinates.
-#[test]
-fn contacts_are_contacts() {
-    for (name, scale) in [
-        ("contacts", 1.0),
-        ("contacts_1e-3", 1e-3),
-        ("contacts_1e-6", 1e-6),
-        ("contacts_1e3", 1e3),
-        ("contacts_moved", 1.0),
-        ("contacts_on_ball", 1.0),
-    ] {
-        let scene = scene(&format!("lit/hard/{name}.toml"));
-        let slack = match name {
-            // Each stands on the ball, lower than on a plane: apart by the difference.
-            "contacts_on_ball" => 1e-5,
-            "contacts_moved" => 1e-9,
-            _ => scale * 1e-15,
-        };
-        let (spheres, ground) = scene.spheres.split_at(17);
-        let mut n_contacts = 0;
-        for (i, a) in spheres.iter().enumerate() {
-            assert_eq!(a.radius, scale);
-            for b in &spheres[..i] {
-                let gap = a.center.distance(b.center) - 2.0 * scale;
-                assert!(gap > -slack, "{name}: {gap:e}");
-                n_contacts += usize::from(gap < slack);
-            }
-            let height = match (ground, &scene.planes[..]) {
-                ([ball], []) => a.center.distance(ball.center) - ball.radius,
-                ([], [floor]) => a.center.y - floor.point.y,
-                other => panic!("{name}: {other:?}"),
-            };
-            // The last one lies on four others.
-            assert_eq!((height - scale).abs() < 1e-9 * scale, i < 16, "{name}: {height:e}");
-        }
-        assert_eq!(n_contacts, 24 + 4, "{name}");
-    }
-}
+use kugelblitz_tests::{camera, plane, sphere, traced};
 
 /// A sphere of radius r on the view axis at distance L has the outline of the cone of half-angle
 /// asin(r/L): a disc of R = r/√(L² − r²) · H/(2h) pixels. Unit squares around the n pixel centres

@@ -10,18 +10,15 @@ use std::panic::Location;
 use std::sync::Arc;
 
 use glam::DVec3;
-use kugelblitz::bvh::{IS_LEAF, REACH};
+use kugelblitz::bvh::REACH;
 use kugelblitz::control::Control;
-use kugelblitz::gpu::slabs::{LEAST_SLACK, Slabs};
-use kugelblitz::num::fields::{Fields, Source};
-use kugelblitz::num::{self, Mask, Real, V3};
-use kugelblitz::prepare::{InSpace, LISTED_SPHERES, Objects, Prepared};
-use kugelblitz::rays::{Frame, Lens, List, Pixels, View};
+use kugelblitz::num::{Mask, Real};
+use kugelblitz::prepare::{LISTED_SPHERES, Objects, Prepared};
+use kugelblitz::rays::{Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Plane, Projection, Scene, Sphere};
-use kugelblitz::seen::{Nearest, PlaneSeen, Seen, SphereSeen};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
-use kugelblitz_tests::twins::propose_alone;
+use kugelblitz_tests::twins::{Twin, propose_alone};
 use kugelblitz_tests::{in_cube, plane, sphere};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -126,97 +123,12 @@ impl Real for Watched {
     }
 }
 
-/// The words of a struct in a device's buffer.
-struct Words<'a>(&'a [f32], usize);
-
-impl Source<Watched> for Words<'_> {
-    fn num(&mut self, _: &'static str) -> Watched {
-        self.1 += 1;
-        Watched::splat(self.0[self.1 - 1])
-    }
-    fn vec(&mut self, name: &'static str) -> V3<Watched> {
-        self.1 = self.1.next_multiple_of(4);
-        V3([(); 3].map(|()| self.num(name)))
-    }
-    fn id(&mut self, name: &'static str) -> u32 {
-        self.num(name).0.to_bits()
-    }
-}
-
-fn record<T: Fields<Watched>>(words: &[f32]) -> T {
-    T::read(&mut Words(words, 0))
-}
-
-/// What rays see, by the loops of `shaders/certified.wgsl` and `shaders/tree.wgsl`.
-fn propose(prepared: &Prepared, rays: &Rays) -> Vec<u32> {
-    let Objects::Certified { lists, any_close } = &prepared.objects else { panic!("certified") };
-    let n_spheres = prepared.scene.spheres.len();
-    let rest = prepared.hierarchy.as_ref().map(|hierarchy| &hierarchy.rest[..]);
-    let sphere_id = |place: usize| match rest {
-        Some(rest) => rest.get(place).copied().unwrap_or(0),
-        None => place as u32 + 1,
-    };
-    let in_space = prepared.in_space().unwrap();
-    let decide = |ray: num::Ray<Watched>| {
-        let mut nearest = Nearest::none();
-        for (place, words) in lists.spheres.iter().enumerate() {
-            let sphere: SphereSeen<Watched> = record(words);
-            let mut bounds = SphereSeen::bounds(&sphere, &ray).unwrap();
-            if *any_close {
-                let close = SphereSeen::bounds_close(&sphere, &ray).unwrap();
-                bounds = if sphere.is_close.0 > 0.0 { close } else { bounds };
-            }
-            nearest = nearest.with(bounds, sphere_id(place));
-        }
-        for (index, words) in lists.planes.iter().enumerate() {
-            let bounds = PlaneSeen::bounds(&record(words), &ray).unwrap();
-            nearest = nearest.with(bounds, (n_spheres + index) as u32 + 1);
-        }
-        if let (Some(InSpace { boxes, beside }), Some(hierarchy)) = (&in_space, &prepared.hierarchy)
-        {
-            let slabs = Slabs::new(&ray, Watched(LEAST_SLACK + beside));
-            // Lanes without a leaf look at the first one.
-            hierarchy.leaves.add(0, &ray, &mut Nearest::none());
-            let mut at = 0;
-            while let Some(node) = boxes.get(at) {
-                let [low, high] = [node.low, node.high].map(|side| V3(side.map(Watched)));
-                let is_leaf = node.link & IS_LEAF != 0;
-                let is_met = slabs.between(low, high).is_within(nearest.high()).0;
-                at = if is_met || is_leaf { at + 1 } else { node.link as usize };
-                if is_met && is_leaf {
-                    hierarchy.leaves.add(node.link & !IS_LEAF, &ray, &mut nearest);
-                }
-            }
-        }
-        nearest.decide().0
-    };
-    let watched = |v: V3<f32>| V3(v.0.map(Watched));
-    match rays {
-        Rays::Pixels(pixels) => {
-            let camera = Frame::<f32>::of_pixels(pixels);
-            let ray = |index| {
-                let (x, y) = pixels.xy(index);
-                let (i, j) = pixels.offset2(x, y);
-                camera.ray(Watched(i as f32), Watched(j as f32))
-            };
-            (0..pixels.len()).map(|index| decide(ray(index))).collect()
-        }
-        Rays::List(list) => {
-            let list_of_rays = List::new(list, prepared.reference);
-            let ray = |index| {
-                let num::Ray { origin, direction, .. } = list_of_rays.one(index);
-                num::Ray::new(watched(origin), watched(direction))
-            };
-            (0..list.len()).map(|index| decide(ray(index))).collect()
-        }
-    }
-}
-
-/// What rays see, and what was not finite.
-fn watch(prepared: &Prepared, rays: &Rays) -> (Vec<u32>, Vec<String>) {
+/// What rays see, and what was not finite; `None` where a device finds no way.
+fn watch(prepared: &Prepared, rays: &Rays) -> Option<(Vec<u32>, Vec<String>)> {
+    let twin = Twin::new(prepared)?;
     NOT_FINITE.take();
-    let proposals = propose(prepared, rays);
-    (proposals, NOT_FINITE.take())
+    let decide = |index| twin.decide::<Watched>(&twin.ray(rays, index));
+    Some(((0..rays.len()).map(decide).collect(), NOT_FINITE.take()))
 }
 
 /// Numbers of operations, and of scenes with a tree, that are looked at in a test.
@@ -230,16 +142,16 @@ impl Looked {
     /// Watches a scene, and compares with the twin.
     fn at(&mut self, scene: &Arc<Scene>, rays: &Rays) {
         let prepared = Prepared::new(Arc::clone(scene), Kernel::Certified, rays).unwrap();
-        let Some(twin) = propose_alone(&prepared, rays).filter(|_| prepared.in_range) else {
+        if !prepared.in_range {
             return;
-        };
+        }
         OPERATIONS.set(0);
-        let (proposals, not_finite) = watch(&prepared, rays);
+        let Some((proposals, not_finite)) = watch(&prepared, rays) else { return };
         let what = || format!("{:?} {:?} {rays:?}", scene.spheres, scene.planes);
         if let Some(first) = not_finite.first() {
             panic!("{} operations, the first: {first}; {}", not_finite.len(), what());
         }
-        assert_eq!(proposals, twin, "{}", what());
+        assert_eq!(Some(proposals), propose_alone(&prepared, rays), "{}", what());
         self.operations += OPERATIONS.get();
         self.trees += u32::from(prepared.hierarchy.is_some());
     }
@@ -448,7 +360,7 @@ fn sabotage_an_infinity_is_noticed() {
     for (what, is_noticed, change) in changes {
         let mut prepared = Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap();
         change(&mut prepared);
-        let (_, not_finite) = watch(&prepared, &rays);
+        let (_, not_finite) = watch(&prepared, &rays).unwrap();
         assert_eq!(!not_finite.is_empty(), is_noticed, "{what}: {not_finite:?}");
     }
 }

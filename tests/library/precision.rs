@@ -14,7 +14,7 @@ use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
-use kugelblitz_tests::adversarial::{Adversarial, Rounding, set_rounding};
+use kugelblitz_tests::adversarial::{Adversarial, set_choices};
 use kugelblitz_tests::allowed::{Outside, compare_to_allowed};
 use kugelblitz_tests::span::{QUOTIENT_ULP, ROOT_ULP, Span};
 use kugelblitz_tests::{camera, in_cube, log_uniform, plane, scene, sphere};
@@ -22,6 +22,12 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 const KERNELS: [Kernel; 2] = [Kernel::Lecture, Kernel::Stable];
+
+/// Devices whose roundings all go down, all up, or either way; also to the ends of their tolerances.
+fn devices(rng: &mut ChaCha8Rng) -> impl Iterator<Item = (u64, bool)> + use<> {
+    let choices = [0, u64::MAX, rng.random()];
+    choices.into_iter().flat_map(|choices| [(choices, false), (choices, true)])
+}
 
 /// A device in software whose roundings are those of this thread.
 struct Device<'a> {
@@ -53,8 +59,8 @@ impl Device<'_> {
         }
     }
 
-    fn hits(&self, rounding: Rounding, seed: u64) -> Hits {
-        set_rounding(rounding, seed);
+    fn hits(&self, (choices, wide): (u64, bool)) -> Hits {
+        set_choices(choices, wide);
         let mut hits = Hits::default();
         hits.reset(self.rays.len(), Wants { surface: true, level: false });
         match &self.prepared.objects {
@@ -62,9 +68,15 @@ impl Device<'_> {
             Objects::Stable(lists) => self.trace(lists, &mut hits),
             other => panic!("no plain kernel in f32: {other:?}"),
         }
-        set_rounding(Rounding::Nearest, 0);
         hits
     }
+}
+
+fn on_cpu(prepared: &Arc<Prepared>, rays: &Rays) -> Hits {
+    let (mut hits, wants) = (Hits::default(), Wants { surface: true, level: false });
+    let mut tracer = Tracer::on_cpu(Arc::clone(prepared), wants);
+    tracer.trace(rays, &Control::default(), &mut hits).unwrap();
+    hits
 }
 
 /// Spheres from near to far away, and two planes.
@@ -109,11 +121,12 @@ fn each_device_that_keeps_to_the_precision_is_within_the_bounds() {
             for kernel in KERNELS {
                 let prepared = prepared(&scene, kernel, &rays);
                 let device = Device { prepared: &prepared, rays: &rays };
-                let nearest = device.hits(Rounding::Nearest, 1);
-                for rounding in Rounding::ALL {
-                    let hits = device.hits(rounding, seed);
+                let nearest = on_cpu(&prepared, &rays);
+                assert_eq!(outside(&prepared, &rays, &nearest).outside, 0, "the CPU");
+                for choices in devices(&mut rng) {
+                    let hits = device.hits(choices);
                     let found = outside(&prepared, &rays, &hits);
-                    assert_eq!(found.outside, 0, "{rounding:?}, seed {seed}: {found:?}");
+                    assert_eq!(found.outside, 0, "{choices:?}, seed {seed}: {found:?}");
                     n_hits += hits.n_hits();
                     n_otherwise += (0..rays.len()).filter(|&i| hits.t[i] != nearest.t[i]).count();
                 }
@@ -121,24 +134,6 @@ fn each_device_that_keeps_to_the_precision_is_within_the_bounds() {
         }
     }
     assert!(n_hits > 50_000 && n_otherwise > 20_000, "{n_hits} hits, {n_otherwise} otherwise");
-}
-
-#[test]
-fn the_cpu_is_within_the_bounds() {
-    let mut rng = ChaCha8Rng::seed_from_u64(20);
-    let scene = world(&mut rng);
-    for rays in some_rays(&mut rng) {
-        for kernel in KERNELS {
-            let prepared = prepared(&scene, kernel, &rays);
-            let wants = Wants { surface: true, level: false };
-            let mut hits = Hits::default();
-            Tracer::on_cpu(Arc::clone(&prepared), wants)
-                .trace(&rays, &Control::default(), &mut hits)
-                .unwrap();
-            assert_eq!(outside(&prepared, &rays, &hits).outside, 0);
-            assert!(hits.n_hits() > 500);
-        }
-    }
 }
 
 #[test]
@@ -151,7 +146,7 @@ fn results_that_no_such_device_gives_are_noticed() {
     let rays = Rays::Pixels(Pixels::whole(view, 61, 43));
     for kernel in KERNELS {
         let prepared = prepared(&scene, kernel, &rays);
-        let hits = Device { prepared: &prepared, rays: &rays }.hits(Rounding::Nearest, 1);
+        let hits = on_cpu(&prepared, &rays);
         assert_eq!(
             outside(&prepared, &rays, &hits),
             Outside { rays: 61 * 43, ..Outside::default() }
@@ -187,15 +182,13 @@ fn results_that_no_such_device_gives_are_noticed() {
 #[test]
 fn no_bound_is_twice_as_wide_as_needed() {
     let mut rng = ChaCha8Rng::seed_from_u64(22);
-    let mut number = || log_uniform(&mut rng, 1e-6, 1e6) as f32;
     let (mut quotient_ulp, mut root_ulp, mut n_ends) = (0f64, 0f64, 0);
-    for seed in 0..2000 {
-        let (a, b) = (number(), number());
-        for rounding in Rounding::ALL {
-            set_rounding(rounding, seed);
+    for _ in 0..2000 {
+        let [a, b] = [0; 2].map(|_| log_uniform(&mut rng, 1e-6, 1e6) as f32);
+        for (choices, wide) in devices(&mut rng) {
+            set_choices(choices, wide);
             let (x, y) = (Adversarial(a), Adversarial(b));
             let (sum, product, quotient, root) = (x + y, x * y, x / y, x.abs().sqrt());
-            set_rounding(Rounding::Nearest, 0);
             let (p, q) = (Span::new(a), Span::new(b));
             for (span, found) in [
                 (p + q, sum),

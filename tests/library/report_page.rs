@@ -100,86 +100,55 @@ fn small(kernels: &[(&str, u64, f64)]) -> Report {
     report
 }
 
-/// Where a picture's markers are: what they say, and their x and y.
-fn markers(svg: &str) -> Vec<(String, f64, f64)> {
+/// What a plot shows and where: texts, marks, lines, and the strip for what was never wrong.
+fn outline(svg: &str) -> String {
     let svg = Document::parse(svg).expect("XML");
-    let titled = svg.descendants().filter(|node| node.has_tag_name("title"));
-    titled
-        .map(|title| {
-            let group = title.parent().expect("a group");
-            let circle = group.descendants().find(|node| node.has_tag_name("circle"));
-            let circle = circle.expect("the marker of the first device");
-            let at = |name| circle.attribute(name).unwrap().parse().unwrap();
-            (shown_text(title), at("cx"), at("cy"))
-        })
-        .collect()
+    let said = svg.descendants().filter_map(|node| {
+        let at = |node: Node, names: [&str; 2]| {
+            names.map(|name| node.attribute(name).unwrap_or_default().to_string()).join(" ")
+        };
+        match node.tag_name().name() {
+            "text" => Some(format!("{}: {}", at(node, ["x", "y"]), shown_text(node))),
+            "title" => {
+                let mark = node.parent()?.descendants().find(|node| node.has_tag_name("circle"))?;
+                Some(format!("mark at {}: {}", at(mark, ["cx", "cy"]), shown_text(node)))
+            }
+            "polyline" => Some(format!("line through {}", node.attribute("points")?)),
+            "rect" if node.attribute("class") == Some("band") => {
+                Some(format!("strip, top and height: {}", at(node, ["y", "height"])))
+            }
+            _ => None,
+        }
+    });
+    said.map(|line| line + "\n").collect()
 }
 
-/// Top and bottom of the strip for what was never wrong.
-fn strip(svg: &str) -> Option<(f64, f64)> {
-    let svg = Document::parse(svg).expect("XML");
-    let rect = svg.descendants().find(|node| node.attribute("class") == Some("band"))?;
-    let at = |name| rect.attribute(name).unwrap().parse::<f64>().unwrap();
-    Some((at("y"), at("y") + at("height")))
-}
-
+/// What was never wrong lies in the strip, one wrong ray above it; both scales are logarithmic; a front has what nothing beats.
 #[test]
-fn never_wrong_lies_in_the_strip_and_one_wrong_ray_does_not() {
-    let right = small(&[("certified", 0, 20.0)]);
-    let svg = plot::plane(&right);
-    let (top, bottom) = strip(&svg).expect("a strip");
-    let (title, _, y) = &markers(&svg)[0];
-    assert!(title.contains("0 of 100\u{202f}000") && (top..bottom).contains(y), "{title}");
-    let lane = text_boxes(&svg).into_iter().find(|(words, _)| words == "certified, CPU");
-    let [_, name_top, _, name_bottom] = lane.expect("a name").1;
-    assert!(top <= name_top && name_bottom <= bottom, "the name is not in the strip: {svg}");
-    assert!(text::terminal(&right).contains("certified showed the right object for every ray"));
-    assert!(text::terminal(&right).contains("0 of 100000"));
-    assert!(page::html(&right).contains("0 of 100\u{202f}000"));
-
-    let wrong = small(&[("certified", 1, 20.0)]);
-    let svg = plot::plane(&wrong);
-    assert!(strip(&svg).is_none(), "{svg}");
-    assert!(markers(&svg)[0].0.contains("1.0e-3 %") || markers(&svg)[0].0.contains("0.0010 %"));
-    let sentence = "certified was wrong for 0.0010 % of the rays of figure1";
-    assert!(text::terminal(&wrong).contains(sentence), "{}", text::terminal(&wrong));
-    assert!(page::html(&wrong).contains(sentence));
-    assert!(!text::terminal(&wrong).contains("0 of 100000"));
-    assert!(!text::terminal(&wrong).contains("Without a wrong object"));
-
-    // Beside another that was never wrong, it is above the strip.
-    let svg = plot::plane(&small(&[("stable", 1, 10.0), ("certified", 0, 20.0)]));
-    let (top, bottom) = strip(&svg).expect("a strip");
-    let places: Vec<f64> = markers(&svg).into_iter().map(|(_, _, y)| y).collect();
-    assert!(places[0] < top && (top..bottom).contains(&places[1]), "{places:?}");
-}
-
-#[test]
-fn the_plane_is_logarithmic_both_ways() {
-    let report = small(&[("lecture", 10_000, 5.0), ("stable", 1000, 50.0), ("double", 100, 500.0)]);
-    let places = markers(&plot::plane(&report));
-    let step = |i: usize| (places[i + 1].1 - places[i].1, places[i + 1].2 - places[i].2);
-    assert!(step(0).0 > 50.0 && (step(0).0 - step(1).0).abs() < 0.3, "{places:?}");
-    assert!(step(0).1 > 50.0 && (step(0).1 - step(1).1).abs() < 0.3, "{places:?}");
-}
-
-/// Corners of the Pareto front.
-fn front(report: &Report) -> usize {
-    let svg = plot::plane(report);
-    let svg = Document::parse(&svg).expect("XML");
-    let lines = svg.descendants().filter(|node| node.has_tag_name("polyline"));
-    lines.map(|line| line.attribute("points").unwrap().split(' ').count()).sum()
-}
-
-#[test]
-fn the_front_has_what_nothing_beats() {
-    // Each faster one is more often wrong: two corners a step.
-    let steps = [("lecture", 900, 5.0), ("stable", 20, 6.0), ("certified", 0, 7.0)];
-    assert_eq!(front(&small(&steps)), 5);
-    let stable_is_slow = [("lecture", 900, 5.0), ("stable", 20, 9.0), ("certified", 0, 7.0)];
-    assert_eq!(front(&small(&stable_is_slow)), 3);
-    let price = text::terminal(&small(&steps)).replace('\n', " ");
-    assert!(price.contains("certified takes 1.40 times as long as the fastest."), "{price}");
+fn planes_are_shown_as_they_are_kept() {
+    let mut text = String::new();
+    for (name, kernels) in [
+        ("never wrong", &[("certified", 0, 20.0)][..]),
+        ("one wrong ray", &[("certified", 1, 20.0)]),
+        ("beside another that was never wrong", &[("stable", 1, 10.0), ("certified", 0, 20.0)]),
+        (
+            "steps of ten",
+            &[("lecture", 10_000, 5.0), ("stable", 1000, 50.0), ("double", 100, 500.0)],
+        ),
+        (
+            "each faster one more often wrong",
+            &[("lecture", 900, 5.0), ("stable", 20, 6.0), ("certified", 0, 7.0)],
+        ),
+        ("stable is slow", &[("lecture", 900, 5.0), ("stable", 20, 9.0), ("certified", 0, 7.0)]),
+    ] {
+        let report = small(kernels);
+        // The words that the ones before don't have.
+        let terminal = text::terminal(&report);
+        let words: Vec<&str> = terminal.lines().filter(|line| !text.contains(line)).collect();
+        let plane = outline(&plot::plane(&report));
+        text += &format!("== {name}\n{}\n\n{plane}\n", words.join("\n"));
+    }
+    assert_kept("tests/shown/planes.txt", &text);
 }
 
 /// All that is drawn of a report.
@@ -368,45 +337,59 @@ fn along_distance(report: &mut Report) -> impl Iterator<Item = &mut Row> {
     report.rows.iter_mut().filter(is_own)
 }
 
-fn distance(report: &Report) -> String {
-    plot::sweep(report, &SWEEPS[0])
+/// What the sweep over distance shows in its two panels: lines, how high it is, and what is said beside them.
+fn distance(report: &Report) -> (usize, f64, Vec<&'static str>) {
+    let svg = plot::sweep(report, &SWEEPS[0]);
+    let document = Document::parse(&svg).expect("XML");
+    let height = document.root_element().attribute("height").expect("a height");
+    let words = ["∞", "the same to the last bit", "class=\"band\""];
+    let said = words.into_iter().filter(|words| svg.contains(words)).collect();
+    (svg.matches("<polyline").count(), height.parse().expect("a number"), said)
 }
 
+/// Devices share a line where they are alike to the last bit, it has a gap where a row lacks, and what has no bound stands above
+/// the axis. A panel without numbers has no axis.
 #[test]
-fn a_line_has_a_gap_and_what_has_no_bound_stands_above_the_axis() {
-    let mut report = report();
-    let curves = |report: &Report| distance(report).matches("<polyline").count();
-    let (whole, n_alike) = (curves(&report), 2 * KERNELS.len());
-    assert!(!distance(&report).contains('∞'));
-    for row in along_distance(&mut report).skip(8 * n_alike) {
-        row.numbers.get_mut(&Metric::TUlp).expect("errors").p999 = f64::INFINITY;
-    }
-    assert!(distance(&report).contains('∞'));
-    assert!(text::terminal(&report).contains('∞') && page::html(&report).contains('∞'));
-    // Of the first kernel, on both devices.
-    for row in along_distance(&mut report).skip(4 * n_alike).step_by(KERNELS.len()).take(2) {
-        row.numbers.remove(&Metric::TUlp);
-    }
-    assert_eq!(curves(&report), whole + 1);
-}
-
-#[test]
-fn devices_share_a_line_where_they_are_alike_to_the_last_bit() {
-    let mut report = report();
-    let lines = |report: &Report| {
-        let svg = distance(report);
-        // Two panels.
-        (svg.matches("<polyline").count() / 2, svg.contains("the same to the last bit"))
+fn lines_are_what_the_rows_are() {
+    let n = KERNELS.len();
+    let errors = |row: &mut Row, change: fn(&mut Spread)| {
+        row.numbers.get_mut(&Metric::TUlp).map(change).expect("errors");
     };
-    assert_eq!(lines(&report), (KERNELS.len(), true));
-    let row = along_distance(&mut report).nth(3 * 8).expect("a row");
-    let t_ulp = row.numbers.get_mut(&Metric::TUlp).expect("errors");
-    t_ulp.median = t_ulp.median.next_up();
-    assert_eq!(lines(&report), (KERNELS.len() + 1, true));
-    for row in along_distance(&mut report).filter(|row| row.key.device == DEVICES[0]) {
-        *row.counts.get_mut(&Count::Rays).expect("rays") += 1;
-    }
-    assert_eq!(lines(&report), (2 * KERNELS.len(), false));
+    let shown = |change: &dyn Fn(&mut Report)| {
+        let mut report = report();
+        change(&mut report);
+        distance(&report)
+    };
+    let (n_lines, height, said) = shown(&|_| {});
+    assert_eq!((n_lines, said.len()), (2 * n, 2));
+    let one_differs = shown(&|report| {
+        let row = along_distance(report).nth(3 * 8).expect("a row");
+        errors(row, |t_ulp| t_ulp.median = t_ulp.median.next_up());
+    });
+    assert_eq!((one_differs.0, &one_differs.2), (2 * n + 2, &said));
+    let all_differ = shown(&|report| {
+        for row in along_distance(report).filter(|row| row.key.device == DEVICES[0]) {
+            *row.counts.get_mut(&Count::Rays).expect("rays") += 1;
+        }
+    });
+    assert_eq!((all_differ.0, &all_differ.2[..]), (4 * n, &said[1..]));
+    let no_bound = |report: &mut Report| {
+        along_distance(report)
+            .skip(8 * 2 * n)
+            .for_each(|row| errors(row, |t| t.p999 = f64::INFINITY));
+    };
+    let unbound = shown(&no_bound);
+    assert_eq!((unbound.0, unbound.2[0]), (2 * n, "∞"));
+    // Of the first kernel, on both devices.
+    let gap = shown(&|report| {
+        no_bound(report);
+        for row in along_distance(report).skip(4 * 2 * n).step_by(n).take(2) {
+            row.numbers.remove(&Metric::TUlp);
+        }
+    });
+    assert_eq!(gap.0, 2 * n + 1);
+    let strips = shown(&no_error);
+    assert!(strips.1 < height - 300.0 && strips.2 == said, "{strips:?}");
 }
 
 const HOSTILE: &str =
@@ -554,26 +537,14 @@ fn pictures_and_their_errors_are_shown_pixel_by_pixel() {
 }
 
 #[test]
-fn a_panel_without_numbers_has_no_axis_and_a_section_without_data_no_place() {
+fn a_section_without_data_has_no_place() {
     let mut report = report();
-    let height = |report: &Report| {
-        let svg = distance(report);
-        let document = Document::parse(&svg).expect("XML");
-        document.root_element().attribute("height").unwrap().parse::<f64>().unwrap()
-    };
-    let whole = height(&report);
-    no_error(&mut report);
-    // Both panels are strips of zeros.
-    assert!(height(&report) < whole - 300.0, "{whole} {}", height(&report));
-    let svg = distance(&report);
-    assert!(svg.contains("class=\"band\"") && !svg.contains("10⁻"), "{svg}");
     for row in along_distance(&mut report) {
         row.numbers.clear();
         row.counts.clear();
     }
     let page = page::html(&report);
     assert!(!page.contains("Sweep: distance") && page.contains("Sweep: objects"));
-
     report.rows.retain(|row| matches!(row.key.of, Of::Light { .. }));
     let lit_alone = page::html(&report);
     for title in ["Time and error of each kernel", "Classes of scenes", "Sweep:", "<h2>Scenes</h2>"]

@@ -5,13 +5,13 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
+use glam::DVec3;
 use kugelblitz::gpu::{Shader, compile};
 use kugelblitz::kernel::Float;
 use kugelblitz::prepare::{FEW_SPHERES, Finding, LightKey, Prepared, ShaderKey};
 use kugelblitz::rays::{Bundle, Pixels, View};
-use kugelblitz::scene::read_scene;
 use kugelblitz::trace::{Kernel, Rays, Wants};
-use kugelblitz_tests::root;
+use kugelblitz_tests::{camera, scene, sphere};
 
 /// `(opcode, operands)` of each instruction.
 fn walk(words: &[u32]) -> Vec<(u32, &[u32])> {
@@ -288,48 +288,18 @@ fn a_shader_has_what_it_is_asked_for() {
     }
 }
 
-/// The scenes that come along, their spheres, and the shader that the program then asks for.
-fn scenes() -> Vec<(String, usize, ShaderKey)> {
-    let mut found = Vec::new();
-    for folder in ["scenes", "scenes/hard", "scenes/clouds", "scenes/lit/hard"] {
-        let folder = root().join(folder);
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.extension().is_none_or(|ending| ending != "toml") {
-                continue;
-            }
-            let scene = read_scene(&path).unwrap();
-            let view = View::new(scene.camera.as_ref().unwrap());
-            let rays = Rays::Pixels(Pixels::whole(view, 64, 48));
-            for kernel in Kernel::ALL {
-                let prepared = Prepared::new(Arc::new(scene.clone()), kernel, &rays).unwrap();
-                let key = prepared.shader_key(Wants::default());
-                let name = format!("{} {}", path.display(), kernel.name());
-                found.push((name, scene.spheres.len(), key));
-            }
+#[test]
+fn a_tree_only_where_there_are_many_spheres() {
+    let camera = camera(DVec3::Z * 9.0, DVec3::ZERO);
+    let rays = Rays::Pixels(Pixels::whole(View::new(&camera), 64, 48));
+    for n in [0, 1, FEW_SPHERES, FEW_SPHERES + 1, 3000] {
+        let spheres = (0..n).map(|i| sphere(DVec3::X * i as f64, 1.0)).collect();
+        let scene = Arc::new(scene(spheres, vec![]));
+        for kernel in Kernel::ALL {
+            let prepared = Prepared::new(Arc::clone(&scene), kernel, &rays).unwrap();
+            let has_tree = prepared.shader_key(Wants::default()).spheres == Finding::Tree;
+            let is_many = kernel == Kernel::Certified && n > FEW_SPHERES;
+            assert_eq!(has_tree, is_many, "{n} spheres, {}", kernel.name());
         }
     }
-    found
-}
-
-/// The signs of a hierarchy: textures, and names.
-fn traces_of_a_hierarchy(shader: &Shader, words: &[u32]) -> usize {
-    const OP_TYPE_IMAGE: u32 = 25;
-    let names = ["hierarchy", "walk", "boxes", "texel", "leaves"];
-    let named = names.iter().filter(|name| has(shader, name)).count();
-    count(words, OP_TYPE_IMAGE) + named
-}
-
-#[test]
-fn a_hierarchy_only_where_there_are_many_spheres() {
-    let mut n_with = 0;
-    for (name, n_spheres, key) in scenes() {
-        let (shader, words) = shader(&key);
-        let has_hierarchy = key.spheres == Finding::Tree;
-        assert_eq!(traces_of_a_hierarchy(&shader, &words) > 0, has_hierarchy, "{name}");
-        let is_many = key.kernel == Kernel::Certified && n_spheres > FEW_SPHERES;
-        assert_eq!(has_hierarchy, is_many, "{name}");
-        n_with += usize::from(has_hierarchy);
-    }
-    assert!(n_with > 0);
 }

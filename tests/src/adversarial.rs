@@ -3,125 +3,38 @@
 //! root by 4.5.
 
 use std::cell::Cell;
+use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use kugelblitz::num::Real;
 
-/// Where inexact results go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rounding {
-    /// To the nearest, as IEEE 754 has it.
-    Nearest,
-    /// To the upper neighbour.
-    Up,
-    /// To the lower neighbour.
-    Down,
-    /// To either neighbour, at random.
-    Random,
-    /// To either neighbour; division and square root anywhere within their tolerance.
-    Wide,
-    /// Up; division and square root as far up as their tolerance goes.
-    WideUp,
-    /// Down, as far.
-    WideDown,
-    /// To the neighbour that [`set_choices`] says.
-    Chosen,
-    /// To that side; division and square root as far as their tolerance goes.
-    ChosenWide,
-}
-
-impl Rounding {
-    pub const ALL: [Rounding; 7] = [
-        Rounding::Nearest,
-        Rounding::Up,
-        Rounding::Down,
-        Rounding::Random,
-        Rounding::Wide,
-        Rounding::WideUp,
-        Rounding::WideDown,
-    ];
-}
-
 thread_local! {
-    static ROUNDING: Cell<Rounding> = const { Cell::new(Rounding::Nearest) };
-    static STATE: Cell<u64> = const { Cell::new(1) };
-}
-
-/// Sets this thread's rounding, and the seed of its random choices.
-pub fn set_rounding(rounding: Rounding, seed: u64) {
-    ROUNDING.set(rounding);
-    STATE.set(seed | 1);
+    static CHOICES: Cell<u64> = const { Cell::new(0) };
+    static IS_WIDE: Cell<bool> = const { Cell::new(false) };
 }
 
 /// Chooses this thread's roundings one by one: up for a 1, from the lowest bit on, and again after
 /// 64 operations. With `wide`, division and square root go to the end of their tolerance.
 pub fn set_choices(choices: u64, wide: bool) {
-    ROUNDING.set(if wide { Rounding::ChosenWide } else { Rounding::Chosen });
-    STATE.set(choices);
-}
-
-fn next_choice() -> bool {
-    let choices = STATE.get();
-    STATE.set(choices.rotate_right(1));
-    choices & 1 == 1
-}
-
-fn random_bits() -> u64 {
-    // Xorshift64 (Marsaglia 2003): quick, and good enough for coins.
-    let mut x = STATE.get();
-    x ^= x << 13;
-    x ^= x >> 7;
-    x ^= x << 17;
-    STATE.set(x);
-    x >> 16
+    CHOICES.set(choices);
+    IS_WIDE.set(wide);
 }
 
 /// Rounds a true result: `nearest`, and on which side of it the truth lies. `spare` whole units
 /// are this operation's tolerance beyond a neighbour.
-fn round(nearest: f32, truth_is: std::cmp::Ordering, spare: i32) -> f32 {
-    let rounding = ROUNDING.get();
-    let exact = truth_is.is_eq();
-    let is_chosen = matches!(rounding, Rounding::Chosen | Rounding::ChosenWide);
-    let goes_up = is_chosen && next_choice();
+fn round(nearest: f32, truth_is: Ordering, spare: i32) -> f32 {
+    let choices = CHOICES.get();
+    CHOICES.set(choices.rotate_right(1));
+    let goes_up = choices & 1 == 1;
     let (below, above) = match truth_is {
-        std::cmp::Ordering::Less => (nearest.next_down(), nearest),
-        std::cmp::Ordering::Equal => (nearest, nearest),
-        std::cmp::Ordering::Greater => (nearest, nearest.next_up()),
+        Ordering::Less => (nearest.next_down(), nearest),
+        Ordering::Equal => (nearest, nearest),
+        Ordering::Greater => (nearest, nearest.next_up()),
     };
-    let faithful = match rounding {
-        Rounding::Nearest => nearest,
-        Rounding::Up | Rounding::WideUp => above,
-        Rounding::Down | Rounding::WideDown => below,
-        Rounding::Chosen | Rounding::ChosenWide => {
-            if goes_up {
-                above
-            } else {
-                below
-            }
-        }
-        Rounding::Random | Rounding::Wide => {
-            if random_bits() & 1 == 0 {
-                below
-            } else {
-                above
-            }
-        }
-    };
-    let steps = match rounding {
-        _ if spare == 0 || (exact && nearest == 0.0) => 0,
-        Rounding::Wide => (random_bits() % (2 * spare as u64 + 1)) as i32 - spare,
-        Rounding::WideUp => spare,
-        Rounding::WideDown => -spare,
-        Rounding::ChosenWide => {
-            if goes_up {
-                spare
-            } else {
-                -spare
-            }
-        }
-        _ => 0,
-    };
-    (0..steps.abs()).fold(faithful, |x, _| if steps > 0 { x.next_up() } else { x.next_down() })
+    let is_zero = truth_is.is_eq() && nearest == 0.0;
+    let steps = if IS_WIDE.get() && !is_zero { spare } else { 0 };
+    let faithful = if goes_up { above } else { below };
+    (0..steps).fold(faithful, |x, _| if goes_up { x.next_up() } else { x.next_down() })
 }
 
 /// A number of this arithmetic.

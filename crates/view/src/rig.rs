@@ -252,16 +252,6 @@ mod tests {
     }
 
     #[test]
-    fn orbit_turns_what_is_in_front_with_the_pointer() {
-        // A yaw to the right moves the eye to the right of the pivot.
-        let mut rig = rig();
-        let right = rig.view().right;
-        let before = rig.camera.position;
-        rig.orbit(0.1, 0.0);
-        assert!((rig.camera.position - before).dot(right) > 0.0);
-    }
-
-    #[test]
     fn orbit_stops_before_the_poles() {
         let mut rig = rig();
         for _ in 0..100 {
@@ -276,12 +266,13 @@ mod tests {
 
     #[test]
     fn pan_moves_the_pivot_with_the_pointer() {
-        let mut rig = rig();
-        let by = DVec2::new(31.0, -17.0);
-        let (point, before) = (rig.pivot, seen_at(&rig, rig.pivot));
-        rig.pan(by, SIZE.y);
-        assert_close(seen_at(&rig, point), before + by);
-        assert_eq!(rig.view().forward, self::rig().view().forward);
+        for mut rig in [rig(), orthographic_rig()] {
+            let by = DVec2::new(31.0, -17.0);
+            let (point, before) = (rig.pivot, seen_at(&rig, rig.pivot));
+            rig.pan(by, SIZE.y);
+            assert_close(seen_at(&rig, point), before + by);
+            assert_eq!(rig.view().forward, self::rig().view().forward);
+        }
     }
 
     #[test]
@@ -326,12 +317,8 @@ mod tests {
     }
 
     #[test]
-    fn an_orthographic_camera_pans_frames_and_prints() {
+    fn an_orthographic_camera_frames() {
         let mut rig = orthographic_rig();
-        let by = DVec2::new(31.0, -17.0);
-        let (point, before) = (rig.pivot, seen_at(&rig, rig.pivot));
-        rig.pan(by, SIZE.y);
-        assert_close(seen_at(&rig, point), before + by);
         let extent = Extent { center: DVec3::new(1.0, 2.0, 3.0), radius: 4.0 };
         for aspect in [1.5, 0.5] {
             rig.frame(extent, aspect);
@@ -340,8 +327,6 @@ mod tests {
             let narrower = h * aspect.min(1.0);
             assert!((1.0..1.2).contains(&(narrower / extent.radius)), "fills it");
         }
-        let scene = parse_scene(&rig.camera.to_toml(), Path::new("p.toml")).unwrap();
-        assert_eq!(scene.camera, Some(rig.camera));
     }
 
     #[test]
@@ -424,10 +409,11 @@ mod tests {
 
     #[test]
     fn a_printed_camera_is_the_same_camera() {
-        let mut rig = rig();
-        rig.orbit(0.123, 0.0456);
-        rig.zoom(rig.across(DVec2::new(3.0, 4.0), SIZE), 1e-7, 0.3);
-        let scene = parse_scene(&rig.camera.to_toml(), Path::new("p.toml")).unwrap();
-        assert_eq!(scene.camera, Some(rig.camera));
+        for mut rig in [rig(), orthographic_rig()] {
+            rig.orbit(0.123, 0.0456);
+            rig.zoom(rig.across(DVec2::new(3.0, 4.0), SIZE), 1e-7, 0.3);
+            let scene = parse_scene(&rig.camera.to_toml(), Path::new("p.toml")).unwrap();
+            assert_eq!(scene.camera, Some(rig.camera));
+        }
     }
 }

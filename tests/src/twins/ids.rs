@@ -1,74 +1,139 @@
 //! What `shaders/certified.wgsl` and `shaders/tree.wgsl` do: each ray alone, in f32.
 
-use kugelblitz::bvh::{IS_LEAF, Leaves, MOST_BOXES};
+use kugelblitz::bvh::{IS_LEAF, MOST_BOXES};
 use kugelblitz::gpu::slabs::{LEAST_SLACK, Slabs};
-use kugelblitz::num::{OPEN, V3};
-use kugelblitz::prepare::{InSpace, Prepared};
+use kugelblitz::num::fields::{Fields, Source};
+use kugelblitz::num::{OPEN, Real, V3};
+use kugelblitz::prepare::{InSpace, Objects, Prepared};
 use kugelblitz::rays::{Frame, List, Rays};
-use kugelblitz::seen::{Nearest, Objects, Ray};
+use kugelblitz::seen::{Nearest, PlaneSeen, Ray, Seen as _, SphereSeen};
 use rayon::prelude::*;
 
 /// The proposals of the kernel `certified` where each ray is looked at alone, by the formulas of a device: the
 /// twin that a device's proposals are compared with. The CPU may leave other rays open, but never sees another object. `None`
 /// where a device finds no way through a scene.
 pub fn propose_alone(prepared: &Prepared, rays: &Rays) -> Option<Vec<u32>> {
-    let hierarchy = prepared.hierarchy.as_ref();
-    let in_space = prepared.in_space().expect("memory for the boxes of a tree");
-    if in_space.is_none() && hierarchy.is_some() {
-        return None;
-    }
-    let eye = prepared.eye();
-    let listed = match hierarchy {
-        None => Objects::new(prepared.seen_objects(), &eye),
-        Some(hierarchy) => Objects::new(prepared.beside(&hierarchy.rest), &eye),
-    };
-    let look = |ray: Ray<f32>| {
-        let mut nearest = listed.nearest(&ray);
-        match (&in_space, hierarchy) {
-            (Some(in_space), Some(hierarchy))
-                if !look_in_tree(&ray, &mut nearest, in_space, &hierarchy.leaves) =>
-            {
-                OPEN
-            }
-            _ => nearest.decide().0,
-        }
-    };
+    let twin = Twin::new(prepared)?;
     let all = (0..rays.len()).into_par_iter();
-    Some(match rays {
-        Rays::Pixels(pixels) => {
-            let camera = Frame::of_pixels(pixels);
-            let ray = |index| {
-                let (x, y) = pixels.xy(index);
-                let (i, j) = pixels.offset2(x, y);
-                camera.ray(i as f32, j as f32)
-            };
-            all.map(|index| look(ray(index))).collect()
-        }
-        Rays::List(rays) => {
-            let list = List::new(rays, prepared.reference);
-            all.map(|index| look(list.one(index))).collect()
-        }
-    })
+    Some(all.map(|index| twin.decide::<f32>(&twin.ray(rays, index))).collect())
 }
 
-/// Whether that comes to its end.
-fn look_in_tree(
-    ray: &Ray<f32>,
-    nearest: &mut Nearest<f32>,
-    in_space: &InSpace,
-    leaves: &Leaves,
-) -> bool {
-    let InSpace { boxes, beside } = in_space;
-    let slabs = Slabs::new(ray, LEAST_SLACK + beside);
-    let mut at = 0;
-    for _ in 0..MOST_BOXES {
-        let Some(node) = boxes.get(at) else { break };
-        let is_leaf = node.link & IS_LEAF != 0;
-        let is_met = slabs.between(V3(node.low), V3(node.high)).is_within(nearest.high());
-        at = if is_met || is_leaf { at + 1 } else { node.link as usize };
-        if is_met && is_leaf {
-            leaves.add(node.link & !IS_LEAF, ray, nearest);
+/// A prepared scene as a device has it, for any number like an f32.
+pub struct Twin<'a> {
+    prepared: &'a Prepared,
+    in_space: Option<InSpace>,
+}
+
+impl Twin<'_> {
+    /// `None` where a device finds no way through the scene.
+    pub fn new(prepared: &Prepared) -> Option<Twin<'_>> {
+        let in_space = prepared.in_space().expect("memory for the boxes of a tree");
+        let has_way = in_space.is_some() || prepared.hierarchy.is_none();
+        has_way.then_some(Twin { prepared, in_space })
+    }
+
+    /// One of these rays.
+    pub fn ray<R: Real<One = f32>>(&self, rays: &Rays, index: usize) -> Ray<R> {
+        match rays {
+            Rays::Pixels(pixels) => {
+                let (x, y) = pixels.xy(index);
+                let (i, j) = pixels.offset2(x, y);
+                Frame::of_pixels(pixels).ray(R::splat(i as f32), R::splat(j as f32))
+            }
+            Rays::List(rays) => {
+                let Ray { origin, direction, .. } =
+                    List::new(rays, self.prepared.reference).one(index);
+                Ray::new(V3::splat(origin), V3::splat(direction))
+            }
         }
     }
-    at == boxes.len()
+
+    /// The id that a ray sees, or [`OPEN`].
+    pub fn decide<R: Real<One = f32, Id = u32>>(&self, ray: &Ray<R>) -> u32 {
+        let mut nearest = self.nearest_listed(ray);
+        match self.look_in_tree(ray, &mut nearest) {
+            true => nearest.decide().0,
+            false => OPEN,
+        }
+    }
+
+    /// Of the records that a device has in its buffers.
+    fn nearest_listed<R: Real<One = f32, Id = u32>>(&self, ray: &Ray<R>) -> Nearest<R> {
+        let Objects::Certified { lists, any_close } = &self.prepared.objects else {
+            panic!("a kernel without a proof")
+        };
+        let rest = self.prepared.hierarchy.as_ref().map(|hierarchy| &hierarchy.rest[..]);
+        let id_at = |place: usize| match rest {
+            Some(rest) => rest.get(place).copied().unwrap_or(0),
+            None => place as u32 + 1,
+        };
+        let mut nearest = Nearest::none();
+        for (place, words) in lists.spheres.iter().enumerate() {
+            let sphere: SphereSeen<R> = record(words);
+            let far = SphereSeen::bounds(&sphere, ray);
+            let close = any_close.then(|| SphereSeen::bounds_close(&sphere, ray)).flatten();
+            let is_close = record::<f32, SphereSeen<f32>>(words).is_close > 0.0;
+            if let Some(next) = if is_close { close } else { far } {
+                nearest = nearest.with(next, id_at(place));
+            }
+        }
+        let n_spheres = self.prepared.scene.spheres.len();
+        for (index, words) in lists.planes.iter().enumerate() {
+            if let Some(next) = PlaneSeen::bounds(&record(words), ray) {
+                nearest = nearest.with(next, (n_spheres + index) as u32 + 1);
+            }
+        }
+        nearest
+    }
+
+    /// Whether that comes to its end.
+    fn look_in_tree<R: Real<One = f32, Id = u32>>(
+        &self,
+        ray: &Ray<R>,
+        nearest: &mut Nearest<R>,
+    ) -> bool {
+        let (Some(InSpace { boxes, beside }), Some(hierarchy)) =
+            (&self.in_space, &self.prepared.hierarchy)
+        else {
+            return true;
+        };
+        let slabs = Slabs::new(ray, R::splat(LEAST_SLACK + beside));
+        // Lanes without a leaf look at the first one.
+        hierarchy.leaves.add(0, ray, &mut Nearest::none());
+        let mut at = 0;
+        for _ in 0..MOST_BOXES {
+            let Some(node) = boxes.get(at) else { break };
+            let is_leaf = node.link & IS_LEAF != 0;
+            let [low, high] = [node.low, node.high].map(|side| V3::splat(V3(side)));
+            let is_met = slabs.between(low, high).is_within(nearest.high());
+            let is_met = R::select_id(is_met, 1, 0) == 1;
+            at = if is_met || is_leaf { at + 1 } else { node.link as usize };
+            if is_met && is_leaf {
+                hierarchy.leaves.add(node.link & !IS_LEAF, ray, nearest);
+            }
+        }
+        at == boxes.len()
+    }
+}
+
+/// A struct from the words of a device's buffer.
+fn record<R: Real<One = f32, Id = u32>, T: Fields<R>>(words: &[f32]) -> T {
+    struct Words<'a>(&'a [f32], usize);
+
+    impl<R: Real<One = f32, Id = u32>> Source<R> for Words<'_> {
+        fn num(&mut self, _: &'static str) -> R {
+            self.1 += 1;
+            R::splat(self.0[self.1 - 1])
+        }
+        fn vec(&mut self, name: &'static str) -> V3<R> {
+            self.1 = self.1.next_multiple_of(4);
+            V3([(); 3].map(|()| self.num(name)))
+        }
+        fn id(&mut self, _: &'static str) -> u32 {
+            self.1 += 1;
+            self.0[self.1 - 1].to_bits()
+        }
+    }
+
+    T::read(&mut Words(words, 0))
 }

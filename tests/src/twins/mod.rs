@@ -4,5 +4,5 @@
 mod ids;
 mod light;
 
-pub use ids::propose_alone;
+pub use ids::{Twin, propose_alone};
 pub use light::light_alone;

@@ -2,7 +2,6 @@
 
 mod calculator;
 mod cli;
-mod digest;
 mod explain;
 mod figures;
 mod from_data;

@@ -4,58 +4,27 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::OnceLock;
-use std::time::{Duration, Instant};
 
 use kugelblitz_tests::{gpu, npy};
-
-use crate::program::scene_file;
 use tempfile::TempDir;
 
-/// The program with these arguments and at most `kib` KiB of address space.
-fn within(kib: u64, folder: &Path, args: &[&str]) -> Output {
-    finish(
-        Command::new("sh")
-            .args(["-c", "ulimit -c 0; ulimit -v \"$0\"; exec \"$@\"", &kib.to_string()])
-            .arg(env!("CARGO_BIN_EXE_kugelblitz"))
-            .args(args)
-            .current_dir(folder),
-    )
-}
+use crate::program::{ends, finish, in_folder, run, scene_file};
 
-/// Ends a program that hangs: nothing here takes minutes.
-fn finish(command: &mut Command) -> Output {
-    let folder = tempfile::tempdir().unwrap();
-    let [out, err] = ["out", "err"].map(|name| folder.path().join(name));
-    let to = |path| Stdio::from(fs::File::create(path).unwrap());
-    command.stdin(Stdio::null()).stdout(to(&out)).stderr(to(&err));
-    let start = Instant::now();
-    let mut child = command.spawn().unwrap();
-    let status = loop {
-        match child.try_wait().unwrap() {
-            Some(status) => break status,
-            None if start.elapsed() > Duration::from_secs(300) => {
-                child.kill().unwrap();
-                panic!("{command:?} hangs: {}", fs::read_to_string(err).unwrap());
-            }
-            None => std::thread::sleep(Duration::from_millis(10)),
-        }
-    };
-    let read = |path| fs::read(path).unwrap();
-    Output { status, stdout: read(out), stderr: read(err) }
-}
-
-/// The exit code and what was said; no signal, no panic, no failed allocation.
+/// How the program ends with the words of a line in a folder, and what it says, within a limit of `ulimit` in KiB: `-v` of
+/// its address space, `-d` of its data. Nothing here takes minutes: one that hangs ends with 124.
 #[track_caller]
-fn whole(what: &str, output: &Output) -> (i32, String) {
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    let code = output.status.code();
-    let code = code.unwrap_or_else(|| panic!("{what}: {}\n{said}", output.status));
-    for bad in ["panicked", "memory allocation of", "backtrace"] {
-        assert!(!said.contains(bad), "{what}\n{said}");
+fn within(limit: &str, kib: u64, folder: &Path, line: &str) -> (i32, String) {
+    let mut command = Command::new("sh");
+    let script = format!("ulimit -c 0; ulimit {limit} {kib}; exec timeout 300 \"$0\" \"$@\"");
+    command.args(["-c", &script, env!("CARGO_BIN_EXE_kugelblitz")]).args(line.split(' '));
+    command.current_dir(folder).stdin(Stdio::null()).stdout(Stdio::null());
+    let ran = finish(command);
+    for bad in ["memory allocation of", "backtrace"] {
+        assert!(!ran.stderr.contains(bad), "{line}\n{}", ran.stderr);
     }
-    (code, said)
+    (ran.code, ran.stderr)
 }
 
 /// A folder with the scene `s.toml` of a cloud of these rows (x, y, z, radius).
@@ -96,9 +65,9 @@ fn of_many_spheres_in_one_place_one_is_seen_in_little_memory() {
     ] {
         let folder = cloud(&rows);
         for (device, kib) in [("cpu", 400_000), ("gpu", 1_300_000)] {
-            let args = ["render", "s.toml", "-o", "a.npy", "--size", size, "--device", device];
+            let line = format!("render s.toml -o a.npy --size {size} --device {device}");
             let what = format!("{what} on {device}");
-            let (code, said) = whole(&what, &within(kib, folder.path(), &args));
+            let (code, said) = within("-v", kib, folder.path(), &line);
             assert_eq!(code, 0, "{what}\n{said}");
             let ids = ids(&folder.path().join("a.npy"));
             assert_eq!(ids[ids.len() / 2], id, "{what}");
@@ -113,10 +82,7 @@ fn million() -> &'static Path {
     static FOLDER: OnceLock<TempDir> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
-        let args = "generate cloud --count 1000000 -o c.npy --scene s.toml -q";
-        let program = &mut Command::new(env!("CARGO_BIN_EXE_kugelblitz"));
-        let made = finish(program.args(args.split(' ')).current_dir(folder.path()));
-        assert_eq!(whole(args, &made).0, 0);
+        ends(in_folder(&folder, "generate cloud --count 1000000 -o c.npy --scene s.toml -q"), 0);
         let path = |name: &str| folder.path().join(name);
         let scene = fs::read_to_string(path("s.toml")).unwrap();
         fs::write(path("lit.toml"), scene + "[sky]\nintensity = 0.8\ndirections = 4\n").unwrap();
@@ -132,23 +98,11 @@ fn what_a_picture_holds_is_counted() {
     let scene = fs::read_to_string(million().join("lit.toml")).unwrap();
     let path = million().join("sampled.toml");
     fs::write(&path, scene + "[image]\nwidth = 320\nheight = 180\nsamples = 2\n").unwrap();
-    let run = |args: &[&str]| {
-        let program = &mut Command::new(env!("CARGO_BIN_EXE_kugelblitz"));
-        let output = finish(program.args(args).current_dir(million()));
-        assert_eq!(whole("check", &output).0, 0);
-        String::from_utf8(output.stdout).unwrap()
-    };
-    let said: serde_json::Value =
-        serde_json::from_str(&run(&["check", "sampled.toml", "--json"])).unwrap();
+    let said = run(&["check", path.to_str().unwrap(), "--json"], 0).json();
     let held = said["picture"]["bytes_held"].as_u64().unwrap() / 1024;
-    let args = ["render", "sampled.toml", "-o", "g.ppm", "--device", "cpu"];
-    // Within a limit on its data: what the program asks for, without the ranges that are only set aside.
-    let within_data = |kib: u64| {
-        let program = &mut Command::new("sh");
-        let limited = "ulimit -c 0; ulimit -d \"$0\"; exec \"$@\"";
-        program.args(["-c", limited, &kib.to_string(), env!("CARGO_BIN_EXE_kugelblitz")]);
-        whole("render", &finish(program.args(args).current_dir(million()))).0
-    };
+    // Of its data: what the program asks for, without the ranges that are only set aside.
+    let line = "render sampled.toml -o g.ppm --device cpu";
+    let within_data = |kib: u64| within("-d", kib, million(), line).0;
     assert_eq!(within_data(held), 7, "{held} KiB");
     assert_eq!(within_data(held + held / 4 + 250_000), 0, "{held} KiB");
 }
@@ -165,9 +119,8 @@ fn a_sky_of_many_directions_is_refused_with_numbers() {
              plane = [{{ point = [0, -1, 0], normal = [0, 1, 0], color = \"#fff\" }}]\n"
         );
         fs::write(folder.path().join("s.toml"), scene).unwrap();
-        let args = "render s.toml -o a.png --size 8x8 --samples 16 --device cpu";
-        let args: Vec<&str> = args.split(' ').collect();
-        whole("a sky", &within(3_000_000, folder.path(), &args))
+        let line = "render s.toml -o a.png --size 8x8 --samples 16 --device cpu";
+        within("-v", 3_000_000, folder.path(), line)
     };
     let (code, said) = sky(65_536);
     assert_eq!(code, 7, "{said}");
@@ -200,8 +153,7 @@ fn a_million_spheres_fit_or_are_refused_with_numbers() {
     ] {
         for mib in limits {
             let what = format!("{command}, {mib} MiB");
-            let args: Vec<&str> = command.split(' ').collect();
-            let (code, said) = whole(&what, &within(mib << 10, million(), &args));
+            let (code, said) = within("-v", mib << 10, million(), command);
             match code {
                 0 => n_done += 1,
                 7 => {
@@ -222,10 +174,9 @@ fn a_million_spheres_fit_or_are_refused_with_numbers() {
 
 #[test]
 fn a_report_of_large_pictures_is_refused_with_numbers() {
-    let scene = scene_file("figure1");
-    let args = ["report", &scene, "--size", "8192x8192", "--device", "cpu"];
     let folder = tempfile::tempdir().unwrap();
-    let (code, said) = whole("report", &within(800_000, folder.path(), &args));
+    let line = format!("report {} --size 8192x8192 --device cpu", scene_file("figure1"));
+    let (code, said) = within("-v", 800_000, folder.path(), &line);
     assert_eq!(code, 7, "{said}");
     assert!(said.contains("8192x8192 pixels needs 1544 MiB"), "{said}");
 }

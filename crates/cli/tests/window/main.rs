@@ -461,24 +461,6 @@ fn make_pipe(path: &Path) {
 }
 
 #[test]
-fn a_click_before_a_resize_asks_about_what_was_clicked() {
-    let desk = Desk::new();
-    let path = scene("figure1");
-    let mut seen = Seen::open(&desk, &path, &["--size", SIZE]);
-    let [x, y] = [440, 280];
-    seen.point(seen.at(x, y));
-    seen.hovers(&format!("pixel {x}, {y} · "));
-    // Within the time of a double click.
-    let window = seen.window.to_string();
-    let shrink = ["click", "1", "windowsize", &window, "250", "260"];
-    seen.xdotool(&[&shrink[..], &["mousemove", "--window", &window, "50", "100"]].concat());
-    let explained = seen.wait(|event| ["explained", "trouble"].contains(&event.name()));
-    assert_eq!(explained.name(), "explained", "{}", explained.message());
-    assert_eq!(explained.text(), explained_outside(&path, x, y));
-    seen.quit();
-}
-
-#[test]
 fn a_window_that_others_end_ends() {
     for moving in [false, true] {
         for end in ["connection", "server", "compositor"] {
@@ -734,15 +716,9 @@ fn without_a_driver_it_says_how_to_get_one() {
     assert!(!stderr.contains("{}"), "{stderr}");
 }
 
+/// `KUGELBLITZ_ROUNDS` asks for more of them.
 #[test]
 fn use_leaves_memory_bounded() {
-    desk::usage::work_through(4);
-}
-
-/// Not part of a run of all tests, for it takes five minutes:
-/// `cargo test --profile ci -p kugelblitz-cli --features view --test window -- --ignored --nocapture`.
-#[test]
-#[ignore = "takes five minutes"]
-fn five_minutes_of_use_leave_memory_flat() {
-    desk::usage::soak(std::time::Duration::from_secs(300));
+    let rounds = std::env::var("KUGELBLITZ_ROUNDS").map_or(4, |n| n.parse().unwrap());
+    desk::usage::work_through(rounds);
 }

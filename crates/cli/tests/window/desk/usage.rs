@@ -2,17 +2,12 @@
 
 use std::fs;
 use std::path::PathBuf;
-use std::process::Command;
-use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
 use super::{Desk, Seen, scene};
 
-/// Most growth of the memory of a window in use, MiB.
-const MOST_GROWTH: f64 = 20.0;
-
-/// The same for some rounds more, MiB: what allocators keep grows a little with each. A picture that
+/// Most growth of the memory of a window for some rounds more, MiB: what allocators keep grows a little with each. A picture that
 /// each resize left behind would be 40.
 const MOST_GROWTH_OF_ROUNDS: f64 = 30.0;
 
@@ -32,13 +27,13 @@ struct Usage {
 }
 
 impl Usage {
-    fn begin(prepare: impl Fn(&mut Command) -> &mut Command) -> Usage {
+    fn begin() -> Usage {
         let desk = Desk::new();
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scene.toml");
         let text = fs::read_to_string(scene("figure1")).unwrap();
         fs::write(&path, &text).unwrap();
-        let seen = Seen::open_with(&desk, &path, &[], prepare);
+        let seen = Seen::open(&desk, &path, &[]);
         Usage { seen, path, text, _folder: folder, _desk: desk }
     }
 
@@ -57,26 +52,22 @@ impl Usage {
         self.seen.key("Escape");
     }
 
-    /// Writes the scene file, and waits until the window has read it.
-    #[track_caller]
-    fn write(&mut self, text: &str, event: &str) {
-        fs::write(&self.path, text).unwrap();
-        self.seen.wait(|seen| seen.name() == event);
-    }
-
-    /// Gives the first sphere another colour.
+    /// Gives the first sphere another colour, after a file that is wrong.
     #[track_caller]
     fn recolor(&mut self, n: usize) {
         let color = format!("#{:06x}", n * 54321 % 0xff_ffff);
         let text = self.text.replace("#d62728", &color);
-        self.write(&text, "reloaded");
+        for (text, event) in [("[camera\n", "scene_wrong"), (&text, "reloaded")] {
+            fs::write(&self.path, text).unwrap();
+            self.seen.wait(|seen| seen.name() == event);
+        }
     }
 }
 
 /// Everything that takes memory, several times over, from all kernels and painted modes to resizing
 /// and reloading: use takes a known amount, and more use no more.
 pub fn work_through(rounds: usize) {
-    let mut usage = Usage::begin(|command| command);
+    let mut usage = Usage::begin();
     let first = usage.seen.memory();
     let mut memory = Vec::new();
     for round in 0..2 * rounds {
@@ -113,44 +104,5 @@ pub fn work_through(rounds: usize) {
     );
     let in_use = memory[2 * rounds - 1] - first;
     assert!(in_use < MOST_IN_USE, "use took {in_use:.1} MiB: {first:.1}, then {memory:.1?}");
-    usage.seen.quit();
-}
-
-/// Moves, resizes, reloads, asks and compares for a time, with validation on.
-pub fn soak(time: Duration) {
-    let mut usage = Usage::begin(|command| command.env("WGPU_VALIDATION", "1"));
-    let start = Instant::now();
-    let mut round = 0;
-    let mut memory = Vec::new();
-    while start.elapsed() < time {
-        round += 1;
-        usage.orbit(120 + 40 * (round as u32 % 3));
-        let seen = &mut usage.seen;
-        let [middle, aside] = [seen.at(200, 150), seen.at(330, 180)];
-        seen.drag(aside, middle, 2, None);
-        seen.moves(|seen| seen.xdotool(&["click", "4"]));
-        seen.key(["F2", "F3", "F4", "F5", "F6", "F7", "F8"][round % 7]);
-        seen.moves(|seen| seen.key("3"));
-        seen.key("F1");
-        seen.key("c");
-        let (width, height) = [(1100, 760), (700, 500), (900, 640)][round % 3];
-        seen.resize(width, height);
-        seen.key("c");
-        usage.ask();
-        usage.recolor(round);
-        usage.write("[camera\n", "scene_wrong");
-        usage.write(&usage.text.clone(), "reloaded");
-        usage.seen.reset();
-        // Each third round has the same size, and the first minute fills the caches: shaders of
-        // all kernels and modes, glyphs, the allocators' pools.
-        if round % 3 == 0 && start.elapsed() > time / 5 {
-            memory.push(usage.seen.memory());
-            let (seconds, now) = (start.elapsed().as_secs_f64(), usage.seen.memory());
-            println!("{seconds:.0} s, round {round}: {now:.1} MiB");
-        }
-    }
-    assert!(memory.len() >= 3, "too few rounds: {memory:?}");
-    let growth = memory[memory.len() - 1] - memory[0];
-    assert!(growth < MOST_GROWTH, "memory grew by {growth:.1} MiB: {memory:?}");
     usage.seen.quit();
 }
