@@ -33,7 +33,7 @@ use serde_json::json;
 use crate::argument::{Crop, Pixel, Samples, Size, camera_of, named, one_ray, pixels_of, rays_of};
 use crate::camera::{Camera, FRAMING, framing};
 use crate::drawing::{drawing, tinted};
-use crate::error::{exception, wrong_value};
+use crate::error::{self, exception, wrong_value};
 use crate::explain::{Explanation, explained};
 use crate::given::{OF_SCENE, OF_SPHERES, change, spheres_of};
 use crate::judge;
@@ -208,7 +208,8 @@ impl Scene {
         let all = Distribution::ALL;
         let distribution = named("distribution", distribution, all, Distribution::name)?;
         let recipe = Recipe { distribution, count, seed };
-        work::run(py, |control| recipe.scene(control)).map(Scene::from)
+        let made = work::run(py, |control| Ok(recipe.scene(control)))?;
+        made.map(Scene::from).map_err(error::of("count"))
     }
 
     /// The scene with some things changed: `camera`, `size`, `samples`, `planes`, `lights`, `sky`, `ambient` or
