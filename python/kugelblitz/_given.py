@@ -85,7 +85,8 @@ def wrong_shape(name: str, given: NDArray[Any], expected: str) -> ValueError:
 
 def in_order(name: str, given: NDArray[Any], dtype: str = "=f8") -> NDArray[Any]:
     """Numbers in f64, one behind the other: where they lie, if they are that already."""
-    require(f"{name}: {given.shape[0]} rows", 8 * given.size)
+    # Also for what the library makes of them.
+    require(f"{name}: {given.shape[0]} rows", 16 * given.size)
     return np.require(given, dtype, ["C", "A"])
 
 
@@ -146,7 +147,7 @@ def balls(given: Any, radius: Any) -> NDArray[np.float64]:
     radii = array("radius", radius)
     if radii.shape not in [(), (n,)]:
         raise wrong_shape("radius", radii, f"there are {n} spheres")
-    require(f"spheres: {n} rows", 32 * n)
+    require(f"spheres: {n} rows", 64 * n)
     both = np.empty((n, 4))
     both[:, :3], both[:, 3] = made, radii
     return both
@@ -205,7 +206,8 @@ def npy(parts: list[Part]) -> bytes:
         if axes != common:
             lengths = ["{} rays", "{} rows and {} columns"][len(common) - 1].format(*common)
             raise wrong_shape(name, made, f"there are {lengths}")
-        require(f"{made.size} numbers", 24 * made.size)
+        # As records, in the file, and for its reader.
+        require(f"{made.size} numbers", 4 * made.nbytes)
         fields[field] = made if made.itemsize <= 8 else made.astype("f8")
     records = np.empty(common, [(field, made.dtype, made.shape[len(common) :]) for field, made in fields.items()])
     for field, made in fields.items():
