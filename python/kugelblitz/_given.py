@@ -53,15 +53,22 @@ def lines(names: list[str], given: dict[str, Any]) -> list[str]:
     return [f"{name} = {toml(name, given[name])}" for name in names if given.get(name) is not None]
 
 
-def entries(name: str, given: Any) -> list[str]:
-    """The entries of the list argument ``name``, each as :func:`toml` has it."""
-    try:
-        listed = None if isinstance(given, (dict, str)) else list(given)
-    except Exception:
-        listed = None
-    if listed is None:
-        raise TypeError(f"{name}: give a list of dictionaries, also for one")
-    return [toml(f"{name}[{n}]", entry) for n, entry in enumerate(listed)]
+def scene(given: dict[str, Any]) -> list[tuple[str, str]]:
+    """The lines of a scene file that say what is there beside spheres, and which argument each of them is of."""
+    found = [(line.partition(" ")[0], line) for line in lines(["background", "ambient", "sky"], given)]
+    for name, key in [("planes", "plane"), ("lights", "light")]:
+        entries = given.get(name)
+        if entries is None:
+            continue
+        try:
+            listed = None if isinstance(entries, (dict, str)) else list(entries)
+        except Exception:
+            listed = None
+        if listed is None:
+            raise TypeError(f"{name}: give a list of dictionaries, also for one")
+        each = [(f"{name}[{n}]", toml(f"{name}[{n}]", entry) + ",") for n, entry in enumerate(listed)]
+        found += [(name, f"{key} = ["), *each, (name, "]")]
+    return found
 
 
 def array(name: str, given: Any) -> NDArray[Any]:
