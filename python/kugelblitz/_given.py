@@ -53,15 +53,22 @@ def lines(names: list[str], given: dict[str, Any]) -> list[str]:
     return [f"{name} = {toml(name, given[name])}" for name in names if given.get(name) is not None]
 
 
-def entries(name: str, given: Any) -> list[str]:
-    """The entries of the list argument ``name``, each as :func:`toml` has it."""
-    try:
-        listed = None if isinstance(given, (dict, str)) else list(given)
-    except Exception:
-        listed = None
-    if listed is None:
-        raise TypeError(f"{name}: give a list of dictionaries, also for one")
-    return [toml(f"{name}[{n}]", entry) for n, entry in enumerate(listed)]
+def scene(given: dict[str, Any]) -> list[tuple[str, str]]:
+    """The lines of a scene file that say what is there beside spheres, and which argument each of them is of."""
+    found = [(line.partition(" ")[0], line) for line in lines(["background", "ambient", "sky"], given)]
+    for name, key in [("planes", "plane"), ("lights", "light")]:
+        entries = given.get(name)
+        if entries is None:
+            continue
+        try:
+            listed = None if isinstance(entries, (dict, str)) else list(entries)
+        except Exception:
+            listed = None
+        if listed is None:
+            raise TypeError(f"{name}: give a list of dictionaries, also for one")
+        each = [(f"{name}[{n}]", toml(f"{name}[{n}]", entry) + ",") for n, entry in enumerate(listed)]
+        found += [(name, f"{key} = ["), *each, (name, "]")]
+    return found
 
 
 def array(name: str, given: Any) -> NDArray[Any]:
@@ -85,7 +92,8 @@ def wrong_shape(name: str, given: NDArray[Any], expected: str) -> ValueError:
 
 def in_order(name: str, given: NDArray[Any], dtype: str = "=f8") -> NDArray[Any]:
     """Numbers in f64, one behind the other: where they lie, if they are that already."""
-    require(f"{name}: {given.shape[0]} rows", 8 * given.size)
+    # Also for what the library makes of them.
+    require(f"{name}: {given.shape[0]} rows", 16 * given.size)
     return np.require(given, dtype, ["C", "A"])
 
 
@@ -146,7 +154,7 @@ def balls(given: Any, radius: Any) -> NDArray[np.float64]:
     radii = array("radius", radius)
     if radii.shape not in [(), (n,)]:
         raise wrong_shape("radius", radii, f"there are {n} spheres")
-    require(f"spheres: {n} rows", 32 * n)
+    require(f"spheres: {n} rows", 64 * n)
     both = np.empty((n, 4))
     both[:, :3], both[:, 3] = made, radii
     return both
@@ -205,7 +213,8 @@ def npy(parts: list[Part]) -> bytes:
         if axes != common:
             lengths = ["{} rays", "{} rows and {} columns"][len(common) - 1].format(*common)
             raise wrong_shape(name, made, f"there are {lengths}")
-        require(f"{made.size} numbers", 24 * made.size)
+        # As records, in the file, and for its reader.
+        require(f"{made.size} numbers", 4 * made.nbytes)
         fields[field] = made if made.itemsize <= 8 else made.astype("f8")
     records = np.empty(common, [(field, made.dtype, made.shape[len(common) :]) for field, made in fields.items()])
     for field, made in fields.items():

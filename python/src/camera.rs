@@ -41,7 +41,8 @@ impl Camera {
         let names = keys_of::<CameraKeys>();
         let given = [Some(position), Some(look_at), up, fov, height];
         let keys = Keywords(iter::zip(&names, given).into_py_dict(py)?);
-        let scene = scene_of("camera", "camera", &inline(&keys.lines(&names)?))?;
+        let line = format!("camera = {}", inline(&keys.lines(&names)?));
+        let scene = scene_of(&[("camera".into(), line)])?;
         let no_camera = || PyValueError::new_err("camera: nothing was given");
         scene.camera.map(|of_scene| Camera { of_scene }).ok_or_else(no_camera)
     }

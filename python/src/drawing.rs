@@ -2,11 +2,12 @@
 
 use std::io::Write;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use kugelblitz::Error;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::rgb8_file;
-use kugelblitz::scene::{self, parse_scene};
+use kugelblitz::scene::parse_scene;
 use kugelblitz_judge::figure::Figure;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
@@ -74,20 +75,18 @@ pub fn figure<'py>(
 ) -> Object<'py> {
     let number = number.str()?.to_string();
     let figure = named("number", &number, Figure::ALL, Figure::number)?;
-    let own: scene::Scene;
     let scene = match scene {
-        Some(scene) => &scene.of,
+        Some(scene) => Arc::clone(&scene.of),
         None => {
             let (name, text) = figure.scene();
-            own = parse_scene(text, name.as_ref()).map_err(error::of(""))?;
-            &own
+            Arc::new(parse_scene(text, name.as_ref()).map_err(error::of(""))?)
         }
     };
-    let pixels = pixels_of(scene, camera, size, None)?;
+    let pixels = pixels_of(&scene, camera, size, None)?;
     let object = match object {
         Some(id) => id,
-        None => figure.object(scene).map_err(error::of("scene"))?,
+        None => figure.object(&scene).map_err(error::of("scene"))?,
     };
-    let drawn = figure.draw(scene, object, &pixels, crate::explain::lang(lang)?);
+    let drawn = figure.draw(&scene, object, &pixels, crate::explain::lang(lang)?);
     drawing(py, drawn.map_err(error::of("object"))?)
 }

@@ -1,5 +1,7 @@
 //! A scene's parts out of Python's arguments.
 
+use std::mem;
+
 use kugelblitz::scene::{Color, Coloring, ImageSize, Scene, Spheres, schema};
 use numpy::PyReadonlyArray2;
 use pyo3::exceptions::PyTypeError;
@@ -8,7 +10,7 @@ use pyo3::prelude::*;
 use crate::argument::{Floats, Size, in_rows};
 use crate::camera::Camera;
 use crate::error;
-use crate::table::{Given, Keywords, helpers, scene_of, value, value_of};
+use crate::table::{Given, Keywords, helpers, scene_of, value_of};
 
 /// The keyword arguments that say what a scene has beside spheres.
 pub const OF_SCENE: [&str; 8] =
@@ -16,50 +18,31 @@ pub const OF_SCENE: [&str; 8] =
 
 /// Gives a scene what these arguments say; None takes it away.
 pub fn change(scene: &mut Scene, keys: &Keywords<'_>) -> PyResult<()> {
+    let lines = helpers(keys.0.py())?.call_method1("scene", (&keys.0,))?;
+    let mut said = scene_of(&lines.extract::<Vec<(String, String)>>()?)?;
     for name in OF_SCENE {
         if !keys.0.contains(name)? {
             continue;
         }
-        let given = &keys.get(name);
         match name {
             "camera" => {
                 let wrong = |_| PyTypeError::new_err("camera: give a Camera");
-                let camera = given.as_ref().map(|given| given.cast::<Camera>()).transpose();
+                let camera = keys.get(name).map(|given| given.cast_into::<Camera>()).transpose();
                 scene.camera = camera.map_err(wrong)?.map(|camera| camera.get().of_scene.clone());
             }
             "size" => {
-                scene.image =
-                    keys.extract(name)?.map(|Size([width, height])| ImageSize { width, height });
+                let size = keys.extract(name)?;
+                scene.image = size.map(|Size([width, height])| ImageSize { width, height });
             }
             "samples" => scene.samples = keys.value(name, schema::samples)?,
-            "planes" => scene.planes = each(name, "plane", given, |scene| scene.planes)?,
-            "lights" => scene.lights = each(name, "light", given, |scene| scene.lights)?,
-            "sky" => {
-                let sky = given
-                    .as_ref()
-                    .map(|sky| scene_of(name, name, &value(name, sky)?))
-                    .transpose()?;
-                scene.sky = sky.and_then(|scene| scene.sky);
-            }
-            "ambient" => scene.ambient = keys.value(name, schema::ambient)?,
-            "background" => {
-                scene.background = keys.value(name, schema::color)?.unwrap_or_default();
-            }
-            _ => {}
+            "planes" => scene.planes = mem::take(&mut said.planes),
+            "lights" => scene.lights = mem::take(&mut said.lights),
+            "sky" => scene.sky = said.sky.take(),
+            "ambient" => scene.ambient = said.ambient,
+            _ => scene.background = said.background,
         }
     }
     Ok(())
-}
-
-/// What the entries of the list argument `name` say, of which each alone stands under `key` of a scene.
-fn each<T>(name: &str, key: &str, given: &Given<'_>, of: fn(Scene) -> Vec<T>) -> PyResult<Vec<T>> {
-    let Some(given) = given else { return Ok(Vec::new()) };
-    let entries = helpers(given.py())?.call_method1("entries", (name, given))?;
-    let mut all = Vec::new();
-    for (n, entry) in entries.extract::<Vec<String>>()?.iter().enumerate() {
-        all.extend(of(scene_of(&format!("{name}[{n}]"), key, &format!("[{entry}]"))?));
-    }
-    Ok(all)
 }
 
 /// The keyword arguments that are of spheres.

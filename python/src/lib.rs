@@ -32,6 +32,7 @@ mod _kugelblitz {
         explain::Explanation,
         image::{info, read, require},
         judge::Judged,
+        pickle::scene_of_state,
         picture::Picture,
         place::adapters,
         scene::Scene,

@@ -12,7 +12,7 @@ use crate::error;
 use crate::given::colored;
 use crate::scene::Scene;
 
-/// What [`of_state`] takes.
+/// What [`scene_of_state`] takes.
 pub type State<'py> = (
     Bound<'py, PyArray2<f64>>,
     Bound<'py, PyAny>,
@@ -45,7 +45,9 @@ pub fn state_of<'py>(py: Python<'py>, scene: &Scene) -> PyResult<State<'py>> {
 }
 
 /// The scene of what [`state_of`] gave.
-pub fn of_state(py: Python<'_>, state: State<'_>) -> PyResult<Scene> {
+#[pyfunction]
+#[pyo3(signature = (*state))]
+pub fn scene_of_state(py: Python<'_>, state: State<'_>) -> PyResult<Scene> {
     let (rows, colors, names, text, coloring, notes) = state;
     let mut scene = parse_scene(&text, "a pickled scene".as_ref()).map_err(error::of(""))?;
     scene.spheres = colored(py, in_rows(&rows.readonly())?, Some(colors.extract()?))?;

@@ -91,9 +91,9 @@ impl Picture {
     /// Colours as an array.
     fn array_of<'py>(&self, py: Python<'py>, colors: &Colors) -> Object<'py> {
         match colors {
-            Colors::Srgb8(colors) => self.array(py, colors.as_flattened(), &[3]),
-            Colors::Srgb16(colors) => self.array(py, colors.as_flattened(), &[3]),
-            Colors::Linear(colors) => self.array(py, colors.as_flattened(), &[3]),
+            Colors::Srgb8(colors) => self.array(py, colors.as_flattened()),
+            Colors::Srgb16(colors) => self.array(py, colors.as_flattened()),
+            Colors::Linear(colors) => self.array(py, colors.as_flattened()),
         }
     }
 
@@ -111,16 +111,12 @@ impl Picture {
         Ok(Plan { epsilon: self.style.epsilon, ..plan.map_err(error::of("path"))? })
     }
 
-    /// The numbers of its pixels as an array; each has as many as `parts` says.
-    fn array<'py, T: Element>(
-        &self,
-        py: Python<'py>,
-        numbers: &[T],
-        parts: &[usize],
-    ) -> Object<'py> {
-        let pixels = [self.pixels.height as usize, self.pixels.width as usize];
-        let shape = [&pixels[..], parts].concat();
-        Ok(PyArray1::from_slice(py, numbers).reshape(shape)?.into_any())
+    /// The numbers of its pixels as an array: one of each, or several along a last axis.
+    fn array<'py, T: Element>(&self, py: Python<'py>, numbers: &[T]) -> Object<'py> {
+        let Pixels { width, height, .. } = self.pixels;
+        let shape = [height as usize, width as usize, numbers.len() / self.pixels.len()];
+        let n_axes = if shape[2] > 1 { 3 } else { 2 };
+        Ok(PyArray1::from_slice(py, numbers).reshape(&shape[..n_axes])?.into_any())
     }
 
     /// Writes it as the program does, with what it says of itself.
@@ -187,32 +183,32 @@ impl Picture {
     fn alpha<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let Some(coverage) = &self.kept.coverage else { return Ok(None) };
         let alpha: Vec<f32> = (0..self.pixels.len()).map(|pixel| coverage.alpha(pixel)).collect();
-        self.array(py, &alpha, &[]).map(Some)
+        self.array(py, &alpha).map(Some)
     }
 
     /// Object ids, 0 for the background.
     #[getter]
     fn id<'py>(&self, py: Python<'py>) -> Object<'py> {
-        self.array(py, &self.kept.hits.id, &[])
+        self.array(py, &self.kept.hits.id)
     }
 
     /// Depth along the view axis, +∞ on the background. Depths and normals are traced when they are first asked
     /// for; the scene's next pictures have them from the start.
     #[getter]
     fn t<'py>(&self, py: Python<'py>) -> Object<'py> {
-        self.array(py, &self.hits(py)?.t, &[])
+        self.array(py, &self.hits(py)?.t)
     }
 
     /// Unit normals that face the camera, 0 on the background; shape (height, width, 3). Traced as `t` is.
     #[getter]
     fn normal<'py>(&self, py: Python<'py>) -> Object<'py> {
-        self.array(py, self.hits(py)?.normal.as_flattened(), &[3])
+        self.array(py, self.hits(py)?.normal.as_flattened())
     }
 
     /// The stage that decided each pixel: 0 f32, 1 f64, 2 exact arithmetic. It may differ between devices.
     #[getter]
     fn level<'py>(&self, py: Python<'py>) -> Object<'py> {
-        self.array(py, &self.kept.hits.level, &[])
+        self.array(py, &self.kept.hits.level)
     }
 
     /// How many pixels' centre rays each stage decided.

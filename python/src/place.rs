@@ -69,7 +69,8 @@ pub fn devices(
         }
         device => Ok((kernel, device?)),
     };
-    kernels.iter().map(device_of).collect()
+    // The certified kernel is the last one: where there is no adapter at all, nobody is warned of others.
+    kernels.iter().rev().map(device_of).collect()
 }
 
 /// The kernel of this name.

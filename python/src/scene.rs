@@ -33,11 +33,11 @@ use serde_json::json;
 use crate::argument::{Crop, Pixel, Samples, Size, camera_of, named, one_ray, pixels_of, rays_of};
 use crate::camera::{Camera, FRAMING, framing};
 use crate::drawing::{drawing, tinted};
-use crate::error::{exception, wrong_value};
+use crate::error::{self, exception, wrong_value};
 use crate::explain::{Explanation, explained};
 use crate::given::{OF_SCENE, OF_SPHERES, change, spheres_of};
 use crate::judge;
-use crate::pickle::{State, of_state, state_of};
+use crate::pickle::{State, state_of};
 use crate::picture::Picture;
 use crate::place;
 use crate::session::Sessions;
@@ -208,7 +208,8 @@ impl Scene {
         let all = Distribution::ALL;
         let distribution = named("distribution", distribution, all, Distribution::name)?;
         let recipe = Recipe { distribution, count, seed };
-        work::run(py, |control| recipe.scene(control)).map(Scene::from)
+        let made = work::run(py, |control| Ok(recipe.scene(control)))?;
+        made.map(Scene::from).map_err(error::of("count"))
     }
 
     /// The scene with some things changed: `camera`, `size`, `samples`, `planes`, `lights`, `sky`, `ambient` or
@@ -582,13 +583,7 @@ impl Scene {
 
     /// For pickle: rows, colours, names, the rest as the text of a scene file, and how numbers became colours.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, State<'py>)> {
-        Ok((py.import("kugelblitz._pickle")?.getattr("scene_of_state")?, state_of(py, self)?))
-    }
-
-    /// A scene of what [`Scene::__reduce__`] gave.
-    #[staticmethod]
-    fn _of_state(py: Python<'_>, state: State<'_>) -> PyResult<Scene> {
-        of_state(py, state)
+        Ok((py.import("kugelblitz._kugelblitz")?.getattr("scene_of_state")?, state_of(py, self)?))
     }
 
     fn __repr__(&self) -> String {

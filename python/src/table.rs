@@ -102,17 +102,19 @@ pub fn section<S: Section>(lines: &[String]) -> PyResult<S> {
         .map_err(|[found, help]| SceneError::new_err(format!("{found}; {help}")))
 }
 
-/// A scene of one table: `key` and what stands there. `subject` names the argument in errors.
+/// A scene of lines, before each of which the argument stands that it is of.
 ///
 /// # Errors
-/// `TypeError` for a value that a scene file can't hold; [`SceneError`] as the reader finds it.
-pub fn scene_of(subject: &str, key: &str, value: &str) -> PyResult<Scene> {
-    let text = format!("{key} = {value}");
-    parse_scene(&text, Path::new(subject)).map_err(|error| match error {
+/// [`SceneError`] as the reader finds it.
+pub fn scene_of(lines: &[(String, String)]) -> PyResult<Scene> {
+    let text: Vec<&str> = lines.iter().map(|(_, line)| &**line).collect();
+    parse_scene(&text.join("\n"), Path::new("arguments")).map_err(|error| match error {
         Error::Scene(fault) => {
+            let line = lines.get(fault.line.wrapping_sub(1));
+            let subject = line.map_or("arguments", |(subject, _)| subject);
             SceneError::new_err(format!("{subject}: {}; {}", fault.message, fault.help))
         }
-        other => exception(other, subject),
+        other => exception(other, ""),
     })
 }
 

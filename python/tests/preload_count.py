@@ -2,15 +2,15 @@
 
 import os
 
-from kugelblitz import _pickle
+from kugelblitz import _kugelblitz
 
 
 def dask_setup(worker):
-    original = _pickle.scene_of_state
+    original = _kugelblitz.scene_of_state
 
     def counted(*state):
         with open(os.environ["COUNT_SCENES"], "a") as file:
             file.write(f"{os.getpid()}\n")
         return original(*state)
 
-    _pickle.scene_of_state = counted
+    _kugelblitz.scene_of_state = counted

@@ -75,7 +75,9 @@ def test_wrong_options_change_no_file(tmp_path, camera, ball):
         (dict(device=""), "device"),
     )
     refuses(ball.render, ValueError, ({}, "camera"))
-    refuses(ball.render, kb.NoAdapterError, (dict(camera=camera, device="nobody's card"), "nobody's card"))
+    nobody = dict(camera=camera, device="nobody's card")
+    for call, given in [(ball.render, {}), (ball.verify, dict(kernel="all")), (ball.explain, dict(pixel=(1, 1)))]:
+        refuses(call, kb.NoAdapterError, (nobody | given, "nobody's card"))
 
 
 def test_parts_and_transparency(camera):

@@ -103,23 +103,22 @@ fn item(ui: &mut Ui, name: &str, key: &str, is_there: bool) -> bool {
     ui.add_enabled(is_there, button).clicked()
 }
 
-fn file_menu(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
-    let before = state.scene_before();
-    if item(ui, "the scene before", "Ctrl+O", before.is_some()) {
-        commands.extend(before.map(Command::Open));
+fn file_menu(ui: &mut Ui, state: &State, commands: &mut Vec<Command>) {
+    let others = state.other_scenes();
+    if item(ui, "the scene before", "Ctrl+O", !others.is_empty()) {
+        commands.extend(others.first().cloned().map(Command::Open));
     }
     if item(ui, "save what is shown", "Ctrl+S", true) {
         commands.push(Command::Save);
     }
-    let recent: Vec<_> = state.recent.iter().filter(|path| **path != state.path).collect();
-    if !recent.is_empty() {
+    if !others.is_empty() {
         ui.separator();
         ui.weak("recent");
     }
-    for path in recent {
+    for path in others {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
         if ui.button(name).on_hover_text(path.shown()).clicked() {
-            commands.push(Command::Open(path.clone()));
+            commands.push(Command::Open(path));
         }
     }
 }

@@ -65,7 +65,7 @@ pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
                 press(ui, key, modifiers.shift, state, commands);
             }
             Key::S => commands.push(Command::Save),
-            Key::O => commands.extend(state.scene_before().map(Command::Open)),
+            Key::O => commands.extend(state.other_scenes().into_iter().next().map(Command::Open)),
             Key::Z if modifiers.shift => state.redo(),
             Key::Y => state.redo(),
             Key::Z => state.undo(),

@@ -39,41 +39,25 @@ fn identity(_: &Metadata) -> Option<(u64, u64)> {
     None
 }
 
-/// The state of a file that has stopped changing, or whose watch is stopped.
-fn at_rest(path: &Path, mut known: Stamp, turn: &Turn<()>) -> Stamp {
-    while turn.rest(REST) {
-        let now = stamp(path);
-        if now == known {
-            break;
-        }
-        known = now;
-    }
-    known
-}
-
-/// Starts a thread that calls `look` at each interval, with true where the file has changed since
-/// the last change. Dropped, it stops.
+/// Starts a thread that calls `look` at each interval, with true where the file has changed since the last time and come
+/// to rest. Dropped, it stops.
 ///
 /// # Errors
 /// [`kugelblitz::Error::Io`] when the system has no thread to give.
 pub fn watch(path: PathBuf, mut look: impl FnMut(bool) + Send + 'static) -> Result<Worker<()>> {
     let mut known = stamp(&path);
-    let mut watch = Worker::start(
-        "watching",
-        |_: Result<()>| {},
-        move |(), turn, _| {
-            while turn.rest(INTERVAL) {
-                let mut now = stamp(&path);
-                let changed = now != known;
-                if changed {
-                    now = at_rest(&path, now, turn);
-                }
-                known = now;
-                look(changed);
-            }
-            Ok(())
-        },
-    )?;
+    let work = move |(), turn: &Turn<()>, _: &dyn Fn(())| {
+        let mut changes = false;
+        while turn.rest(if changes { REST } else { INTERVAL }) {
+            let now = stamp(&path);
+            let is_at_rest = now == known;
+            known = now;
+            look(changes && is_at_rest);
+            changes = !is_at_rest;
+        }
+        Ok(())
+    };
+    let mut watch = Worker::start("watching", |_: Result<()>| {}, work)?;
     watch.ask(());
     Ok(watch)
 }
@@ -109,5 +93,22 @@ mod tests {
         wait();
         drop(watch);
         assert!(changes.try_recv().is_err(), "no change without a change");
+    }
+
+    /// A file that never rests keeps nobody from being heard.
+    #[test]
+    fn looks_go_on_while_the_file_changes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        let (send, looks) = channel();
+        let _watch = watch(path.clone(), move |changed| {
+            let _ = send.send(changed);
+        })
+        .unwrap();
+        let mut write = (0..100_000).map(|n| std::fs::write(&path, n.to_string()).unwrap());
+        for _ in 0..10 {
+            assert!(write.any(|()| looks.recv_timeout(Duration::from_millis(1)).is_ok()));
+        }
+        assert!(looks.iter().any(|changed| changed));
     }
 }

@@ -211,10 +211,10 @@ impl State {
         (self.path, self.explained, self.click) = (path, None, None);
     }
 
-    /// The newest of the files that were opened last but this one.
-    pub fn scene_before(&self) -> Option<PathBuf> {
+    /// The files that were opened last but this one, the newest first.
+    pub fn other_scenes(&self) -> Vec<PathBuf> {
         let path = std::path::absolute(&self.path).ok();
-        self.recent.iter().find(|other| Some(*other) != path.as_ref()).cloned()
+        self.recent.iter().filter(|other| Some(*other) != path.as_ref()).cloned().collect()
     }
 
     /// The kernels that are shown, from left to right.
@@ -568,5 +568,13 @@ mod tests {
         assert_eq!(area, Area { left: 10, top: 36, width: 100, height: 80 });
         assert_eq!(area.of_pixel([0, 0], 1.0), pos2(10.5, 36.5));
         assert_eq!(area.of_pixel([5, 3], 2.0), pos2(7.75, 19.75));
+    }
+
+    #[test]
+    fn the_scene_that_is_shown_is_none_of_the_others() {
+        let mut state = state();
+        let paths = ["figure1.toml", "other.toml"].map(std::path::absolute);
+        state.recent = paths.into_iter().collect::<Result<_, _>>().unwrap();
+        assert_eq!(state.other_scenes(), state.recent[1..]);
     }
 }
