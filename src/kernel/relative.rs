@@ -188,7 +188,9 @@ macro_rules! records {
                 let r = R::splat(self.radius);
                 // In both arms a `t`: an offset that is the same in all lanes would take them apart.
                 match ray.origin_low {
-                    None => sphere_stable(&ray.ray, V3::splat(V3(self.center)), r, R::splat(self.k)),
+                    None => {
+                        sphere_stable(&ray.ray, V3::splat(V3(self.center)), r, R::splat(self.k))
+                    }
                     Some(_) => {
                         let l = self.offset(ray);
                         sphere_stable(&ray.ray, l, r, self.k(ray, l))
