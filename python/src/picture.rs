@@ -2,6 +2,7 @@
 
 use std::io::Cursor;
 use std::path::PathBuf;
+use std::sync::OnceLock;
 
 use kugelblitz::Session;
 use kugelblitz::control::Control;
@@ -16,10 +17,10 @@ use kugelblitz::shade::{Background, Colors, Encoding, Style};
 use kugelblitz::trace::{Hits, Kernel, Wants};
 use numpy::{Element, PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 use pyo3::types::PyBytes;
 
 use crate::error::{self, wrong_value};
+use crate::process::once;
 use crate::scene::Scene;
 use crate::table::{Given, Object, to_python};
 
@@ -36,10 +37,10 @@ pub struct Picture {
     pub pixels: Pixels,
     pub style: Style,
     pub kept: Kept,
-    pub linear: PyOnceLock<Colors>,
-    pub srgb16: PyOnceLock<Colors>,
+    pub linear: OnceLock<Colors>,
+    pub srgb16: OnceLock<Colors>,
     /// The hits with `t` and normals, where `kept` has none.
-    pub traced: PyOnceLock<Hits>,
+    pub traced: OnceLock<Hits>,
 }
 
 impl Picture {
@@ -50,7 +51,7 @@ impl Picture {
         if kept.t.len() == kept.id.len() {
             return Ok(kept);
         }
-        self.traced.get_or_try_init(py, || {
+        once(&self.traced, || {
             let wants = Wants { surface: true, level: true };
             self.run(py, (None, 0), |session, control| session.hits(&self.pixels, wants, control))
         })
@@ -72,14 +73,14 @@ impl Picture {
         &self,
         py: Python<'py>,
         encoding: Encoding,
-        colors: &PyOnceLock<Colors>,
+        colors: &OnceLock<Colors>,
     ) -> Object<'py> {
         let background = match self.style.background {
             Background::Shown => Background::Shown,
             Background::LeftOut | Background::Black => Background::Black,
         };
         let style = Style { encoding, background, ..self.style };
-        let colors = colors.get_or_try_init(py, || {
+        let colors = once(colors, || {
             self.run(py, (None, 0), |session, control| {
                 let (kept, _) = session.keep(&self.pixels, style, Wants::default(), control)?;
                 Ok(kept.colors)

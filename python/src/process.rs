@@ -1,9 +1,9 @@
 //! What belongs to one process: a fork leaves threads and the drivers of devices behind.
 
 use std::process;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
-use pyo3::Python;
+use pyo3::{PyResult, Python};
 
 /// A value that each process makes for itself. In a process that a fork made, that of the parent is neither used nor
 /// ended, for its threads are not there.
@@ -20,6 +20,19 @@ impl<T: Default> OfProcess<T> {
         forget_that_of_a_parent(&mut slot);
         act(&mut slot.get_or_insert_with(|| (process::id(), T::default())).1)
     }
+}
+
+/// A value that is made when it is first wanted, perhaps by several threads at once: none waits for another one, which a
+/// fork may have left behind.
+///
+/// # Errors
+/// Those of `make`.
+pub fn once<T>(slot: &OnceLock<T>, make: impl FnOnce() -> PyResult<T>) -> PyResult<&T> {
+    if let Some(known) = slot.get() {
+        return Ok(known);
+    }
+    let made = make()?;
+    Ok(slot.get_or_init(|| made))
 }
 
 impl<T> Drop for OfProcess<T> {

@@ -1,8 +1,8 @@
 //! The scene, and what is done with it.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use kugelblitz::control::Control;
 use kugelblitz::cost::Cost;
@@ -26,7 +26,6 @@ use kugelblitz_judge::figure::svg_of_colorings;
 use kugelblitz_judge::show::{self, Entry, Show};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
 use serde_json::json;
 
@@ -575,9 +574,9 @@ impl Scene {
             pixels,
             style,
             kept,
-            linear: PyOnceLock::new(),
-            srgb16: PyOnceLock::new(),
-            traced: PyOnceLock::new(),
+            linear: OnceLock::new(),
+            srgb16: OnceLock::new(),
+            traced: OnceLock::new(),
         })
     }
 

@@ -117,12 +117,14 @@ def test_depths_are_the_same_whenever_they_are_traced(camera, device, kernel):
 
 
 def test_threads_and_a_fork_ask_for_depths(camera):
-    expected = cloud(3000).render(camera, (160, 120)).t
-    picture, found = cloud(3000).render(camera, (160, 120)), []
-    forking = threading.Thread(target=lambda: found.extend(in_forks(lambda: picture.t)))
-    forking.start()
-    in_threads(4, lambda _: found.append(picture.t))
-    forking.join()
+    """The fork comes while threads trace them."""
+    def ask(number):
+        time.sleep(number / 100)
+        found.extend(in_forks(lambda: picture.t) if number == 3 else [picture.t])
+
+    expected = cloud(3000).render(camera, (1200, 900)).t
+    picture, found = cloud(3000).render(camera, (1200, 900)), []
+    in_threads(5, ask)
     assert len(found) == 5 and all((t == expected).all() for t in found)
 
 
