@@ -416,8 +416,12 @@ impl Header {
         }
         let mut text = vec![0; n_text_bytes as usize];
         reader.read_exact(&mut text)?;
-        let text = std::str::from_utf8(&text).map_err(|_| invalid("its header is not UTF-8"))?;
-        Ok((Header::parse(text)?, 8 + n_length_bytes as u64 + n_text_bytes))
+        // Before version 3 it is Latin-1 (NEP 1).
+        let text = match major {
+            3 => String::from_utf8(text).map_err(|_| invalid("its header is not UTF-8"))?,
+            _ => text.into_iter().map(char::from).collect(),
+        };
+        Ok((Header::parse(&text)?, 8 + n_length_bytes as u64 + n_text_bytes))
     }
 
     fn parse(text: &str) -> io::Result<Header> {

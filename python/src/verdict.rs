@@ -1,6 +1,8 @@
 //! Two pictures, and kernels and devices, held against each other or against exact arithmetic; what comparisons come
 //! to, see `_verdicts.py`.
 
+use std::num::NonZeroUsize;
+
 use kugelblitz::picture::Image;
 use kugelblitz::rays::Pixels;
 use kugelblitz::trace::Kernel;
@@ -11,7 +13,7 @@ use pyo3::prelude::*;
 use serde::Serialize;
 
 use crate::drawing::tinted;
-use crate::error;
+use crate::error::{self, wrong_value};
 use crate::image::{image_of, indices};
 use crate::place;
 use crate::scene::Scene;
@@ -87,6 +89,12 @@ pub fn verify<'py>(
     let kernels = match kernel {
         "all" => Kernel::ALL.to_vec(),
         name => vec![place::kernel(name)?],
+    };
+    let n_samples = match n_samples.map(NonZeroUsize::new) {
+        Some(None) => {
+            return wrong_value("samples: 0 pixels are nothing to compare; give 1 or more");
+        }
+        n_samples => n_samples.flatten(),
     };
     let verification =
         Verification::new(&scene.of, pixels, n_samples, seed).map_err(error::of(""))?;

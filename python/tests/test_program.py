@@ -221,6 +221,7 @@ def test_verify(told):
     verification = scene("hard/distant_1e4").verify(device="gpu")
     [ours] = verification.to_dict()["kernels"]
     assert verification and is_in({key: ours[key] for key in ["kernel", "gpu_against_cpu"]}, theirs)
+    refuses(scene("hard/distant_1e4").verify, ValueError, (dict(samples=0), "samples: "))
 
 
 def test_info_and_check(told, tmp_path):

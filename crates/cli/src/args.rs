@@ -15,7 +15,8 @@ use kugelblitz_judge::export::Language;
 use kugelblitz_judge::show::Show;
 
 use crate::options::{
-    DEFAULT_KERNEL, parse_crop, parse_epsilon, parse_pixel, parse_ray, parse_size, parser_of,
+    DEFAULT_KERNEL, parse_crop, parse_epsilon, parse_number, parse_pixel, parse_ray, parse_size,
+    parser_of,
 };
 use crate::show::show_parser;
 use crate::{compare, figure, film, info, judge, man, picture, version};
@@ -208,8 +209,8 @@ pub struct VerifyArgs {
     pub scene: PathBuf,
     /// Pixels to compare with exact arithmetic, drawn at random [default: all up to 65536,
     /// fewer where there are very many objects, lights or samples]
-    #[arg(long, value_name = "N")]
-    pub samples: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = parse_number)]
+    pub samples: Option<NonZeroUsize>,
     /// Seed of the random draw
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
@@ -328,13 +329,13 @@ pub struct ReportArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
     /// Pixels of each picture to compare with exact arithmetic, drawn at random [default: 65536]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = parse_number)]
     pub samples: Option<NonZeroUsize>,
     /// Seed of the random draw, and of the scenes that grow
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
     /// Rounds of three timed runs each; shaders are compiled anew in each [default: 3]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = parse_number)]
     pub rounds: Option<NonZeroUsize>,
 }
 

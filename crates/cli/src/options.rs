@@ -1,5 +1,6 @@
 //! The values that options take.
 
+use std::num::NonZeroUsize;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -45,6 +46,11 @@ pub fn parse_crop(text: &str) -> Result<[u32; 4], String> {
                   100,50,640,360"
             .into()),
     }
+}
+
+/// Reads how many there are to be.
+pub fn parse_number(text: &str) -> Result<NonZeroUsize, String> {
+    text.parse().map_err(|_| "give a whole number, 1 or more".into())
 }
 
 /// Reads a distance, finite and not negative.

@@ -254,18 +254,22 @@ impl<'c> Lines<'c> {
         Ok(Some(number))
     }
 
-    /// The cells of the present row as text.
+    /// The cells of the present row as text; two quotes within quotes are one.
     pub fn cells(&self) -> Vec<String> {
-        let text = |column| String::from_utf8_lossy(self.cell(column)).trim().to_owned();
-        (0..self.cells.len()).map(text).collect()
+        let text = |place: &Range<usize>| {
+            let cell = self.line[place.clone()].trim_ascii();
+            let text = String::from_utf8_lossy(unquoted(cell));
+            let is_quoted = cell.starts_with(b"\"");
+            let text = if is_quoted { text.replace("\"\"", "\"") } else { text.into_owned() };
+            text.trim().to_owned()
+        };
+        self.cells.iter().map(text).collect()
     }
 
     /// A cell of the present row, without quotes and white space around it; nothing where it lacks.
     fn cell(&self, column: usize) -> &[u8] {
-        let Some(place) = self.cells.get(column) else { return &[] };
-        let cell = self.line[place.clone()].trim_ascii();
-        let quoted = cell.strip_prefix(b"\"").and_then(|cell| cell.strip_suffix(b"\""));
-        quoted.unwrap_or(cell)
+        let place = self.cells.get(column);
+        place.map_or(&[], |place| unquoted(self.line[place.clone()].trim_ascii()))
     }
 
     /// The number of atoms that the present line tells, as `text`.
@@ -275,6 +279,12 @@ impl<'c> Lines<'c> {
         let n_atoms = text.parse().map_err(|_| cloud.wrong(found(), self.help))?;
         Ok((n_atoms, line))
     }
+}
+
+/// A cell without the quotes around it.
+fn unquoted(cell: &[u8]) -> &[u8] {
+    let quoted = cell.strip_prefix(b"\"").and_then(|cell| cell.strip_suffix(b"\""));
+    quoted.unwrap_or(cell)
 }
 
 /// What is wrong in a row, with advice where that of the file's kind doesn't do.

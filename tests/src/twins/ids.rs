@@ -98,8 +98,10 @@ impl Twin<'_> {
             return true;
         };
         let slabs = Slabs::new(ray, R::splat(LEAST_SLACK + beside));
-        // Lanes without a leaf look at the first one.
-        hierarchy.leaves.add(0, ray, &mut Nearest::none());
+        // Lanes without a leaf look at the first one; where no sphere has a box there is none.
+        if !boxes.is_empty() {
+            hierarchy.leaves.add(0, ray, &mut Nearest::none());
+        }
         let mut at = 0;
         for _ in 0..MOST_BOXES {
             let Some(node) = boxes.get(at) else { break };

@@ -1,5 +1,6 @@
 //! A picture's kernels on both devices, held against each other and against exact arithmetic.
 
+use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 use kugelblitz::control::Control;
@@ -180,12 +181,15 @@ impl Verification {
     pub fn new(
         scene: &Arc<Scene>,
         pixels: &Pixels,
-        n_samples: Option<usize>,
+        n_samples: Option<NonZeroUsize>,
         seed: u64,
     ) -> Result<Verification> {
         let (scene, pixels) = (Arc::clone(scene), *pixels);
         let colors = InColor::new(&scene, &pixels);
-        let n_samples = n_samples.unwrap_or_else(|| default_samples(&scene, colors.as_ref()));
+        let n_samples = match n_samples {
+            Some(n_samples) => n_samples.get(),
+            None => default_samples(&scene, colors.as_ref()),
+        };
         refuse_what_cannot_fit(&pixels, n_samples, colors)?;
         let samples = sample(pixels.len(), n_samples.min(pixels.len()), seed);
         Ok(Verification { scene, pixels, colors, samples, seed })
