@@ -1,17 +1,20 @@
-//! Many spheres: what of a tree is made again for another camera, and clouds too large for the matrix.
+//! Many spheres: what a tree shows a ray, what of it is made again for another camera, and clouds too large for the matrix.
 
 use std::collections::HashSet;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use glam::DVec3;
-use kugelblitz::bvh::MOST_BOXES;
+use kugelblitz::bvh::{Beam, Enter, IS_LEAF, MOST_BOXES, Node, Visitor, Walk};
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
-use kugelblitz::num::OPEN;
-use kugelblitz::prepare::Prepared;
+use kugelblitz::exact::{ExactRay, Shape, visible_root};
+use kugelblitz::gpu::slabs::{LEAST_SLACK, Slabs};
+use kugelblitz::num;
+use kugelblitz::num::{OPEN, V3};
+use kugelblitz::prepare::{Prepared, Scaled};
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{Camera, Projection};
+use kugelblitz::scene::{Camera, Projection, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
 use kugelblitz_judge::compare::compare;
@@ -65,6 +68,82 @@ fn a_flight_through_a_cloud_needs_few_shaders() {
     }
     println!("close to {numbers:?}");
     assert!(numbers.len() > 5 && keys.len() <= 4, "{} keys for {numbers:?}", keys.len());
+}
+
+/// Notes the places that it is shown.
+#[derive(Default)]
+struct All(Vec<u32>);
+
+impl Visitor for All {
+    fn last(&self) -> f32 {
+        f32::INFINITY
+    }
+
+    fn visit(&mut self, node: &Node, leaves: u32, _: &Enter) {
+        self.0.extend((0..32).filter(|lane| leaves >> lane & 1 == 1).map(|lane| node.place(lane)));
+    }
+}
+
+/// Rays that touch a sphere where its box does, or pass it by a little, against exact arithmetic: what
+/// they hit, each walk shows them.
+#[test]
+fn rays_that_touch_a_sphere_meet_its_box() {
+    let mut rng = ChaCha8Rng::seed_from_u64(614);
+    let (mut n_hits, mut n_seen) = (0, 0);
+    for case in 0..40 {
+        let scale = 10f64.powi(case % 9 - 4);
+        let at = in_cube(&mut rng) * 10f64.powi(case % 7 - 1) * scale;
+        let spheres: Vec<Sphere> = (0..200)
+            .map(|_| sphere(at + in_cube(&mut rng) * scale, scale * rng.random_range(0.001..0.1)))
+            .collect();
+        let mut aimed = Vec::new();
+        for index in 0..200 {
+            let Sphere { center, radius } = spheres[index];
+            let up = DVec3::AXES[index % 3] * if rng.random() { 1.0 } else { -1.0 };
+            let across = up.cross(in_cube(&mut rng)).normalize();
+            let off = [0.0, 1e-16, 1e-12, 1e-9][index % 4] * rng.random_range(-1.0..1.0);
+            let away = 2f64.powi(rng.random_range(-2..8)) * radius;
+            let origin = center + up * (radius * (1.0 + off)) - across * away;
+            aimed.push(Ray { origin, direction: across * 2f64.powi(rng.random_range(-3..4)) });
+        }
+        let scene = Arc::new(scene(spheres.clone(), vec![]));
+        let rays = Rays::List(aimed.clone());
+        let prepared = Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap();
+        let bvh = &prepared.hierarchy.as_ref().unwrap().bvh;
+        let in_space = prepared.in_space().unwrap().unwrap();
+        for (index, ray) in (0..).zip(&aimed) {
+            let Sphere { center, radius } = spheres[index as usize];
+            let shape = Shape::Sphere { center, radius };
+            if visible_root(&ExactRay::new(ray), &shape).is_none() {
+                continue;
+            }
+            n_hits += 1;
+            let (direction, mut seen) = (Scaled::new(ray.direction).rounded(), All::default());
+            let from = ray.origin - bvh.reference;
+            let room = from.abs() * f64::EPSILON;
+            let corners = [from - room, from + room];
+            let beam = Beam::new(corners, [direction; 2], bvh.end(corners));
+            Walk::default().all(bvh, bvh.root(), beam, &mut seen);
+            let is_shown = seen.0.iter().any(|&place| bvh.ids[place as usize] == index + 1);
+            assert!(is_shown, "{ray:?} misses {center} {radius}");
+            let (origin, way, _) = prepared.coordinates().ray(ray);
+            let slabs =
+                Slabs::new(&num::Ray::<f32>::new(V3::near(origin), V3::near(way)), LEAST_SLACK);
+            let (mut at, mut seen) = (0, vec![]);
+            while let Some(node) = in_space.boxes.get(at) {
+                let is_met = slabs.between(V3(node.low), V3(node.high)).is_within(f32::MAX);
+                let is_leaf = node.link & IS_LEAF != 0;
+                at = if is_met || is_leaf { at + 1 } else { node.link as usize };
+                if is_met && is_leaf {
+                    seen.push(node.id);
+                }
+            }
+            assert!(seen.contains(&(index + 1)), "{ray:?} misses {center} {radius} in f32");
+            n_seen += seen.len();
+        }
+    }
+    println!("{n_hits} hits, {n_seen} spheres looked at");
+    assert!(n_hits > 3000 && n_seen < 40 * n_hits);
 }
 
 /// A device leaves rays open that meet the boxes of very many spheres and none of these; the CPU finds what they see.
