@@ -37,7 +37,7 @@ struct Words {
 @group(0) @binding(next) var<storage, read> operands: array<Operands>;
 @group(0) @binding(next) var<storage, read_write> results: array<Results>;
 @group(0) @binding(next) var<storage, read_write> words: array<Words>;
-@group(0) @binding(next) var texels: texture_2d<u32>;
+@group(0) @binding(next) var texels: texture_storage_2d<rgba32uint, read>;
 
 @compute @workgroup_size(64)
 fn self_test(@builtin(global_invocation_id) invocation: vec3u) {
@@ -63,7 +63,7 @@ fn self_test(@builtin(global_invocation_id) invocation: vec3u) {
         fma(a, b, -product),
         product + b,
     );
-    let texel = textureLoad(texels, vec2u(i, 0u), 0);
+    let texel = textureLoad(texels, vec2u(i, 0u));
     let compared = select(0u, 1u, a < b) | select(0u, 2u, a <= b) | select(0u, 4u, a == b)
         | select(0u, 8u, a >= b) | select(0u, 16u, a > b);
     words[i] = Words(

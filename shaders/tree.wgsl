@@ -1,12 +1,12 @@
 // Each ray walks through the boxes of the tree alone, as tests/src/twins/ids.rs does.
 
 @group(0) @binding(next) var<uniform> walk: Walk;
-// Textures, whose texels a software device loads for all lanes at once also within a loop: from
+// Storage textures, whose texels a software device loads for all lanes at once also within a loop, without a look at levels: from
 // storage buffers the walk takes some hundred times as long there. Of a box, two texels (FlatBox in src/bvh/mod.rs), and
 // behind the boxes one for each sphere that is not in the tree, with its id.
-@group(0) @binding(next) var boxes: texture_2d<u32>;
+@group(0) @binding(next) var boxes: texture_storage_2d<rgba32uint, read>;
 // SphereLeaf, two texels each.
-@group(0) @binding(next) var leaves: texture_2d<u32>;
+@group(0) @binding(next) var leaves: texture_storage_2d<rgba32uint, read>;
 
 fn texel(index: u32) -> vec2u {
     return vec2u(index & ((1u << ROW_BITS) - 1u), index >> ROW_BITS);
@@ -26,13 +26,13 @@ fn unless_stopped(nearest: Nearest, at: u32) -> Nearest {
 
 //#if spheres
 fn sphere_id(index: u32) -> u32 {
-    return textureLoad(boxes, texel(2u * walk.n_boxes + index), 0).x;
+    return textureLoad(boxes, texel(2u * walk.n_boxes + index)).x;
 }
 //#end
 
 fn leaf_at(place: u32) -> SphereLeaf {
-    let first = bitcast<vec4f>(textureLoad(leaves, texel(2u * place), 0));
-    let second = bitcast<vec4f>(textureLoad(leaves, texel(2u * place + 1u), 0));
+    let first = bitcast<vec4f>(textureLoad(leaves, texel(2u * place)));
+    let second = bitcast<vec4f>(textureLoad(leaves, texel(2u * place + 1u)));
     return SphereLeaf(first.xyz, first.w, second.x, second.y, second.z);
 }
 
@@ -47,14 +47,14 @@ fn nearest_in_tree(ray: Ray, listed: Nearest) -> Nearest {
         var id = 0u;
         while at < walk.n_boxes && place == NO_PLACE && n_left > 0u {
             n_left -= 1u;
-            let low = textureLoad(boxes, texel(2u * at), 0);
-            let high = textureLoad(boxes, texel(2u * at + 1u), 0);
+            let low = textureLoad(boxes, texel(2u * at));
+            let high = textureLoad(boxes, texel(2u * at + 1u));
             let is_leaf = (low.w & IS_LEAF) != 0u;
             let stretch = between(slabs, bitcast<vec3f>(low.xyz), bitcast<vec3f>(high.xyz));
             let is_met = is_within(stretch, nearest.high);
             place = select(NO_PLACE, low.w & ~IS_LEAF, is_met & is_leaf);
             id = high.w;
-            at = select(low.w, at + 1u, is_met | is_leaf);
+            at += select(low.w, 1u, is_met | is_leaf);
         }
         let is_found = place != NO_PLACE;
         let bounds = leaf_bounds(leaf_at(select(0u, place, is_found)), ray);

@@ -56,20 +56,22 @@ fn boxes_hold_what_is_below_them() {
     }
 }
 
-/// A box's link leads behind all that is in it, and nothing else.
+/// A box's link leads behind all that is in it, and nothing else; neighbours are in order.
 #[test]
 fn flat_boxes_hold_what_is_behind_them() {
     for n in [1, 16, 17, 300, 5000] {
         let spheres = spheres(n);
         let bvh = tree(&spheres);
-        let boxes = bvh.boxes_from(DVec3::new(0.1, -3.0, 7e3)).unwrap();
-        assert_eq!(boxes.len(), n + bvh.n_nodes() - 1);
+        let boxes = bvh.boxes_from(DVec3::new(0.1, -3.0, 7e3), |middle| -middle.x).unwrap();
+        assert!(boxes.len() >= n + bvh.n_nodes() - 1 && 2 * boxes.len() <= 3 * n, "{n}");
         let mut seen = vec![0; n];
         // Where the boxes around the next one end, and their corners.
         let mut around: Vec<(usize, FlatBox)> = Vec::new();
+        let middle = |flat: &FlatBox| 0.5 * (flat.low[0] + flat.high[0]);
         for (at, here) in boxes.iter().enumerate() {
-            while around.last().is_some_and(|&(end, _)| end == at) {
-                around.pop();
+            while let Some((_, before)) = around.pop_if(|&mut (end, _)| end == at) {
+                let is_neighbour = around.last().is_none_or(|&(end, _)| at < end);
+                assert!(!is_neighbour || middle(here) < middle(&before) + 1e-2, "{at} of {n}");
             }
             for (_, outer) in &around {
                 let holds = |k: usize| outer.low[k] <= here.low[k] && here.high[k] <= outer.high[k];
@@ -78,9 +80,10 @@ fn flat_boxes_hold_what_is_behind_them() {
             if here.link & IS_LEAF != 0 {
                 let place = (here.link & !IS_LEAF) as usize;
                 assert_eq!(here.id, bvh.ids[place]);
+                around.push((at + 1, *here));
                 seen[place] += 1;
             } else {
-                let end = here.link as usize;
+                let end = at + here.link as usize;
                 assert!(end > at && around.last().is_none_or(|&(outer, _)| end <= outer));
                 around.push((end, *here));
             }

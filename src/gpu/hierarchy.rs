@@ -47,8 +47,9 @@ impl DeviceHierarchy {
     }
 }
 
-/// Most texels that boxes, or leaves, take for each sphere: nodes that are half full have one box above eight.
-const TEXELS_PER_SPHERE: usize = 9 * size_of::<FlatBox>() / 8 / TEXEL_BYTES + 1;
+/// Most texels that boxes, or leaves, take for each sphere: where nodes have ten boxes these have four above them, and with
+/// the levels above there are less than half as many boxes more as there are spheres.
+const TEXELS_PER_SPHERE: usize = 3 * size_of::<FlatBox>() / 2 / TEXEL_BYTES;
 
 /// Refuses more spheres than a texture holds, or boxes with `n_more` texels behind them.
 fn check_limits(gpu: &OpenDevice, n_spheres: usize, n_more: usize) -> Result<()> {

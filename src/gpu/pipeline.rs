@@ -3,7 +3,7 @@
 
 use super::compile::{Shader, WORKGROUP};
 use super::device::OpenDevice;
-use super::texture::TEXEL_BYTES;
+use super::texture::{FORMAT, TEXEL_BYTES};
 use crate::error::{Error, Result};
 
 /// A buffer or a texture, with the name that shaders have for it.
@@ -139,7 +139,7 @@ fn check_limits(
     let needs = [
         ("storage buffers", n_storage, gpu.facts.max_storage_buffers),
         ("uniform buffers", n_uniform, limits.max_uniform_buffers_per_shader_stage),
-        ("textures", n_textures, limits.max_sampled_textures_per_shader_stage),
+        ("textures", n_textures, limits.max_storage_textures_per_shader_stage),
         ("bindings", entries.len() as u32, limits.max_bindings_per_bind_group),
         (
             "invocations of a workgroup",
@@ -177,10 +177,10 @@ fn entries(shader: &Shader) -> Vec<wgpu::BindGroupLayoutEntry> {
                     })
                 }
                 // Textures, which are all of one kind here.
-                naga::AddressSpace::Handle => wgpu::BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Uint,
+                naga::AddressSpace::Handle => wgpu::BindingType::StorageTexture {
+                    access: wgpu::StorageTextureAccess::ReadOnly,
+                    format: FORMAT,
                     view_dimension: wgpu::TextureViewDimension::D2,
-                    multisampled: false,
                 },
                 _ => return None,
             };
@@ -247,8 +247,7 @@ fn pass_through(device: &wgpu::Device, spirv: &[u32], entry_point: &str) -> wgpu
     // SAFETY: naga validated the module and wrote these words; only NoContraction decorations
     // were added, which change no memory access, and nor does what a test makes of arithmetic. Indices
     // into buffers stay below lengths that the host passes along. Those into textures are below
-    // `Walk::n_nodes`, or places of leaves, which `Footprints::new` and the tree's builder count and
-    // `gpu::hierarchy` has texels for. Those into lamps stay below the number of lamps that come along.
+    // `Walk::n_boxes`, or places of leaves, which `gpu::hierarchy` has texels for. Those into lamps stay below the number of lamps that come along.
     unsafe { device.create_shader_module_passthrough(descriptor) }
 }
 
@@ -276,7 +275,7 @@ mod tests {
                 ..limits
             }),
             ("1 textures", |limits| wgpu::Limits {
-                max_sampled_textures_per_shader_stage: 0,
+                max_storage_textures_per_shader_stage: 0,
                 ..limits
             }),
             ("4 bindings", |limits| wgpu::Limits { max_bindings_per_bind_group: 3, ..limits }),

@@ -6,6 +6,9 @@ use crate::error::{Error, Result};
 /// Texels of a row of the textures that hold lists, a power of two; each Vulkan device has as many.
 pub const TEXELS_PER_ROW: u32 = 4096;
 
+/// What a texel is.
+pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
+
 /// Bytes of a texel.
 pub const TEXEL_BYTES: usize = 16;
 
@@ -25,8 +28,8 @@ pub fn texture(gpu: &OpenDevice, label: &str, bytes: &[u8]) -> Result<wgpu::Text
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba32Uint,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        format: FORMAT,
+        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });
     let write = |row: usize, bytes: &[u8], width: usize| {

@@ -12,7 +12,7 @@ use crate::rays::Lens;
 
 /// Boxes relative to [`Prepared::reference`].
 pub struct InSpace {
-    /// In depth-first order.
+    /// In depth-first order, as a picture's rays meet them.
     pub boxes: Vec<FlatBox>,
     /// How far beside the true ray that of a device may lie, anywhere in the tree, but for the rounding of single numbers.
     pub beside: f32,
@@ -40,7 +40,14 @@ impl Prepared {
         if spread > REACH {
             return Ok(None);
         }
-        let Some(boxes) = bvh.boxes_from(self.reference) else { return Ok(None) };
+        let order = |middle: DVec3| match self.made_for {
+            MadeFor::Origins(_) => 0.0,
+            MadeFor::Picture(view, ..) => match view.lens {
+                Lens::Perspective => middle.length_squared(),
+                Lens::Orthographic => middle.dot(view.forward),
+            },
+        };
+        let Some(boxes) = bvh.boxes_from(self.reference, order) else { return Ok(None) };
         let from = self.reference - bvh.reference;
         let origins = [from - DVec3::splat(spread), from + DVec3::splat(spread)];
         let beside = match self.made_for {

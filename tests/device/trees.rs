@@ -133,7 +133,7 @@ fn rays_that_touch_a_sphere_meet_its_box() {
             while let Some(node) = in_space.boxes.get(at) {
                 let is_met = slabs.between(V3(node.low), V3(node.high)).is_within(f32::MAX);
                 let is_leaf = node.link & IS_LEAF != 0;
-                at = if is_met || is_leaf { at + 1 } else { node.link as usize };
+                at += if is_met || is_leaf { 1 } else { node.link as usize };
                 if is_met && is_leaf {
                     seen.push(node.id);
                 }

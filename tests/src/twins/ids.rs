@@ -109,7 +109,7 @@ impl Twin<'_> {
             let [low, high] = [node.low, node.high].map(|side| V3::splat(V3(side)));
             let is_met = slabs.between(low, high).is_within(nearest.high());
             let is_met = R::select_id(is_met, 1, 0) == 1;
-            at = if is_met || is_leaf { at + 1 } else { node.link as usize };
+            at += if is_met || is_leaf { 1 } else { node.link as usize };
             if is_met && is_leaf {
                 hierarchy.leaves.add(node.link & !IS_LEAF, ray, nearest);
             }
