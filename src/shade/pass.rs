@@ -1,6 +1,7 @@
 //! The light on pixels, in lanes: bounds of their colours in numbers of `F`, and what these say of what is written.
 //!
-//! Lanes are neighbouring pixels, and a pack of them has one sample of each. A light goes through stages, each a small loop
+//! Lanes are neighbouring pixels, and a pack of them has one sample of each; where spheres are many, samples that see one of them
+//! are put side by side. A light goes through stages, each a small loop
 //! over packs in memory: how steep it falls, balls of the points of each object that it may shine on, what is in the way of
 //! these balls, and what of that is in the way of the points.
 //!
@@ -146,6 +147,17 @@ impl<F: Float, const N: usize> Shade<F, N> {
         self.light = self.light.plus(other.light);
         (self.n_rays, self.n_hits) = (self.n_rays + other.n_rays, self.n_hits + other.n_hits);
     }
+
+    /// Takes a lane of another one into one of its own.
+    #[inline(always)]
+    fn set_lane(&mut self, lane: usize, other: &Self, from: usize) {
+        for channel in 0..3 {
+            self.light.low.0[channel].0[lane] = other.light.low.0[channel].0[from];
+            self.light.high.0[channel].0[lane] = other.light.high.0[channel].0[from];
+        }
+        self.n_rays.0[lane] = other.n_rays.0[from];
+        self.n_hits.0[lane] = other.n_hits.0[from];
+    }
 }
 
 /// What the pixels of a part go through, from part to part.
@@ -155,6 +167,7 @@ pub struct Scratch<F: Float, const N: usize> {
     /// Index of the light that is looked at.
     light: usize,
     packs: Vec<Pack<F, N>>,
+    order: Order<F, N>,
     /// Of each light, for all packs.
     given: Vec<Vec<Given<F, N>>>,
     shades: Vec<Shade<F, N>>,
@@ -164,6 +177,27 @@ pub struct Scratch<F: Float, const N: usize> {
     places: Vec<usize>,
     ways: Vec<Way<F, N>>,
     walk: Walk,
+}
+
+/// How samples are put side by side that see one object.
+#[derive(Default)]
+struct Order<F: Float, const N: usize> {
+    /// Ids and offsets in the order of pixels.
+    before: Vec<([u32; N], [Lanes<F, N>; 2])>,
+    /// Ids, and behind each the lane in the order of pixels; none where lanes are in that order.
+    from: Vec<u64>,
+    /// Where each lane went.
+    to: Vec<u32>,
+    /// Shades in this order.
+    shades: Vec<Shade<F, N>>,
+}
+
+impl<F: Float, const N: usize> Order<F, N> {
+    /// The pack and the lane where a lane of the order of pixels is.
+    fn place(&self, at: usize) -> (usize, usize) {
+        let at = self.to.get(at).map_or(at, |&to| to as usize);
+        (at / N, at % N)
+    }
 }
 
 /// The pixels of a call, and where what is found of them goes.
@@ -287,6 +321,9 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         scratch.pixels.clear();
         scratch.pixels.extend(part.pixels);
         dispatch(Load(self, scratch));
+        if self.occluders.tree().is_some() {
+            dispatch(Sort(self, scratch));
+        }
         dispatch(See(self, scratch));
         dispatch(Gather(self, scratch));
         for (index, light) in self.lights.iter().enumerate() {
@@ -357,6 +394,56 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         }
     }
 
+    /// Puts samples side by side that see one object.
+    #[inline(always)]
+    fn sort<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
+        let Scratch { packs, order: Order { before, from, to, .. }, .. } = scratch;
+        from.clear();
+        to.clear();
+        let first = packs[0].ids[0];
+        if packs.iter().all(|pack| pack.is_uniform() && pack.ids[0] == first) {
+            return;
+        }
+        before.clear();
+        for (number, pack) in packs.iter().enumerate() {
+            before.push((pack.ids, pack.offset));
+            for lane in 0..N {
+                from.push(u64::from(pack.ids[lane]) << 32 | (number * N + lane) as u64);
+            }
+        }
+        from.sort_unstable();
+        to.resize(from.len(), 0);
+        let n_spheres = self.occluders.scene.spheres.len() as u32;
+        for (number, (pack, from)) in packs.iter_mut().zip(from.chunks_exact(N)).enumerate() {
+            let mut seen = [0; N];
+            for lane in 0..N {
+                let at = from[lane] as u32 as usize;
+                let (ids, offset) = &before[at / N];
+                seen[lane] = ids[at % N];
+                for axis in 0..2 {
+                    pack.offset[axis].0[lane] = offset[axis].0[at % N];
+                }
+                to[at] = (number * N + lane) as u32;
+            }
+            pack.see(&seen, n_spheres);
+        }
+    }
+
+    /// Puts shades into the order of pixels again.
+    #[inline(always)]
+    fn restore<const N: usize>(scratch: &mut Scratch<F, N>) {
+        let Scratch { shades, order, .. } = scratch;
+        if order.to.is_empty() {
+            return;
+        }
+        std::mem::swap(shades, &mut order.shades);
+        shades.resize(order.shades.len(), Shade::none());
+        for (at, &to) in order.to.iter().enumerate() {
+            let (from, into) = (&order.shades[to as usize / N], &mut shades[at / N]);
+            into.set_lane(at % N, from, to as usize % N);
+        }
+    }
+
     /// Finds the surfaces that samples see.
     #[inline(always)]
     fn see<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
@@ -398,23 +485,26 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
 
     /// Takes over what is known of a light already.
     fn remember<const N: usize>(&self, known: &[Open], scratch: &mut Scratch<F, N>) {
+        if known.is_empty() {
+            return;
+        }
         let (n_lights, n_samples) = (self.lights.len(), self.job.n_samples().pow(2));
-        let Scratch { light: index, given, .. } = scratch;
-        for (given, known) in given[*index].chunks_mut(n_samples).zip(known.chunks(N)) {
-            for (sample, given) in given.iter_mut().enumerate() {
-                given.is_lit = false;
-                for lane in 0..N {
-                    let known = known.get(lane).map(|known| &known.visibility);
-                    // The last pixel is in all lanes behind it.
-                    match known.map_or(Visibility::Hidden, |all| all[sample * n_lights + *index]) {
-                        Visibility::Unknown => given.is_lit = true,
-                        Visibility::Hidden => {
-                            let Bounds { low, high } = &mut given.bounds;
-                            (low.0[lane], high.0[lane]) = Default::default();
-                        }
-                        Visibility::Seen => given.clear.0[lane] = F::near(1.0),
-                    }
+        let Scratch { light: index, given, order, .. } = scratch;
+        let given = &mut given[*index];
+        given.iter_mut().for_each(|given| given.is_lit = false);
+        for at in 0..N * given.len() {
+            let (pack, lane) = order.place(at);
+            let (number, sample) = (at / N, at / N % n_samples);
+            let given = &mut given[pack];
+            let known = known.get(number / n_samples * N + at % N).map(|known| &known.visibility);
+            // The last pixel is in all lanes behind it.
+            match known.map_or(Visibility::Hidden, |all| all[sample * n_lights + *index]) {
+                Visibility::Unknown => given.is_lit = true,
+                Visibility::Hidden => {
+                    let Bounds { low, high } = &mut given.bounds;
+                    (low.0[lane], high.0[lane]) = Default::default();
                 }
+                Visibility::Seen => given.clear.0[lane] = F::near(1.0),
             }
         }
     }
@@ -452,6 +542,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                 Light { low: V3::select(nothing, one, low), high: V3::select(nothing, one, high) };
             shade.light = sum.on(shade.light.low);
         }
+        Self::restore(scratch);
     }
 
     /// Writes means of samples.
@@ -504,10 +595,10 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                         high: high.0[channel].0[lane].to_f64(),
                     });
                     let samples = number * n * n..(number + 1) * n * n;
-                    let of_lights = |pack| scratch.given.iter().map(move |given| &given[pack]);
-                    let visibility = samples
-                        .flat_map(of_lights)
-                        .map(|given: &Given<F, N>| given.visibility(lane));
+                    let visibility = samples.flat_map(|pack| {
+                        let (pack, lane) = scratch.order.place(pack * N + lane);
+                        scratch.given.iter().map(move |given| given[pack].visibility(lane))
+                    });
                     open.push(Open { pixel, bounds, visibility: visibility.collect() });
                 }
             }
@@ -543,7 +634,7 @@ macro_rules! stages {
 }
 
 stages!(
-    Load: load, See: see, Gather: gather, Face: face, Occlude: occlude, OccludeByTree: occlude_by_tree, Tint: tint
+    Load: load, Sort: sort, See: see, Gather: gather, Face: face, Occlude: occlude, OccludeByTree: occlude_by_tree, Tint: tint
 );
 
 /// The last stage, of the numbers that a picture has.

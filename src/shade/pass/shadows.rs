@@ -16,9 +16,9 @@ use crate::scene::Linear;
 use crate::seen::shadow::Aim;
 use crate::seen::{Occluder, Record, ShadowRay, SphereMet, Surface, Verdict};
 
-/// Packs at least whose points of an object share a walk through the tree, which lie below each other: with more the beams
-/// get wide, with fewer there are more of them.
-const TOGETHER: usize = 4;
+/// Most packs whose points of an object share a walk through the tree: with more the beams get wide, with fewer there are more
+/// of them.
+const TOGETHER: usize = 8;
 
 /// Points of one object, lane by lane.
 #[derive(Clone, Copy)]
@@ -191,7 +191,7 @@ impl<F: Bounded + Linear> Pass<'_, F> {
         }
     }
 
-    /// Takes away what spheres of the tree are in the way of. The samples of some pixels that see one object lie close
+    /// Takes away what spheres of the tree are in the way of. The samples that see one object follow each other, lie close
     /// together, and share a walk.
     #[inline(always)]
     pub fn occlude_by_tree<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
@@ -201,37 +201,36 @@ impl<F: Bounded + Linear> Pass<'_, F> {
         let aim = Aim::new(light.origin);
         let given = &mut given[*index];
         let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
-        let together = self.job.n_samples().pow(2).max(TOGETHER);
-        for (packs, given) in packs.chunks(together).zip(given.chunks_mut(together)) {
-            ways.clear();
-            for (pack, given) in packs.iter().zip(&*given) {
-                let rays = self.shadow_rays(&aim, pack);
-                let is_asked = zero.lt(given.bounds.high.min(one - given.clear));
-                let is_asked = pack.surface.is_known().and(is_asked);
-                let asked = Lanes::select(is_asked, given.bounds.high, zero);
-                let left = Lanes::select(is_asked, one, zero);
-                ways.push(Way { rays, verdict: Verdict::none(), asked, left });
-            }
-            for first in 0..packs.len() {
-                let left = |way: &Way<F, N>| (0..N).find(|&lane| zero.0[lane].lt(way.left.0[lane]));
-                while let Some(lane) = left(&ways[first]) {
-                    let own = packs[first].ids[lane];
-                    let mut around = Extent::none(own);
-                    let (packs, ways) = (&packs[first..], &mut ways[first..]);
-                    for (pack, way) in packs.iter().zip(&mut *ways) {
-                        let here = is_id(&pack.ids, own).and(zero.lt(way.left));
-                        around.add(here, &pack.surface);
-                        way.left = Lanes::select(here, zero, way.left);
-                    }
-                    let beam = self.occluders.beam(bvh, light.origin, around.corners());
-                    let mut darken = Darken { pass: self, bvh, own, packs, ways, is_dark: false };
-                    walk.all(bvh, bvh.root(), beam, &mut darken);
+        ways.clear();
+        for (pack, given) in packs.iter().zip(&*given) {
+            let rays = self.shadow_rays(&aim, pack);
+            let is_asked = zero.lt(given.bounds.high.min(one - given.clear));
+            let is_asked = pack.surface.is_known().and(is_asked);
+            let asked = Lanes::select(is_asked, given.bounds.high, zero);
+            let left = Lanes::select(is_asked, one, zero);
+            ways.push(Way { rays, verdict: Verdict::none(), asked, left });
+        }
+        for first in 0..packs.len() {
+            let left = |way: &Way<F, N>| (0..N).find(|&lane| zero.0[lane].lt(way.left.0[lane]));
+            while let Some(lane) = left(&ways[first]) {
+                let own = packs[first].ids[lane];
+                let mut around = Extent::none(own);
+                let behind = packs[first..].iter().take(TOGETHER);
+                let last = first + behind.take_while(|pack| pack.sees(own)).count();
+                let (packs, ways) = (&packs[first..last], &mut ways[first..last]);
+                for (pack, way) in packs.iter().zip(&mut *ways) {
+                    let here = is_id(&pack.ids, own).and(zero.lt(way.left));
+                    around.add(here, &pack.surface);
+                    way.left = Lanes::select(here, zero, way.left);
                 }
+                let beam = self.occluders.beam(bvh, light.origin, around.corners());
+                let mut darken = Darken { pass: self, bvh, own, packs, ways, is_dark: false };
+                walk.all(bvh, bvh.root(), beam, &mut darken);
             }
-            for ((pack, given), way) in packs.iter().zip(given).zip(&*ways) {
-                let is_known = pack.surface.is_known();
-                given.take(Verdict::select(is_known, way.verdict, Verdict::none()));
-            }
+        }
+        for ((pack, given), way) in packs.iter().zip(given).zip(&*ways) {
+            let is_known = pack.surface.is_known();
+            given.take(Verdict::select(is_known, way.verdict, Verdict::none()));
         }
     }
 }
@@ -266,9 +265,6 @@ impl<F: Bounded + Linear, const N: usize> Visitor for Darken<'_, '_, F, N> {
             let met = <SphereMet<f64> as Record>::splat(&met);
             let mut is_any_open = false;
             for (pack, way) in self.packs.iter().zip(&mut *self.ways) {
-                if !pack.sees(self.own) {
-                    continue;
-                }
                 let here = Lanes::select(is_id(&pack.ids, self.own), one, zero);
                 if !way.is_open(here) {
                     continue;
