@@ -32,7 +32,7 @@ pub use environment::{AdapterArithmetic, Environment};
 pub use light::LIGHT_SIZE;
 pub use measure::{Benchmark, Make};
 pub use noise::Noise;
-pub use pictures::{ErrorPicture, Fault};
+pub use pictures::ErrorPicture;
 pub use scenes::{Case, Class, MeasuredScene, default_cases};
 pub use sweep::{SWEEPS, Sweep};
 

@@ -16,10 +16,11 @@ use kugelblitz::shade::{Colors, Encoding, Painter, Style};
 use kugelblitz::trace::{Hits, Rays};
 use kugelblitz::tracer::Tracer;
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::compare::{FALSE_HIT, WRONG_OBJECT, graded};
 use kugelblitz_judge::verify::{ColorTruth, sample};
 
 use super::measure::{IDS, Work, n_pixels, picture};
-use super::pictures::{ErrorPicture, Fault, worst_first};
+use super::pictures::{ErrorPicture, share_of_pixels, worst_first};
 use super::samples::Samples;
 use super::{Benchmark, Case, Count, Of, Row};
 
@@ -35,6 +36,15 @@ const SAMPLES: usize = 1 << 13;
 
 /// A byte that is farther off is seen at a glance.
 const FAR_LEVELS: u8 = 8;
+
+/// The colour of a light that is left out: acne.
+pub const FALSE_SHADOW: [u8; 3] = FALSE_HIT;
+
+/// The colour of a light that is let in.
+pub const LEAK: [u8; 3] = WRONG_OBJECT;
+
+/// Bytes that are off by so many levels go from the colour of what is right to that of a large error.
+const LEVELS: [f64; 2] = [0.5, 64.0];
 
 /// Most scenes with pictures.
 const MOST_SCENES: usize = 2;
@@ -67,12 +77,16 @@ impl Wrong {
         samples.count(Count::FarBytes, u64::from(self.levels > FAR_LEVELS));
     }
 
-    fn fault(&self) -> Fault {
+    fn is_of_shadows(&self) -> bool {
+        self.false_shadows + self.leaks > 0
+    }
+
+    /// The pixel in a picture of errors.
+    fn color(&self) -> [u8; 3] {
         match *self {
-            Wrong { false_shadows: 1.., .. } => Fault::FalseShadow,
-            Wrong { leaks: 1.., .. } => Fault::Leak,
-            Wrong { levels: 0, .. } => Fault::Right,
-            Wrong { levels, .. } => Fault::Levels(levels),
+            Wrong { false_shadows: 1.., .. } => FALSE_SHADOW,
+            Wrong { leaks: 1.., .. } => LEAK,
+            Wrong { levels, .. } => graded(levels.into(), LEVELS),
         }
     }
 }
@@ -256,9 +270,22 @@ impl<'a> Work<'a> {
                 [(certified, proven), (plain, scene.painted(plain, &pixels, control)?)]
             {
                 for (lit, row) in painted.into_iter().zip(own(case, benchmark)) {
-                    let fault = |pixel| lit.wrong(pixel, &exact, pixel, n_lights).fault();
-                    let faults: Vec<Fault> = (0..pixels.len()).map(fault).collect();
-                    pictures.push(ErrorPicture::new(row, &pixels, lit.srgb, faults.into_iter()));
+                    let n = pixels.len();
+                    let wrong = |pixel| lit.wrong(pixel, &exact, pixel, n_lights);
+                    let all: Vec<Wrong> = (0..n).map(wrong).collect();
+                    let n_of_shadows = all.iter().filter(|wrong| wrong.is_of_shadows()).count();
+                    let n_wrong = all.iter().filter(|wrong| **wrong != Wrong::default()).count();
+                    let n_other = n_wrong - n_of_shadows;
+                    pictures.push(ErrorPicture {
+                        key: row.key.clone(),
+                        size: self.settings.picture_size,
+                        errors: all.iter().map(Wrong::color).collect(),
+                        srgb: lit.srgb,
+                        verdict: [
+                            share_of_pixels(n_of_shadows, "wrong shadow", n),
+                            share_of_pixels(n_other, "other wrong pixel", n),
+                        ],
+                    });
                 }
             }
         }
@@ -289,8 +316,9 @@ mod tests {
 
     #[test]
     fn a_right_picture_has_no_error_and_sabotage_is_noticed() {
-        type Sabotage = (&'static str, [u64; 4], Fault, fn(&mut LitPixels));
-        let (right, dark, leak) = (Fault::Right, Fault::FalseShadow, Fault::Leak);
+        type Sabotage = (&'static str, [u64; 4], [u8; 3], fn(&mut LitPixels));
+        let off = |levels: u8| graded(levels.into(), LEVELS);
+        let (right, dark, leak) = (off(0), FALSE_SHADOW, LEAK);
         let sabotages: [Sabotage; 11] = [
             ("nothing", [0; 4], right, |_| {}),
             ("another brightness is no verdict", [0; 4], right, |s| {
@@ -301,20 +329,22 @@ mod tests {
             ("a negative light", [1, 0, 0, 0], dark, |s| s.separated[0][0][0] = -1.0),
             ("no number", [1, 0, 0, 0], dark, |s| s.separated[0][0][0] = f32::NAN),
             ("a leak", [0, 1, 0, 0], leak, |s| s.separated[0][0][1] = 1e-9),
-            ("a byte up", [0, 0, 1, 0], Fault::Levels(1), |s| s.srgb[0][2] += 1),
-            ("eight levels down", [0, 0, 1, 0], Fault::Levels(8), |s| s.srgb[0][0] -= 8),
-            ("nine levels up", [0, 0, 1, 1], Fault::Levels(9), |s| s.srgb[0][1] += 9),
+            ("a byte up", [0, 0, 1, 0], off(1), |s| s.srgb[0][2] += 1),
+            ("eight levels down", [0, 0, 1, 0], off(8), |s| s.srgb[0][0] -= 8),
+            ("nine levels up", [0, 0, 1, 1], off(9), |s| s.srgb[0][1] += 9),
             ("both", [1, 1, 1, 1], dark, |s| {
                 s.separated[0][0] = [0.0, 1.0, 1.0];
                 s.srgb[0] = [255; 3];
             }),
         ];
-        for (what, counts, fault, apply) in sabotages {
+        let graded = [right, off(1), off(8), off(9), off(64), dark, leak];
+        assert!((1..7).all(|i| !graded[..i].contains(&graded[i])));
+        for (what, counts, color, apply) in sabotages {
             let mut wrong = lit();
             apply(&mut wrong);
             assert_eq!(errors(&wrong), counts, "{what}");
-            let faults = [0, 1].map(|at| wrong.wrong(at, &lit(), at, 4).fault());
-            assert_eq!(faults, [fault, Fault::Right], "{what}");
+            let colors = [0, 1].map(|at| wrong.wrong(at, &lit(), at, 4).color());
+            assert_eq!(colors, [color, right], "{what}");
         }
     }
 

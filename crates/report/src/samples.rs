@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use kugelblitz::trace::Hits;
+use kugelblitz_judge::compare::RayDifferences;
 use kugelblitz_judge::verify::{RayError, Truth, ray_errors};
 
 use super::{Count, Metric, Row, Spread};
@@ -32,27 +33,26 @@ impl Samples {
 
     /// Adds the errors of a result against the truth about some of its rays.
     pub fn add_errors(&mut self, hits: &Hits, truth: &Truth) {
-        self.count(Count::F32, hits.counts.f32);
-        self.count(Count::F64, hits.counts.f64);
-        self.count(Count::Exact, hits.counts.exact);
-        let [mut false_hits, mut false_misses, mut wrong_object] = [0; 3];
-        for error in ray_errors(hits, truth) {
-            self.count(Count::Rays, 1);
-            match error {
-                RayError::FalseHit => false_hits += 1,
-                RayError::FalseMiss => false_misses += 1,
-                RayError::WrongObject => wrong_object += 1,
-                RayError::Right { id: 0, .. } => {}
-                RayError::Right { t, normal, .. } => {
-                    self.add(Metric::TUlp, t.map(|t| t.ulp));
-                    self.add(Metric::TRelative, t.map(|t| t.relative));
-                    self.add(Metric::NormalDegrees, normal.map(|normal| normal.degrees));
-                }
+        let mut found = RayDifferences::default();
+        for (ray, error) in ray_errors(hits, truth).enumerate() {
+            found.see(ray, &error);
+            if let RayError::Right { id: 1.., t, normal } = error {
+                self.add(Metric::TUlp, t.map(|t| t.ulp));
+                self.add(Metric::TRelative, t.map(|t| t.relative));
+                self.add(Metric::NormalDegrees, normal.map(|normal| normal.degrees));
             }
         }
-        self.count(Count::FalseHits, false_hits);
-        self.count(Count::FalseMisses, false_misses);
-        self.count(Count::WrongObject, wrong_object);
+        for (count, n) in [
+            (Count::Rays, found.rays),
+            (Count::FalseHits, found.false_hits),
+            (Count::FalseMisses, found.false_misses),
+            (Count::WrongObject, found.wrong_object),
+            (Count::F32, hits.counts.f32),
+            (Count::F64, hits.counts.f64),
+            (Count::Exact, hits.counts.exact),
+        ] {
+            self.count(count, n);
+        }
     }
 
     /// Adds what another one collected.

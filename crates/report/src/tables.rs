@@ -80,6 +80,12 @@ impl Table {
         Table { parts: head.into_iter().map(part).collect(), groups }
     }
 
+    /// A table in one group, whose head has names and figures with nothing over them.
+    fn of_changes<const N: usize>(head: [[&str; N]; 2], rows: Vec<Vec<Cell>>) -> Table {
+        let columns = |names: [&str; N]| ("", names.map(String::from).to_vec());
+        Table::new(head.map(columns).to_vec(), one_group(rows))
+    }
+
     pub fn is_empty(&self) -> bool {
         self.groups.iter().all(|group| group.rows.is_empty())
     }
@@ -341,10 +347,8 @@ pub fn changes(baseline: &Baseline, order: &SeriesOrder) -> Table {
         let names = [cell(key.of.name()), kernel(key), device(key, order), cell(metric.name())];
         [names, figures].concat()
     };
-    let names = ["of", "kernel", "device", "time"].map(String::from).into();
-    let figures = ["before", "now", "change", ""].map(String::from).into();
-    let head = vec![("", names), ("", figures)];
-    Table::new(head, one_group(baseline.beyond_noise().map(row).collect()))
+    let head = [["of", "kernel", "device", "time"], ["before", "now", "change", ""]];
+    Table::of_changes(head, baseline.beyond_noise().map(row).collect())
 }
 
 /// Numbers of wrong ids that changed since an earlier report.
@@ -353,15 +357,13 @@ pub fn changed_ids(baseline: &Baseline, order: &SeriesOrder) -> Table {
         let names = [cell(key.of.name()), kernel(key), device(key, order)];
         [names, [rays, before, now].map(|n| cell(n.to_string()))].concat()
     };
-    let names = ["of", "kernel", "device"].map(String::from).into();
-    let figures = ["rays compared", "wrong before", "wrong now"].map(String::from).into();
-    let head = vec![("", names), ("", figures)];
-    Table::new(head, one_group(baseline.wrong_ids.iter().map(row).collect()))
+    let head = [["of", "kernel", "device"], ["rays compared", "wrong before", "wrong now"]];
+    Table::of_changes(head, baseline.wrong_ids.iter().map(row).collect())
 }
 
 impl Of {
     /// The thing in a table.
-    fn name(&self) -> String {
+    pub(super) fn name(&self) -> String {
         match self {
             Of::Scene { scene, .. } | Of::Light { scene } => scene.clone(),
             Of::Class { class } => class.name().into(),
