@@ -239,8 +239,8 @@ fn acne_leaks_and_neither_of_them_show() {
     let (report, control) = measure(&cases, &benchmarks, SETTINGS);
     // Its rays are no part of the tables of rays.
     assert_eq!(report.rows.len(), 10);
-    // Of certified one trace and two pictures, of stable one trace and two for each epsilon.
-    let pictured = (3 + 7) * 32 * 18;
+    // Of certified two pictures, of stable two for each epsilon, each of rays and their light.
+    let pictured = 2 * (2 + 6) * 32 * 18;
     assert_eq!(control.rays_done(), Report::n_rays(&cases, &benchmarks, &SETTINGS) + pictured);
     let is_much = |n: u64, share: f64| n as f64 > 4000.0 * share;
     for kernel in ["lecture", "stable", "double"] {

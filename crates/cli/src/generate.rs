@@ -41,9 +41,7 @@ pub fn run(args: &GenerateCloudArgs, run: &Run) -> Result<Done<Summary>> {
     if let Some(scene) = &mut scene {
         write_scene(scene, &args.output, &recipe)?;
     }
-    let progress = Progress::of_bytes(run);
-    write_cloud(&mut file, &recipe, &run.control)?;
-    drop(progress);
+    Progress::of_bytes(run).during(|| write_cloud(&mut file, &recipe, &run.control))?;
     let took = run.start.elapsed();
     let named = |path: &PathBuf| path.display().to_string();
     let summary = Summary {

@@ -53,12 +53,14 @@ pub fn parse_number(text: &str) -> Result<NonZeroUsize, String> {
     text.parse().map_err(|_| "give a whole number, 1 or more".into())
 }
 
+/// Reads a number that is as it has to be; `usage` says how.
+pub fn number(text: &str, is_right: impl Fn(f64) -> bool, usage: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|x| is_right(*x)).ok_or(usage.into())
+}
+
 /// Reads a distance, finite and not negative.
 pub fn parse_epsilon(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(epsilon) if epsilon.is_finite() && epsilon >= 0.0 => Ok(epsilon),
-        _ => Err("give a distance, 0 or more, e.g. 1e-4".into()),
-    }
+    number(text, |x| x.is_finite() && x >= 0.0, "give a distance, 0 or more, e.g. 1e-4")
 }
 
 /// Reads `X,Y`, in pixels, in the picture or not.

@@ -20,7 +20,7 @@ use kugelblitz::{Error, Result};
 
 use crate::Run;
 use crate::args::MAX_SAMPLES;
-use crate::options::{check_size, parser_of};
+use crate::options::{check_size, number, parser_of};
 use crate::output::{filled, is_stdout, print};
 use crate::progress::Progress;
 use crate::scene::{refuse_overwriting, say_notes};
@@ -170,9 +170,8 @@ impl PictureArgs {
         run: &Run,
     ) -> Result<(Arc<Scene>, Composed)> {
         let overrides = self.overrides(size, n_turns)?;
-        let progress = Progress::of_bytes(run);
-        let mut composed = compose_scene(path, &overrides, &run.control)?;
-        drop(progress);
+        let compose = || compose_scene(path, &overrides, &run.control);
+        let mut composed = Progress::of_bytes(run).during(compose)?;
         for note in &composed.notes {
             run.say(&format!("note: {note}"));
         }
@@ -286,8 +285,8 @@ fn parse_up(text: &str) -> Result<DVec3, String> {
 
 fn parse_margin(text: &str) -> Result<f64, String> {
     let most = Framing::MAX_MARGIN;
-    let margin = text.parse().ok().filter(|margin| (0.0..=most).contains(margin));
-    margin.ok_or(format!("give a part of the picture from 0 to {most}, e.g. 0.1"))
+    let usage = format!("give a part of the picture from 0 to {most}, e.g. 0.1");
+    number(text, |margin| (0.0..=most).contains(&margin), &usage)
 }
 
 fn parse_height(text: &str) -> Result<ValueOr<f64>, String> {

@@ -53,9 +53,8 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         Show::Color => begun.plan()?.wants(),
         show => show.wants(),
     };
-    let progress = scene::preparing(&begun.scene, session.kernel(), run);
-    let making = session.make_ready(&Rays::Pixels(pixels), wants, &run.control)?;
-    drop(progress);
+    let making = scene::preparing(&begun.scene, session.kernel(), run)
+        .during(|| session.make_ready(&Rays::Pixels(pixels), wants, &run.control))?;
     if session.prepared().is_some_and(Prepared::starts_in_f64) {
         run.note("f32 would leave most of these rays open: all begin in f64");
     }

@@ -8,14 +8,12 @@
 use std::sync::Arc;
 
 use kugelblitz::control::Control;
+use kugelblitz::device::Device;
 use kugelblitz::kernel::Kernel;
-use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Color, Light, Plane, Scene};
-use kugelblitz::shade::{Colors, Encoding, Painter, Style};
-use kugelblitz::trace::{Hits, Rays};
-use kugelblitz::tracer::Tracer;
-use kugelblitz::{Error, Result};
+use kugelblitz::shade::{Pixel, Style};
+use kugelblitz::{Result, Session};
 use kugelblitz_judge::compare::{FALSE_HIT, WRONG_OBJECT, graded};
 use kugelblitz_judge::verify::{ColorTruth, sample};
 
@@ -155,37 +153,30 @@ impl Separated {
     /// The colours that a kernel gives all pixels, with each of its epsilons.
     fn painted(
         &self,
-        benchmark: &Benchmark,
+        kernel: Kernel,
         pixels: &Pixels,
         control: &Control,
     ) -> Result<Vec<LitPixels>> {
-        let rays = Rays::Pixels(*pixels);
-        let mut hits = Hits::default();
-        benchmark.tracer(&self.own, &rays, IDS)?.tracer.trace(&rays, control, &mut hits)?;
-        let paint = |scene: &Arc<Scene>, encoding, epsilon| {
-            let prepared = Prepared::new(Arc::clone(scene), benchmark.kernel, &rays)?;
-            let mut tracer = Tracer::on_cpu(Arc::new(prepared), IDS);
-            let style = Style { epsilon, ..Style::new(encoding) };
-            let mut colors = Colors::new(encoding);
-            let mut painter = Painter::new(style, pixels, &mut tracer, None);
-            painter.paint(pixels, &hits, control, &mut colors)?;
-            Ok::<_, Error>(colors)
+        let with_epsilon = |&epsilon: &Option<f64>| {
+            let how = (pixels, epsilon.unwrap_or(0.0), control);
+            let separated = self.separated.iter().map(|scene| painted(scene, kernel, how));
+            let separated = separated.collect::<Result<_>>()?;
+            Ok(LitPixels { srgb: painted(&self.own, kernel, how)?, separated })
         };
-        let with_epsilon = |epsilon: &Option<f64>| {
-            let distance = epsilon.unwrap_or(0.0);
-            let mut lit = LitPixels::default();
-            if let Colors::Srgb8(srgb) = paint(&self.own, Encoding::Srgb8, distance)? {
-                lit.srgb = srgb;
-            }
-            for scene in &self.separated {
-                if let Colors::Linear(channels) = paint(scene, Encoding::Linear, distance)? {
-                    lit.separated.push(channels);
-                }
-            }
-            Ok(lit)
-        };
-        epsilons(benchmark.kernel).iter().map(with_epsilon).collect()
+        epsilons(kernel).iter().map(with_epsilon).collect()
     }
+}
+
+/// A scene as a kernel lights it with an epsilon.
+fn painted<P: Pixel>(
+    scene: &Arc<Scene>,
+    kernel: Kernel,
+    (pixels, epsilon, control): (&Pixels, f64, &Control),
+) -> Result<Vec<P>> {
+    let mut session = Session::new(Arc::clone(scene), Device::Cpu, kernel);
+    let style = Style { epsilon, ..Style::new(P::ENCODING) };
+    let (kept, _) = session.keep(pixels, style, IDS, control)?;
+    Pixel::all(kept.colors)
 }
 
 fn epsilons(kernel: Kernel) -> &'static [Option<f64>] {
@@ -205,11 +196,11 @@ impl<'a> Work<'a> {
     pub fn n_light_rays(&self) -> u64 {
         let n_pixels = n_pixels(LIGHT_SIZE);
         let of_case = |case: &Case| {
-            // Pictures that are painted with each epsilon.
+            // Pictures that are painted with each epsilon, and of each pixel a ray and its light.
             let n_pictures = 1 + case.scene.lights.len().div_ceil(3) as u64;
-            let of_kernel = |kernel| n_pixels * (1 + n_pictures * epsilons(kernel).len() as u64);
-            let painted: u64 = self.of_first_device().map(|of| of_kernel(of.kernel)).sum();
-            n_pictures * n_pixels.min(self.n_light_samples() as u64) + painted
+            let n_epsilons = self.of_first_device().map(|of| epsilons(of.kernel).len() as u64);
+            let n_painted = 2 * n_pixels * n_epsilons.sum::<u64>();
+            n_pictures * (n_pixels.min(self.n_light_samples() as u64) + n_painted)
         };
         if self.benchmarks.is_empty() { 0 } else { self.lit().map(of_case).sum() }
     }
@@ -219,15 +210,15 @@ impl<'a> Work<'a> {
     ///
     /// # Errors
     /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
-    pub fn light_rows(&self, control: &Control) -> Result<Vec<Row>> {
+    pub fn light_rows(&self) -> Result<Vec<Row>> {
         let mut rows = Vec::new();
         for case in self.lit().filter(|_| !self.benchmarks.is_empty()) {
             let pixels = picture(case, LIGHT_SIZE)?;
             let (scene, n_lights) = (Separated::of(&case.scene)?, case.scene.lights.len());
             let index = sample(pixels.len(), self.n_light_samples(), self.settings.seed);
-            let exact = scene.exactly(&pixels, &index, control)?;
+            let exact = scene.exactly(&pixels, &index, self.control)?;
             for benchmark in self.of_first_device() {
-                let painted = scene.painted(benchmark, &pixels, control)?;
+                let painted = scene.painted(benchmark.kernel, &pixels, self.control)?;
                 for (lit, &epsilon) in painted.iter().zip(epsilons(benchmark.kernel)) {
                     let mut samples = Samples::default();
                     for (at, &pixel) in index.iter().enumerate() {
@@ -249,7 +240,7 @@ impl<'a> Work<'a> {
     ///
     /// # Errors
     /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
-    pub fn light_pictures(&self, rows: &[Row], control: &Control) -> Result<Vec<ErrorPicture>> {
+    pub fn light_pictures(&self, rows: &[Row]) -> Result<Vec<ErrorPicture>> {
         let of_kernel = |kernel| self.of_first_device().find(|of| of.kernel == kernel);
         let (Some(certified), Some(plain)) = (of_kernel(Kernel::Certified), of_kernel(SHOWN))
         else {
@@ -264,10 +255,10 @@ impl<'a> Work<'a> {
         for case in worst_first(self.lit(), wrong, MOST_SCENES) {
             let pixels = picture(case, self.settings.picture_size)?;
             let (scene, n_lights) = (Separated::of(&case.scene)?, case.scene.lights.len());
-            let proven = scene.painted(certified, &pixels, control)?;
+            let proven = scene.painted(Kernel::Certified, &pixels, self.control)?;
             let exact = proven[0].clone();
             for (benchmark, painted) in
-                [(certified, proven), (plain, scene.painted(plain, &pixels, control)?)]
+                [(certified, proven), (plain, scene.painted(SHOWN, &pixels, self.control)?)]
             {
                 for (lit, row) in painted.into_iter().zip(own(case, benchmark)) {
                     let n = pixels.len();

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::device::{Device, Made};
 use kugelblitz::memory;
@@ -12,10 +11,11 @@ use kugelblitz::rays::{Pixels, View};
 use kugelblitz::render::hits_bytes;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Wants};
+use kugelblitz::{Error, Result};
 use kugelblitz_judge::verify::{SAMPLE_BYTES, Truth, sample};
 
 use super::samples::Samples;
-use super::{Case, Class, Count, Metric, Of, Row, Settings, Spread};
+use super::{Case, Class, Count, Metric, Missing, Of, Row, Settings, Spread};
 
 /// A picture's need.
 pub const IDS: Wants = Wants { surface: false, level: false };
@@ -71,6 +71,7 @@ pub struct Work<'a> {
     pub cases: &'a [Case],
     pub benchmarks: &'a [Benchmark],
     pub settings: &'a Settings,
+    pub control: &'a Control,
 }
 
 impl<'a> Work<'a> {
@@ -85,13 +86,17 @@ impl<'a> Work<'a> {
         self.cases.iter().filter(|case| case.class != Class::Lit)
     }
 
+    /// Pictures of a benchmark in all rounds, those included that come first in each.
+    pub fn n_pictures(&self) -> u64 {
+        (self.settings.rounds * (1 + self.settings.runs)) as u64
+    }
+
     /// Rays that [`Work::scene_rows`] traces or compares, as [`Control::rays_done`] counts them.
     pub fn n_scene_rays(&self) -> u64 {
-        let Settings { size, rounds, runs, samples, .. } = self.settings;
-        let n_pixels = n_pixels(*size);
-        let pictures = self.benchmarks.len() * 2 * rounds * (1 + runs);
-        let of_scene = n_pixels * pictures as u64 + n_pixels.min(*samples as u64);
-        self.timed().count() as u64 * of_scene
+        let n_pixels = n_pixels(self.settings.size);
+        let n_pictures = self.benchmarks.len() as u64 * 2 * self.n_pictures();
+        let n_compared = n_pixels.min(self.settings.samples as u64);
+        self.timed().count() as u64 * (n_pixels * n_pictures + n_compared)
     }
 
     fn refuse_what_cannot_fit(&self) -> Result<()> {
@@ -107,10 +112,10 @@ impl<'a> Work<'a> {
     /// Each benchmark's errors and costs in each scene, then those of each class of scenes.
     ///
     /// # Errors
-    /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
-    pub fn scene_rows(&self, control: &Control) -> Result<Vec<Row>> {
+    /// Those of tracing; [`Error::Interrupted`].
+    pub fn scene_rows(&self) -> Result<Vec<Row>> {
         self.refuse_what_cannot_fit()?;
-        let Settings { size, samples, seed, rounds, runs, .. } = *self.settings;
+        let Settings { size, samples, seed, rounds, .. } = *self.settings;
         let n_measured = self.timed().count() * self.benchmarks.len();
         let mut measured = vec![Measured::default(); n_measured];
         for round in 0..rounds {
@@ -120,7 +125,7 @@ impl<'a> Work<'a> {
                 let truth = match round {
                     0 => {
                         let index = sample(pixels.len(), samples, seed);
-                        Some(Truth::of_pixels(&case.scene, &pixels, index, control)?)
+                        Some(Truth::of_pixels(&case.scene, &pixels, index, self.control)?)
                     }
                     _ => None,
                 };
@@ -132,7 +137,7 @@ impl<'a> Work<'a> {
                         if wants == IDS {
                             made.tracer.use_device_clock();
                         }
-                        run(made, &rays, runs, control, &mut hits)
+                        self.run(made, &rays, &mut hits)
                     };
                     measured.add(&timed(IDS)?, &timed(SURFACE)?);
                     if let Some(truth) = &truth {
@@ -151,6 +156,54 @@ impl<'a> Work<'a> {
         }
         let classes = self.class_rows(&rows, &measured);
         Ok([rows, classes].concat())
+    }
+
+    /// A row for each of some benchmarks, and what did not fit.
+    ///
+    /// # Errors
+    /// Those of tracing; [`Error::Interrupted`].
+    pub fn rows<'b>(
+        &self,
+        of: &Of,
+        benchmarks: impl IntoIterator<Item = &'b Benchmark>,
+        subject: &Subject,
+    ) -> Result<(Vec<Row>, Vec<Missing>)> {
+        let (mut rows, mut missing) = (Vec::new(), Vec::new());
+        for benchmark in benchmarks {
+            match self.measured(benchmark, subject) {
+                Ok(samples) => rows.push(Row::new(of.clone(), benchmark, &[&samples])),
+                Err(Error::TooLarge(why)) => {
+                    missing.push(Missing {
+                        what: format!("{} on {}", of.name(), benchmark.device),
+                        why,
+                    });
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok((rows, missing))
+    }
+
+    fn measured(
+        &self,
+        benchmark: &Benchmark,
+        Subject { scene, rays, truth, n_rounds }: &Subject,
+    ) -> Result<Samples> {
+        let (mut samples, mut hits) = (Samples::default(), Hits::default());
+        if let Some(truth) = truth {
+            benchmark.tracer(scene, rays, SURFACE)?.tracer.trace(rays, self.control, &mut hits)?;
+            samples.add_errors(&hits, truth);
+        }
+        for _ in 0..*n_rounds {
+            let prepared = Arc::new(Prepared::new(Arc::clone(scene), benchmark.kernel, rays)?);
+            samples.add(Metric::BuildMs, [ms(prepared.build_time())]);
+            let made = (benchmark.make)(&prepared, IDS)?;
+            let runs = self.run(made, rays, &mut hits)?;
+            samples.add(Metric::TraceNsPerRay, runs.ns_per_ray());
+            let of_pictures = runs.timed.iter().map(|time| ms(time.deciding() + time.readback));
+            samples.add(Metric::PictureMs, of_pictures);
+        }
+        Ok(samples)
     }
 
     /// The errors of each class put together, and the means of its times.
@@ -176,6 +229,23 @@ impl<'a> Work<'a> {
         }
         classes
     }
+
+    /// Traces once, and then as often as is timed; `hits` are those of the last run.
+    fn run(&self, made: Made, rays: &Rays, hits: &mut Hits) -> Result<Runs> {
+        let Made { mut tracer, compile, .. } = made;
+        let mut trace = || tracer.trace(rays, self.control, hits);
+        let first = trace()?;
+        let timed = (0..self.settings.runs).map(|_| trace()).collect::<Result<_>>()?;
+        Ok(Runs { n_rays: rays.len(), compile, first, timed, bytes_device: tracer.bytes_device() })
+    }
+}
+
+/// Rays through a scene, what is true of them where their errors are measured, and how often they are timed.
+pub struct Subject {
+    pub scene: Arc<Scene>,
+    pub rays: Rays,
+    pub truth: Option<Truth>,
+    pub n_rounds: usize,
 }
 
 /// What was measured of a benchmark in a scene.
@@ -227,17 +297,17 @@ fn geometric_mean(spreads: &[Spread]) -> Option<Spread> {
 }
 
 /// The work of one tracer: a first run, and those that are timed.
-pub struct Runs {
+struct Runs {
     n_rays: usize,
     compile: Duration,
     first: Timing,
-    pub timed: Vec<Timing>,
+    timed: Vec<Timing>,
     bytes_device: u64,
 }
 
 impl Runs {
     /// The times of all stages but the read-back.
-    pub fn ns_per_ray(&self) -> impl Iterator<Item = f64> {
+    fn ns_per_ray(&self) -> impl Iterator<Item = f64> {
         self.timed.iter().map(|timing| self.ns(timing.deciding()))
     }
 
@@ -246,20 +316,7 @@ impl Runs {
     }
 }
 
-/// Traces once, and then as often as is timed; `hits` are those of the last run.
-pub fn run(
-    Made { mut tracer, compile, .. }: Made,
-    rays: &Rays,
-    n_timed: usize,
-    control: &Control,
-    hits: &mut Hits,
-) -> Result<Runs> {
-    let first = tracer.trace(rays, control, hits)?;
-    let timed = (0..n_timed).map(|_| tracer.trace(rays, control, hits)).collect::<Result<_>>()?;
-    Ok(Runs { n_rays: rays.len(), compile, first, timed, bytes_device: tracer.bytes_device() })
-}
-
 /// A time in milliseconds.
-pub fn ms(time: Duration) -> f64 {
+fn ms(time: Duration) -> f64 {
     1e3 * time.as_secs_f64()
 }

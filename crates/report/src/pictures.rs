@@ -1,7 +1,6 @@
 //! Pictures of the scenes where the kernels are most wrong.
 
 use kugelblitz::Result;
-use kugelblitz::control::Control;
 use kugelblitz::scene::Color;
 use kugelblitz::trace::{Hits, Rays};
 use kugelblitz_judge::compare::error_picture;
@@ -65,7 +64,7 @@ impl Work<'_> {
     ///
     /// # Errors
     /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
-    pub fn pictures(&self, rows: &[Row], control: &Control) -> Result<Vec<ErrorPicture>> {
+    pub fn pictures(&self, rows: &[Row]) -> Result<Vec<ErrorPicture>> {
         let own = |case: &Case| {
             let of = Of::Scene { scene: case.name.clone(), class: case.class };
             rows.iter().filter(move |row| row.key.of == of)
@@ -75,7 +74,7 @@ impl Work<'_> {
         for case in worst_first(self.timed(), wrong, MOST_SCENES) {
             let pixels = picture(case, self.settings.picture_size)?;
             let all = (0..pixels.len()).collect();
-            let truth = Truth::of_pixels(&case.scene, &pixels, all, control)?;
+            let truth = Truth::of_pixels(&case.scene, &pixels, all, self.control)?;
             let rays = Rays::Pixels(pixels);
             let palette: Vec<[u8; 3]> = case.scene.colors().map(Color::to_srgb8).collect();
             // Black for an id that no object has.
@@ -83,7 +82,7 @@ impl Work<'_> {
             for (benchmark, row) in self.of_first_device().zip(own(case)) {
                 let mut tracer = benchmark.tracer(&case.scene, &rays, SURFACE)?.tracer;
                 let mut hits = Hits::default();
-                tracer.trace(&rays, control, &mut hits)?;
+                tracer.trace(&rays, self.control, &mut hits)?;
                 let errors: Vec<RayError> = ray_errors(&hits, &truth).collect();
                 let found = compare_to_exact(&hits, &truth);
                 pictures.push(ErrorPicture {

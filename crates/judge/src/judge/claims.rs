@@ -130,21 +130,11 @@ impl Claims {
         let object = if right.id == 0 { NO_OBJECT } else { right.id };
         let id = match &self.seen {
             ClaimedHits::Ids(ids) => ids[i],
-            ClaimedHits::Hit(hit) => {
-                if hit[i] {
-                    object
-                } else {
-                    0
-                }
-            }
+            ClaimedHits::Hit(hit) if hit[i] => object,
+            ClaimedHits::Hit(_) => 0,
             seen if seen.has_color(i, palette[right.id as usize]) => right.id,
-            seen => {
-                if seen.has_color(i, palette[0]) {
-                    0
-                } else {
-                    NO_OBJECT
-                }
-            }
+            seen if seen.has_color(i, palette[0]) => 0,
+            ClaimedHits::Colors { .. } => NO_OBJECT,
         };
         let faces = |normal: DVec3| right.normal.is_none_or(|right| normal.dot(right) >= 0.0);
         let turned = |normal: DVec3| match self.side {

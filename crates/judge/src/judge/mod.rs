@@ -28,7 +28,7 @@ use kugelblitz::trace::{Hits, Kernel, Wants};
 use kugelblitz::{Error, Result};
 
 use crate::compare::{
-    ErrorStats, ObjectCounts, RayError, TError, Tolerance, Unit, error_picture, short,
+    ErrorSpread, ErrorStats, ObjectCounts, RayError, TError, Tolerance, Unit, error_picture, short,
 };
 use crate::verify::Truth;
 
@@ -268,11 +268,11 @@ impl Judged {
                 broken.push(format!("{wrong_ids} of {rays} ids{place} are wrong, allowed: {most}"));
             }
         }
-        let worst = |of: fn(&ErrorStats) -> Option<f64>| {
-            [away, silhouettes].into_iter().filter_map(of).fold(0.0, f64::max)
+        let worst = |of: fn(&ErrorStats) -> Option<ErrorSpread>| {
+            let spreads = [away, silhouettes].into_iter().filter_map(of);
+            spreads.map(|spread| spread.worst).fold(0.0, f64::max)
         };
-        let ulp = worst(|part| part.t_ulp.map(|spread| spread.worst));
-        let relative = worst(|part| part.t_relative.map(|spread| spread.worst));
+        let (ulp, relative) = (worst(|part| part.t_ulp), worst(|part| part.t_relative));
         if !allowed.allows_t(&TError { ulp, relative, is_nearest: false }) {
             broken.push(match allowed.limit("t") {
                 Tolerance { most, unit: Unit::Ulp } => {
@@ -281,7 +281,7 @@ impl Judged {
                 most => format!("t is off by a relative {}, allowed: {most}", short(relative)),
             });
         }
-        let degrees = worst(|part| part.normal_degrees.map(|spread| spread.worst));
+        let degrees = worst(|part| part.normal_degrees);
         let most = allowed.limit("normal");
         if !most.allows(degrees) {
             broken.push(format!("a normal is off by {}°, allowed: {most}°", short(degrees)));

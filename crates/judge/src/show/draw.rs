@@ -168,18 +168,10 @@ pub fn range_of_t(
     for band in bands(&whole, band_rows(&whole, show.wants())) {
         control.check()?;
         session.trace(&Rays::Pixels(band), show.wants(), control, &mut hits)?;
-        range = wider(range, &hits);
+        let ts = hits.t.iter().copied().filter(|t| t.is_finite() && *t > 0.0);
+        range = range.into_iter().chain(ts.map(|t| [t; 2])).reduce(union);
     }
     Ok(range)
-}
-
-/// A range of `t` that holds those of `hits` as well.
-fn wider(range: Option<[f32; 2]>, hits: &Hits) -> Option<[f32; 2]> {
-    let ts = hits.t.iter().copied().filter(|t| t.is_finite() && *t > 0.0);
-    ts.fold(range, |range, t| match range {
-        None => Some([t; 2]),
-        Some([low, high]) => Some([low.min(t), high.max(t)]),
-    })
 }
 
 /// The colours of `pixels` in memory: the first `split` columns by one kernel, the others by another. With
