@@ -9,7 +9,6 @@ mod complain;
 mod completions;
 mod device;
 mod digest;
-mod excerpt;
 mod explain;
 mod export;
 mod figure;
@@ -68,7 +67,7 @@ fn main() -> ExitCode {
     stop_on_interrupt(Arc::clone(&control));
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) => return ExitCode::from(complain_about_usage(&error)),
+        Err(error) => return ExitCode::from(complain_about_usage(error)),
     };
     let run = Run { start, control, talk: cli.talk };
     let writes = cli.command.writes_files();

@@ -19,7 +19,6 @@ pub mod page;
 mod pictures;
 pub mod plot;
 mod print;
-mod samples;
 mod scenes;
 mod sweep;
 mod tables;
@@ -37,8 +36,7 @@ pub use sweep::{CLOUD_SIZE, SWEEPS, Sweep};
 use kugelblitz::Result;
 use kugelblitz::control::Control;
 
-use measure::Work;
-use samples::Samples;
+use measure::{Samples, Work};
 
 /// The version of a report's fields in `docs/json.md`.
 pub const SCHEMA: u32 = 2;

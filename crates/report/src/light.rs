@@ -17,9 +17,8 @@ use kugelblitz::{Result, Session};
 use kugelblitz_judge::compare::{FALSE_HIT, WRONG_OBJECT, graded};
 use kugelblitz_judge::verify::{ColorTruth, sample};
 
-use super::measure::{IDS, Work, n_pixels, picture};
+use super::measure::{IDS, Samples, Work, n_pixels, picture};
 use super::pictures::{ErrorPicture, share_of_pixels, worst_first};
-use super::samples::Samples;
 use super::{Benchmark, Case, Count, Of, Row};
 
 /// Size of the pictures, px.

@@ -1,5 +1,6 @@
 //! Runs every benchmark on every scene: errors once, times in rounds.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -12,9 +13,9 @@ use kugelblitz::render::hits_bytes;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Wants};
 use kugelblitz::{Error, Result};
-use kugelblitz_judge::verify::{SAMPLE_BYTES, Truth, sample};
+use kugelblitz_judge::compare::{RayDifferences, RayError};
+use kugelblitz_judge::verify::{SAMPLE_BYTES, Truth, ray_errors, sample};
 
-use super::samples::Samples;
 use super::{Case, Class, Count, Metric, Missing, Of, Row, Settings, Spread};
 
 /// A picture's need.
@@ -212,19 +213,22 @@ impl<'a> Work<'a> {
         for class in [Class::Lecture, Class::Hard, Class::Given] {
             for (number, benchmark) in self.benchmarks.iter().enumerate() {
                 // Of each scene there is a row for each benchmark, in their order.
-                let of_benchmark =
-                    || rows.iter().zip(measured).skip(number).step_by(self.benchmarks.len());
-                let is_own = |(row, _): &(&Row, &Measured)| matches!(row.key.of, Of::Scene { class: own, .. } if own == class);
-                let own = || of_benchmark().filter(is_own);
+                let cases = self.timed().enumerate().filter(|(_, case)| case.class == class);
+                let own: Vec<usize> =
+                    cases.map(|(at, _)| at * self.benchmarks.len() + number).collect();
+                if own.is_empty() {
+                    continue;
+                }
                 let mut errors = Samples::default();
-                own().for_each(|(_, measured)| errors.append(&measured.errors));
-                errors.count(Count::Scenes, own().count() as u64);
+                own.iter().for_each(|&at| errors.append(&measured[at].errors));
+                errors.count(Count::Scenes, own.len() as u64);
                 let mut row = Row::new(Of::Class { class }, benchmark, &[&errors]);
                 for metric in [Metric::TraceNsPerRay, Metric::SurfaceNsPerRay] {
-                    let times: Vec<_> = own().filter_map(|(row, _)| row.number(metric)).collect();
+                    let times: Vec<_> =
+                        own.iter().filter_map(|&at| rows[at].number(metric)).collect();
                     row.numbers.extend(geometric_mean(&times).map(|mean| (metric, mean)));
                 }
-                classes.extend((row.count(Count::Scenes) > 0).then_some(row));
+                classes.push(row);
             }
         }
         classes
@@ -319,4 +323,66 @@ impl Runs {
 /// A time in milliseconds.
 fn ms(time: Duration) -> f64 {
     1e3 * time.as_secs_f64()
+}
+
+/// Values and counts of one or more results.
+#[derive(Clone, Debug, Default)]
+pub struct Samples {
+    pub counts: BTreeMap<Count, u64>,
+    values: BTreeMap<Metric, Vec<f64>>,
+}
+
+impl Samples {
+    /// Adds `n` to a count.
+    pub fn count(&mut self, count: Count, n: u64) {
+        *self.counts.entry(count).or_default() += n;
+    }
+
+    /// Sets a count.
+    pub fn set(&mut self, count: Count, n: u64) {
+        self.counts.insert(count, n);
+    }
+
+    /// Adds values of a quantity.
+    pub fn add(&mut self, metric: Metric, values: impl IntoIterator<Item = f64>) {
+        self.values.entry(metric).or_default().extend(values);
+    }
+
+    /// Adds the errors of a result against the truth about some of its rays.
+    pub fn add_errors(&mut self, hits: &Hits, truth: &Truth) {
+        let mut found = RayDifferences::default();
+        for (ray, error) in ray_errors(hits, truth).enumerate() {
+            found.see(ray, &error);
+            if let RayError::Right { id: 1.., t, normal } = error {
+                self.add(Metric::TUlp, t.map(|t| t.ulp));
+                self.add(Metric::TRelative, t.map(|t| t.relative));
+                self.add(Metric::NormalDegrees, normal.map(|normal| normal.degrees));
+            }
+        }
+        for (count, n) in [
+            (Count::Rays, found.rays),
+            (Count::FalseHits, found.false_hits),
+            (Count::FalseMisses, found.false_misses),
+            (Count::WrongObject, found.wrong_object),
+            (Count::F32, hits.counts.f32),
+            (Count::F64, hits.counts.f64),
+            (Count::Exact, hits.counts.exact),
+        ] {
+            self.count(count, n);
+        }
+    }
+
+    /// Adds what another one collected.
+    pub fn append(&mut self, other: &Samples) {
+        other.counts.iter().for_each(|(&count, &n)| self.count(count, n));
+        other.values.iter().for_each(|(&metric, values)| self.add(metric, values.iter().copied()));
+    }
+
+    /// Puts what was collected into a row.
+    pub fn put_into(&self, row: &mut Row) {
+        row.counts.extend(&self.counts);
+        for (&metric, values) in &self.values {
+            row.numbers.extend(Spread::of(values.clone()).map(|spread| (metric, spread)));
+        }
+    }
 }

@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::Allowed;
 
 /// How two pictures differ.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct PictureDifference {
     /// The first one.
     pub a: PictureSide,
@@ -41,7 +41,7 @@ pub struct PictureDifference {
 }
 
 /// One of two pictures.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct PictureSide {
     /// Its name.
     pub file: String,
@@ -54,7 +54,7 @@ pub struct PictureSide {
 }
 
 /// How two channels of one name differ.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ChannelDifference {
     /// The name.
     pub name: String,
@@ -103,14 +103,8 @@ pub fn compare_pictures(
         a: side(files[0], a, b),
         b: side(files[1], b, a),
         allowed: allowed.to_string(),
-        pixels: 0,
-        differing: 0,
-        beyond: 0,
-        first: None,
-        channels: Vec::new(),
         metadata_differs: texts.map(|(name, _)| name.clone()).collect(),
-        broken: Vec::new(),
-        of_pixels: Vec::new(),
+        ..PictureDifference::default()
     };
     if (a.width, a.height, a.is_list) != (b.width, b.height, b.is_list) {
         let size = |image: &Image| {
@@ -219,12 +213,7 @@ fn of_channel(
         name: name.into(),
         types: [a.kind(), b.kind()],
         compared_as: common.name(a),
-        differing: 0,
-        largest: 0.0,
-        largest_ulp: None,
-        at: None,
-        values: None,
-        pixel: None,
+        ..ChannelDifference::default()
     };
     let [levels, most_ulp, most] = ["levels", "ulp", "difference"].map(|key| allowed.limit(key));
     let is_color = is_color(name);

@@ -312,12 +312,9 @@ pub fn explain_as(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<Expl
             explanation.level = level;
         }
     }
-    if let Some((of_point, point)) = seen.point() {
-        explanation.point = Some(of_point);
-        explanation.shading = seen.shading(lighting.as_ref(), Some(&point));
-    } else {
-        explanation.shading = seen.shading(lighting.as_ref(), None);
-    }
+    let (of_point, point) = seen.point().unzip();
+    explanation.shading = seen.shading(lighting.as_ref(), point.as_ref());
+    explanation.point = of_point;
     Ok(explanation)
 }
 
@@ -485,20 +482,18 @@ fn ranked(scene: &Scene, numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, Left
 }
 
 fn left_out(scene: &Scene, numbers: &RayNumbers, ranks: &[Rank]) -> LeftOut {
-    let meets_line = |object: &Object| {
-        let sign = match *object {
-            Object::Sphere(s) => signum_of_discriminant(&numbers.exact, s.center, s.radius)? + 1,
-            Object::Plane(p) => {
-                plane_numbers(&numbers.exact, p.point, p.normal)?.denominator.signum()
-            }
-        };
-        Some(sign != 0)
+    let meets_line = |object: &Object| match *object {
+        Object::Sphere(s) => {
+            signum_of_discriminant(&numbers.exact, s.center, s.radius).is_some_and(|sign| sign >= 0)
+        }
+        Object::Plane(p) => plane_numbers(&numbers.exact, p.point, p.normal)
+            .is_some_and(|plane| plane.denominator.signum() != 0),
     };
     let count = |rank: &Rank| {
         let object = scene.object(rank.id)?;
         let is_missed = || is_clearly_missed(&numbers.near, &object);
         let is_hit = rank.root.is_some();
-        let is_behind = !is_hit && !is_missed() && meets_line(&object) == Some(true);
+        let is_behind = !is_hit && !is_missed() && meets_line(&object);
         Some([is_hit, is_behind, !is_hit && !is_behind].map(usize::from))
     };
     let sum = |a: [usize; 3], b: [usize; 3]| std::array::from_fn(|i| a[i] + b[i]);

@@ -10,7 +10,6 @@ mod drawing;
 mod labels;
 mod legend;
 mod plane;
-mod projection;
 mod sphere;
 mod words;
 
