@@ -25,6 +25,7 @@ use crate::head::{Done, Drawn, Work};
 use crate::output::{is_stdout, ms, name, objects, shell_quoted};
 use crate::progress::Progress;
 use crate::render::{Begun, size};
+use crate::wrong_usage;
 
 /// Several frames in place of one picture.
 #[derive(Args)]
@@ -113,11 +114,10 @@ struct Frame {
 /// Renders the frames one after the other: the scene is read, and its tree built, once for all.
 pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<Done<Summary>> {
     if is_stdout(output) {
-        return Err(Error::Usage(
+        return wrong_usage(
             "a film is several files, and can't go to standard output; name them with -o, e.g. \
-             -o out.png for out-0001.png and so on"
-                .into(),
-        ));
+             -o out.png for out-0001.png and so on",
+        );
     }
     let cameras = args.film.cameras(begun.scene.require_camera(&args.scene)?)?;
     check_reach(&cameras, &begun.scene)?;
@@ -125,10 +125,10 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     let n_frames = cameras.len() as u32;
     let [first, last] = args.film.frames.unwrap_or([1, n_frames]);
     if first > n_frames {
-        return Err(Error::Usage(format!(
+        return wrong_usage(format!(
             "--frames {first}…: the film has {}",
             count(cameras.len(), "frame")
-        )));
+        ));
     }
     let path_of = |frame: u32| file_of_frame(output, frame, n_frames);
     let mut frames: Vec<Frame> = Vec::new();

@@ -24,6 +24,7 @@ use crate::options::number;
 use crate::output::{objects, shell_quoted};
 use crate::progress::Progress;
 use crate::render::size;
+use crate::wrong_usage;
 use crate::{Run, device, scene};
 
 /// Hold another renderer's picture or hits against exact arithmetic
@@ -187,7 +188,7 @@ fn conventions(args: &JudgeArgs) -> Result<Conventions> {
     let near_far = args.near.zip(args.far).map(|(near, far)| [near, far]);
     if let Some([near, far]) = near_far.filter(|[near, far]| near == far) {
         let message = format!("--near {near} --far {far}: there is nothing between these planes");
-        return Err(Error::Usage(message));
+        return wrong_usage(message);
     }
     Ok(Conventions {
         quantities: args.quantities.clone(),

@@ -24,6 +24,7 @@ use crate::options::{check_size, number, parser_of};
 use crate::output::{filled, is_stdout, print};
 use crate::progress::Progress;
 use crate::scene::{refuse_overwriting, say_notes};
+use crate::wrong_usage;
 
 /// What a picture shows: the options win over the scene.
 #[derive(Args, Clone)]
@@ -131,7 +132,7 @@ impl PictureArgs {
     /// [`Error::Usage`] where `none` stands beside lights; [`Error::TooLarge`].
     pub fn overrides(&self, size: Option<[u32; 2]>, n_turns: u32) -> Result<SceneOverrides> {
         if self.light.len() > 1 && self.light.iter().any(|light| light.0.is_none()) {
-            return Err(Error::Usage("--light none stands alone".into()));
+            return wrong_usage("--light none stands alone");
         }
         let lights = self.light.iter().filter_map(|light| light.0.clone()).collect();
         let height = self.height.as_ref().map(|height| height.0);
@@ -193,9 +194,9 @@ impl PictureArgs {
             && output.and(printed).is_some()
         {
             false => Ok(()),
-            true => Err(Error::Usage(format!(
+            true => wrong_usage(format!(
                 "{what} and --print-scene can't both go to standard output; {advice}"
-            ))),
+            )),
         }
     }
 
@@ -239,7 +240,7 @@ impl DataArgs {
     fn keys(&self) -> Result<CloudKeys> {
         let mut said = HashSet::new();
         if let Some((key, _)) = self.columns.iter().find(|(key, _)| !said.insert(key)) {
-            return Err(Error::Usage(format!("--columns: `{key}` is said twice; say it once")));
+            return wrong_usage(format!("--columns: `{key}` is said twice; say it once"));
         }
         let pair = |(key, name): &(String, String)| format!("{} = {}", key.toml(), name.toml());
         let pairs: Vec<String> = self.columns.iter().map(pair).collect();

@@ -22,6 +22,7 @@ use crate::head::{Done, summary};
 use crate::output::filled;
 use crate::progress::Progress;
 use crate::quiet::{self, quietly};
+use crate::wrong_usage;
 use crate::{Run, device, version};
 
 /// Measures and shows.
@@ -67,11 +68,11 @@ fn form(path: &Path) -> Result<Form> {
         Some("md") => |report| Ok(text::markdown(report).into_bytes()),
         Some("svg") => |report| Ok(plot::plane(report).into_bytes()),
         _ => {
-            return Err(Error::Usage(format!(
+            return wrong_usage(format!(
                 "{}: the name's ending tells the form: .html (a page), .json (all figures), .md \
                  (a short table) or .svg (the main plot)",
                 path.shown()
-            )));
+            ));
         }
     })
 }

@@ -1,9 +1,9 @@
 //! Light: points that a kernel leaves dark though a lamp lights them, and such that it lights though
 //! something is in the lamp's way.
 //!
-//! Whether each lamp counts at a point shows in a picture of the same scene in which everything is white
-//! and each of three lamps has a channel of its own: where the channel is not 0, the lamp counts. So the
-//! bytes and the shadows of every kernel come from the same painter.
+//! Whether a lamp counts at a point shows in a picture of the same scene in which everything is white and
+//! no other lamp shines: where it is not black, the lamp counts. So the bytes and the shadows of every
+//! kernel come from the same painter.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use kugelblitz::kernel::Kernel;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Color, Light, Plane, Scene};
 use kugelblitz::shade::{Pixel, Style};
-use kugelblitz::{Result, Session};
+use kugelblitz::{Error, Result, Session};
 use kugelblitz_judge::compare::{FALSE_HIT, WRONG_OBJECT, graded};
 use kugelblitz_judge::verify::{ColorTruth, sample};
 
@@ -49,11 +49,11 @@ const MOST_SCENES: usize = 2;
 /// The kernel whose acne and leaks are shown: the best plain f32.
 const SHOWN: Kernel = Kernel::Stable;
 
-/// Pictures of the same pixels: the scene's own, and those with a channel for each lamp.
+/// Pictures of the same pixels: the scene's own, and how bright each lamp alone makes them.
 #[derive(Clone, Debug, Default)]
 struct LitPixels {
     srgb: Vec<[u8; 3]>,
-    separated: Vec<Vec<[f32; 3]>>,
+    lamps: Vec<Vec<f32>>,
 }
 
 /// What is wrong with a pixel.
@@ -90,8 +90,8 @@ impl Wrong {
 
 impl LitPixels {
     fn counts(&self, pixel: usize, light: usize) -> bool {
-        let separated = self.separated.get(light / 3).and_then(|picture| picture.get(pixel));
-        separated.is_some_and(|channels| channels[light % 3] > 0.0)
+        let lamp = self.lamps.get(light).and_then(|lamp| lamp.get(pixel));
+        lamp.is_some_and(|brightness| *brightness > 0.0)
     }
 
     /// Compares `pixel` with a pixel of `exact`. A pixel that is lacking is black and far off.
@@ -112,24 +112,21 @@ impl LitPixels {
     }
 }
 
-/// A scene, and for each three of its lights one in which these have the channels.
+/// A scene, and for each of its lights one in which it shines alone.
 struct Separated {
     own: Arc<Scene>,
-    separated: Vec<Arc<Scene>>,
+    lamps: Vec<Arc<Scene>>,
 }
 
 const WHITE: Color = Color([1.0; 3]);
 
 impl Separated {
     fn of(scene: &Arc<Scene>) -> Result<Separated> {
-        let separated = |lights: &[Light]| {
-            let channel = |index| Color(std::array::from_fn(|k| f64::from(u8::from(k == index))));
-            let lights = lights.iter().zip([0, 1, 2].map(channel));
-            let lights = lights.map(|(light, color)| Light { color, intensity: 1.0, ..*light });
+        let alone = |light: &Light| {
             let white = |plane: &Plane| Plane { color: WHITE, ..plane.clone() };
             Ok(Arc::new(Scene {
                 background: Color::BLACK,
-                lights: lights.collect(),
+                lights: vec![Light { color: WHITE, intensity: 1.0, ..*light }],
                 sky: None,
                 ambient: None,
                 spheres: scene.spheres.clone().with_color(WHITE)?,
@@ -137,16 +134,27 @@ impl Separated {
                 ..Scene::clone(scene)
             }))
         };
-        let separated = scene.lights.chunks(3).map(separated).collect::<Result<_>>()?;
-        Ok(Separated { own: Arc::clone(scene), separated })
+        let lamps = scene.lights.iter().map(alone).collect::<Result<_>>()?;
+        Ok(Separated { own: Arc::clone(scene), lamps })
+    }
+
+    fn lit(
+        &self,
+        srgb: Vec<[u8; 3]>,
+        linear: impl Fn(&Arc<Scene>) -> Result<Vec<[f32; 3]>>,
+    ) -> Result<LitPixels> {
+        let brightness = |scene| Ok(linear(scene)?.iter().map(|[red, ..]| *red).collect());
+        let lamps = self.lamps.iter().map(brightness).collect::<Result<_>>()?;
+        Ok(LitPixels { srgb, lamps })
     }
 
     /// The exact colours of the pixels with these indices.
     fn exactly(&self, pixels: &Pixels, index: &[usize], control: &Control) -> Result<LitPixels> {
-        let truth = |scene| ColorTruth::of_pixels(scene, pixels, 1, index.to_vec(), control);
-        let separated = self.separated.iter().map(|scene| Ok(truth(scene)?.colors.linear));
-        let separated = separated.collect::<Result<_>>()?;
-        Ok(LitPixels { srgb: truth(&self.own)?.colors.srgb8, separated })
+        let truth = |scene: &Arc<Scene>| {
+            let truth = ColorTruth::of_pixels(scene, pixels, 1, index.to_vec(), control)?;
+            Ok::<_, Error>(truth.colors)
+        };
+        self.lit(truth(&self.own)?.srgb8, |scene| Ok(truth(scene)?.linear))
     }
 
     /// The colours that a kernel gives all pixels, with each of its epsilons.
@@ -158,9 +166,7 @@ impl Separated {
     ) -> Result<Vec<LitPixels>> {
         let with_epsilon = |&epsilon: &Option<f64>| {
             let how = (pixels, epsilon.unwrap_or(0.0), control);
-            let separated = self.separated.iter().map(|scene| painted(scene, kernel, how));
-            let separated = separated.collect::<Result<_>>()?;
-            Ok(LitPixels { srgb: painted(&self.own, kernel, how)?, separated })
+            self.lit(painted(&self.own, kernel, how)?, |scene| painted(scene, kernel, how))
         };
         epsilons(kernel).iter().map(with_epsilon).collect()
     }
@@ -196,7 +202,7 @@ impl<'a> Work<'a> {
         let n_pixels = n_pixels(LIGHT_SIZE);
         let of_case = |case: &Case| {
             // Pictures that are painted with each epsilon, and of each pixel a ray and its light.
-            let n_pictures = 1 + case.scene.lights.len().div_ceil(3) as u64;
+            let n_pictures = 1 + case.scene.lights.len() as u64;
             let n_epsilons = self.of_first_device().map(|of| epsilons(of.kernel).len() as u64);
             let n_painted = 2 * n_pixels * n_epsilons.sum::<u64>();
             n_pictures * (n_pixels.min(self.n_light_samples() as u64) + n_painted)
@@ -291,7 +297,7 @@ mod tests {
     fn lit() -> LitPixels {
         LitPixels {
             srgb: vec![[10, 20, 30], [200, 100, 0]],
-            separated: vec![vec![[1.0, 0.0, 1e-30], [0.5; 3]], vec![[0.25, 0.0, 0.0], [0.0; 3]]],
+            lamps: vec![vec![1.0, 0.5], vec![0.0, 0.5], vec![1e-30, 0.5], vec![0.25, 0.0]],
         }
     }
 
@@ -311,19 +317,17 @@ mod tests {
         let (right, dark, leak) = (off(0), FALSE_SHADOW, LEAK);
         let sabotages: [Sabotage; 11] = [
             ("nothing", [0; 4], right, |_| {}),
-            ("another brightness is no verdict", [0; 4], right, |s| {
-                s.separated[0][1] = [9.0, 1e-9, 0.1]
-            }),
-            ("the faintest light", [1, 0, 0, 0], dark, |s| s.separated[0][0][2] = 0.0),
-            ("the fourth light", [1, 0, 0, 0], dark, |s| s.separated[1][0][0] = 0.0),
-            ("a negative light", [1, 0, 0, 0], dark, |s| s.separated[0][0][0] = -1.0),
-            ("no number", [1, 0, 0, 0], dark, |s| s.separated[0][0][0] = f32::NAN),
-            ("a leak", [0, 1, 0, 0], leak, |s| s.separated[0][0][1] = 1e-9),
+            ("another brightness is no verdict", [0; 4], right, |s| s.lamps[1][1] = 1e-9),
+            ("the faintest light", [1, 0, 0, 0], dark, |s| s.lamps[2][0] = 0.0),
+            ("the fourth light", [1, 0, 0, 0], dark, |s| s.lamps[3][0] = 0.0),
+            ("a negative light", [1, 0, 0, 0], dark, |s| s.lamps[0][0] = -1.0),
+            ("no number", [1, 0, 0, 0], dark, |s| s.lamps[0][0] = f32::NAN),
+            ("a leak", [0, 1, 0, 0], leak, |s| s.lamps[1][0] = 1e-9),
             ("a byte up", [0, 0, 1, 0], off(1), |s| s.srgb[0][2] += 1),
             ("eight levels down", [0, 0, 1, 0], off(8), |s| s.srgb[0][0] -= 8),
             ("nine levels up", [0, 0, 1, 1], off(9), |s| s.srgb[0][1] += 9),
             ("both", [1, 1, 1, 1], dark, |s| {
-                s.separated[0][0] = [0.0, 1.0, 1.0];
+                (s.lamps[0][0], s.lamps[1][0]) = (0.0, 1.0);
                 s.srgb[0] = [255; 3];
             }),
         ];
@@ -342,13 +346,13 @@ mod tests {
     fn a_pixel_that_lacks_is_wrong() {
         let mut short = lit();
         short.srgb.pop();
-        short.separated.iter_mut().for_each(|channels| channels.truncate(1));
+        short.lamps.iter_mut().for_each(|lamp| lamp.truncate(1));
         assert_eq!(errors(&short), [3, 0, 1, 1]);
         assert_eq!(errors(&LitPixels::default()), [6, 0, 2, 2]);
     }
 
     #[test]
-    fn each_light_has_a_channel_of_its_own() {
+    fn each_light_has_a_picture_of_its_own() {
         let text = r##"
             camera = { position = [0, 0, 9], look_at = [0, 0, 0] }
             background = "#ffffff"
@@ -363,20 +367,12 @@ mod tests {
         "##;
         let scene = Arc::new(kugelblitz::scene::parse_scene(text, "a.toml".as_ref()).unwrap());
         let scenes = Separated::of(&scene).unwrap();
-        let channels: Vec<[f64; 3]> = scenes
-            .separated
-            .iter()
-            .flat_map(|scene| scene.lights.iter().map(|light| light.color.0))
-            .collect();
-        let [red, green, blue] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        assert_eq!(channels, [red, green, blue, red]);
-        assert_eq!(scenes.separated.len(), 2);
-        let sources = scenes.separated.iter().flat_map(|scene| &scene.lights);
-        assert!(sources.map(|light| light.source).eq(scene.lights.iter().map(|l| l.source)));
-        for scene in &scenes.separated {
+        assert_eq!(scenes.lamps.len(), 4);
+        for (scene, light) in scenes.lamps.iter().zip(&scene.lights) {
+            let alone = Light { color: WHITE, intensity: 1.0, ..*light };
+            assert_eq!(scene.lights, [alone]);
             assert!(scene.colors().eq([Color::BLACK, WHITE, WHITE]));
             assert!(scene.sky.is_none() && scene.ambient.is_none());
-            assert!(scene.lights.iter().all(|light| light.intensity == 1.0));
         }
     }
 }

@@ -12,7 +12,7 @@ use super::Metric::{
 use super::figures::{
     NONE, count, digits, digits_borne, figure, median, percent, quantity, range, typeset, wrong,
 };
-use super::order::{Series, SeriesOrder};
+use super::order::{Series, SeriesOrder, add};
 use super::{
     Baseline, Change, Class, Count, Metric, Of, Report, Row, RowKey, Spread, Sweep, Verdict,
     WrongIds,
@@ -168,11 +168,7 @@ fn table(view: View, groups: Vec<Group<&Row>>, order: &SeriesOrder) -> Table {
     let over =
         |row: &Row| view.across.map_or_else(String::new, |across| across.of(row, order).text);
     let mut overs: Vec<String> = Vec::new();
-    for over in groups.iter().flat_map(|group| &group.rows).map(|row| over(row)) {
-        if !overs.contains(&over) {
-            overs.push(over);
-        }
-    }
+    groups.iter().flat_map(|group| &group.rows).for_each(|row| add(&mut overs, over(row)));
     let cells = |rows: Vec<&Row>| -> Vec<Vec<Cell>> {
         let mut lines: Vec<(Vec<Cell>, Vec<&Row>)> = Vec::new();
         for row in rows {
@@ -182,14 +178,15 @@ fn table(view: View, groups: Vec<Group<&Row>>, order: &SeriesOrder) -> Table {
                 None => lines.push((names, vec![row])),
             }
         }
-        for (line, rows) in &mut lines {
+        let with_figures = |(mut line, rows): (Vec<Cell>, Vec<&Row>)| {
             for wanted in &overs {
                 let row = rows.iter().find(|row| over(row) == *wanted);
                 let figures = view.columns.iter().flat_map(|(_, columns)| *columns);
                 line.extend(figures.map(|(_, f)| row.map_or(cell(NONE), |row| f.of(row, order))));
             }
-        }
-        lines.into_iter().map(|(line, _)| line).collect()
+            line
+        };
+        lines.into_iter().map(with_figures).collect()
     };
     let mut head = vec![("", view.names)];
     for over in &overs {

@@ -2,15 +2,17 @@
 
 use std::path::Path;
 
+use kugelblitz::Result;
 use kugelblitz::num::ulp_distance;
 use kugelblitz::picture::{Image, Samples};
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::Color;
 use kugelblitz::words::percent;
-use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::Allowed;
+
+use crate::wrong_usage;
 
 /// How two pictures differ.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -82,7 +84,7 @@ pub struct ChannelDifference {
 /// numbers of sRGB as sRGB. What is equal bit by bit is equal, NaN too, and so are ±0.
 ///
 /// # Errors
-/// [`Error::Usage`] where the pictures have no channel in common.
+/// [`Error::Usage`](kugelblitz::Error::Usage) where the pictures have no channel in common.
 pub fn compare_pictures(
     files: [&str; 2],
     [a, b]: [&Image; 2],
@@ -134,9 +136,9 @@ pub fn compare_pictures(
     }
     if found.channels.is_empty() {
         let [a, b] = [a, b].map(|image| names(image, &|_| true).join(", "));
-        return Err(Error::Usage(format!(
+        return wrong_usage(format!(
             "the pictures have no channel in common: one has {a}, the other {b}"
-        )));
+        ));
     }
     let differs = |&(is_beyond, size): &(bool, f32)| is_beyond || size > 0.0;
     found.differing = found.of_pixels.iter().filter(|pixel| differs(pixel)).count() as u64;

@@ -29,6 +29,7 @@ pub use light::{
 pub use numbers::{Approximation, Exact, Quantity, six_digits};
 pub use words::{Lang, Remark};
 
+use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::exact::{
     ExactHit, Root, Shape, Side, nearest, plane_numbers, signum_of_discriminant, visible_root,
@@ -39,9 +40,9 @@ use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::{Object, Scene};
 use kugelblitz::trace::{Hits, Kernel, Level, Rays, Wants};
 use kugelblitz::tracer::Tracer;
-use kugelblitz::{Error, Result};
 
 use crate::verify::is_clearly_missed;
+use crate::wrong_usage;
 use line::Line;
 use ray::RayNumbers;
 use words::Words;
@@ -251,7 +252,7 @@ pub fn explain_as(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<Expl
     let &Style { limit, lang, digits } = style;
     if !(1..=MAX_DIGITS).contains(&digits) {
         let message = format!("{digits} digits: a result has from 1 to {MAX_DIGITS}");
-        return Err(Error::Usage(message));
+        return wrong_usage(message);
     }
     let numbers = RayNumbers::new(scene, rays, style)?;
     let n_objects = scene.n_objects();

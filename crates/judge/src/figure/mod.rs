@@ -20,6 +20,7 @@ use kugelblitz::scene::{Object, SHIPPED_SCENES, Scene};
 use kugelblitz::{Error, Result};
 
 use crate::explain::Lang;
+use crate::wrong_usage;
 use drawing::Drawing;
 
 /// A figure of the lecture that is drawn.
@@ -69,7 +70,7 @@ impl Figure {
         if count == 0 {
             let (number, kind) = (self.number(), self.kind());
             let message = format!("figure {number} shows a {kind}, and the scene has none");
-            return Err(Error::Usage(message));
+            return wrong_usage(message);
         }
         Ok(before as u32 + 1)
     }
@@ -93,10 +94,10 @@ impl Figure {
                     Some(Object::Plane(_)) => "that is a plane".into(),
                     Some(Object::Sphere(_)) => "that is a sphere".into(),
                 };
-                return Err(Error::Usage(format!(
+                return wrong_usage(format!(
                     "object {id}: figure {number} shows a {kind}, and {other}; spheres count from 1, \
                      planes after them"
-                )));
+                ));
             }
         }
         .ok_or_else(|| {

@@ -24,14 +24,10 @@ use crate::compare::{ObjectCounts, RayDifferences};
 
 /// Pixels that are compared with exact arithmetic where nobody says how many: as many as take some seconds.
 fn default_samples(scene: &Scene, colors: Option<&InColor>) -> usize {
-    let n_work = scene.n_objects().max(1);
-    match colors {
-        None => ((1 << 31) / n_work).clamp(1 << 10, 1 << 16),
-        Some(colors) => {
-            let n_ways = colors.ways_of_pixel();
-            ((1 << 31) / (n_work * n_ways)).min((1 << 20) / n_ways).clamp(1 << 6, 1 << 16)
-        }
-    }
+    let n_ways = colors.map_or(1, InColor::ways_of_pixel);
+    let n_work = scene.n_objects().max(1) * n_ways;
+    let least = if colors.is_some() { 1 << 6 } else { 1 << 10 };
+    ((1 << 31) / n_work).min((1 << 20) / n_ways).clamp(least, 1 << 16)
 }
 
 /// What the colours of a lit or sampled picture are made from.
