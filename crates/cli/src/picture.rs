@@ -190,13 +190,11 @@ impl PictureArgs {
         let advice = "write to a file";
         run.refuse_json_beside(&Vec::from_iter(output), what, advice)?;
         run.refuse_json_beside(&Vec::from_iter(printed), "the scene", advice)?;
-        match [output, printed].into_iter().flatten().all(is_stdout)
-            && output.and(printed).is_some()
-        {
-            false => Ok(()),
-            true => wrong_usage(format!(
+        match output.zip(printed) {
+            Some((a, b)) if is_stdout(a) && is_stdout(b) => wrong_usage(format!(
                 "{what} and --print-scene can't both go to standard output; {advice}"
             )),
+            _ => Ok(()),
         }
     }
 

@@ -330,8 +330,16 @@ pub fn sweep(report: &Report, sweep: &Sweep, order: &SeriesOrder) -> Table {
     table(View { names, across: Some(Kernel), columns: &[("", figures)] }, named, order)
 }
 
-/// Times that changed by more than noise since an earlier report.
-pub fn changes(baseline: &Baseline, order: &SeriesOrder) -> Table {
+/// All that changed since an earlier report, with its title.
+pub fn since(baseline: &Baseline, order: &SeriesOrder) -> [(&'static str, Table); 2] {
+    [
+        ("Changes beyond noise", changes(baseline, order)),
+        ("Wrong ids that changed", changed_ids(baseline, order)),
+    ]
+}
+
+/// Times that changed by more than noise.
+fn changes(baseline: &Baseline, order: &SeriesOrder) -> Table {
     let row = |change: &Change| {
         let Change { key, metric, before, now, ratio, verdict } = change;
         let n_digits = digits_borne(before).min(digits_borne(now));
@@ -348,8 +356,8 @@ pub fn changes(baseline: &Baseline, order: &SeriesOrder) -> Table {
     Table::of_changes(head, baseline.beyond_noise().map(row).collect())
 }
 
-/// Numbers of wrong ids that changed since an earlier report.
-pub fn changed_ids(baseline: &Baseline, order: &SeriesOrder) -> Table {
+/// Numbers of wrong ids that changed.
+fn changed_ids(baseline: &Baseline, order: &SeriesOrder) -> Table {
     let row = |WrongIds { key, rays, before, now }: &WrongIds| {
         let names = [cell(key.of.name()), kernel(key), device(key, order)];
         [names, [rays, before, now].map(|n| cell(n.to_string()))].concat()

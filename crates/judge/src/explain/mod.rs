@@ -367,11 +367,8 @@ impl Explanation {
             right,
             t_error_ulp: exact.map(|exact| exact.error_of_f32(t)),
         });
-        Ok(match hits.level.first() {
-            Some(&level) if level == Level::Exact as u8 => "exact",
-            Some(&level) if level == Level::F64 as u8 => "f64",
-            _ => "f32",
-        })
+        let level = hits.level.first().map_or(0, |&level| usize::from(level));
+        Ok(["f32", "f64", "exact"][level.min(Level::Exact as usize)])
     }
 }
 

@@ -156,15 +156,11 @@ fn n_lit_pixels(report: &Report) -> String {
 
 /// What changed since an earlier report.
 fn since(baseline: &Baseline, order: &SeriesOrder) -> Markup {
-    let tables = [
-        ("Changes beyond noise", tables::changes(baseline, order)),
-        ("Wrong ids that changed", tables::changed_ids(baseline, order)),
-    ];
     html! {
         section {
             h2 { "Since the baseline" }
             @for words in baseline.in_words() { p { (words) } }
-            @for (title, table) in &tables {
+            @for (title, table) in &tables::since(baseline, order) {
                 @if !table.is_empty() {
                     h3 { (title) }
                     (print::html(table))
