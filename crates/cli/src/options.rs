@@ -5,9 +5,10 @@ use std::path::Path;
 use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::value_parser;
 use glam::DVec3;
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{ImageSize, Scene};
+use kugelblitz::scene::{ImageSize, Samples, Scene};
 use kugelblitz::trace::{Kernel, Ray};
 use kugelblitz::{Error, Result};
 
@@ -27,6 +28,11 @@ pub fn parser_of<T: Copy + Send + Sync + 'static, const N: usize>(
     PossibleValuesParser::new(all.map(name_of)).try_map(move |name| {
         all.into_iter().find(|&one| name_of(one) == name).ok_or(format!("there is no {name}"))
     })
+}
+
+/// Reads samples across and down a pixel.
+pub fn samples_parser() -> impl TypedValueParser<Value = Samples> {
+    value_parser!(u32).range(1..=Samples::MOST.into()).try_map(Samples::new)
 }
 
 /// Reads `WxH`, in pixels.

@@ -4,8 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use clap::builder::TypedValueParser;
-use clap::{Args, value_parser};
+use clap::Args;
 use glam::DVec3;
 use kugelblitz::output::OutputFile;
 use kugelblitz::plain::plain_json;
@@ -19,8 +18,7 @@ use kugelblitz::scene::{
 use kugelblitz::{Error, Result};
 
 use crate::Run;
-use crate::args::MAX_SAMPLES;
-use crate::options::{check_size, number, parser_of};
+use crate::options::{check_size, number, parser_of, samples_parser};
 use crate::output::{filled, is_stdout, print};
 use crate::progress::Progress;
 use crate::scene::{refuse_overwriting, say_notes};
@@ -73,7 +71,7 @@ pub struct PictureArgs {
     #[arg(long, value_name = "LIGHT", value_parser = parse_ambient, allow_negative_numbers = true)]
     pub ambient: Option<ValueOr<Color>>,
     /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1; 2 for data]
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES).try_map(Samples::new))]
+    #[arg(long, value_name = "N", value_parser = samples_parser())]
     pub samples: Option<Samples>,
     /// Write the scene that all this amounts to, to standard output or to FILE; without -o, do no more
     #[arg(

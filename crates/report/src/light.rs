@@ -95,9 +95,9 @@ impl LitPixels {
     }
 
     /// Compares `pixel` with a pixel of `exact`. A pixel that is lacking is black and far off.
-    fn wrong(&self, pixel: usize, exact: &LitPixels, exact_pixel: usize, n_lights: usize) -> Wrong {
+    fn wrong(&self, pixel: usize, exact: &LitPixels, exact_pixel: usize) -> Wrong {
         let mut wrong = Wrong::default();
-        for light in 0..n_lights {
+        for light in 0..exact.lamps.len() {
             match (self.counts(pixel, light), exact.counts(exact_pixel, light)) {
                 (false, true) => wrong.false_shadows += 1,
                 (true, false) => wrong.leaks += 1,
@@ -219,7 +219,7 @@ impl<'a> Work<'a> {
         let mut rows = Vec::new();
         for case in self.lit().filter(|_| !self.benchmarks.is_empty()) {
             let pixels = picture(case, LIGHT_SIZE)?;
-            let (scene, n_lights) = (Separated::of(&case.scene)?, case.scene.lights.len());
+            let scene = Separated::of(&case.scene)?;
             let index = sample(pixels.len(), self.n_light_samples(), self.settings.seed);
             let exact = scene.exactly(&pixels, &index, self.control)?;
             for benchmark in self.of_first_device() {
@@ -227,7 +227,7 @@ impl<'a> Work<'a> {
                 for (lit, &epsilon) in painted.iter().zip(epsilons(benchmark.kernel)) {
                     let mut samples = Samples::default();
                     for (at, &pixel) in index.iter().enumerate() {
-                        lit.wrong(pixel, &exact, at, n_lights).count(n_lights, &mut samples);
+                        lit.wrong(pixel, &exact, at).count(exact.lamps.len(), &mut samples);
                     }
                     let of = Of::Light { scene: case.name.clone() };
                     let mut row = Row::new(of, benchmark, &[&samples]);
@@ -259,7 +259,7 @@ impl<'a> Work<'a> {
         let mut pictures = Vec::new();
         for case in worst_first(self.lit(), wrong, MOST_SCENES) {
             let pixels = picture(case, self.settings.picture_size)?;
-            let (scene, n_lights) = (Separated::of(&case.scene)?, case.scene.lights.len());
+            let scene = Separated::of(&case.scene)?;
             let proven = scene.painted(Kernel::Certified, &pixels, self.control)?;
             let exact = proven[0].clone();
             for (benchmark, painted) in
@@ -267,7 +267,7 @@ impl<'a> Work<'a> {
             {
                 for (lit, row) in painted.into_iter().zip(own(case, benchmark)) {
                     let n = pixels.len();
-                    let wrong = |pixel| lit.wrong(pixel, &exact, pixel, n_lights);
+                    let wrong = |pixel| lit.wrong(pixel, &exact, pixel);
                     let all: Vec<Wrong> = (0..n).map(wrong).collect();
                     let n_of_shadows = all.iter().filter(|wrong| wrong.is_of_shadows()).count();
                     let n_wrong = all.iter().filter(|wrong| **wrong != Wrong::default()).count();
@@ -304,7 +304,7 @@ mod tests {
     /// False shadows, leaks, wrong bytes and far bytes.
     fn errors(lit: &LitPixels) -> [u64; 4] {
         let (exact, mut samples) = (self::lit(), Samples::default());
-        (0..2).for_each(|pixel| lit.wrong(pixel, &exact, pixel, 4).count(4, &mut samples));
+        (0..2).for_each(|pixel| lit.wrong(pixel, &exact, pixel).count(4, &mut samples));
         assert_eq!((samples.counts[&Count::Pixels], samples.counts[&Count::Verdicts]), (2, 8));
         [Count::FalseShadows, Count::Leaks, Count::WrongBytes, Count::FarBytes]
             .map(|count| samples.counts[&count])
@@ -337,7 +337,7 @@ mod tests {
             let mut wrong = lit();
             apply(&mut wrong);
             assert_eq!(errors(&wrong), counts, "{what}");
-            let colors = [0, 1].map(|at| wrong.wrong(at, &lit(), at, 4).color());
+            let colors = [0, 1].map(|at| wrong.wrong(at, &lit(), at).color());
             assert_eq!(colors, [color, right], "{what}");
         }
     }

@@ -80,7 +80,7 @@ impl Figure {
     /// # Errors
     /// [`Error::Usage`] where the object is of another kind, or where it is not before the camera.
     pub fn draw(self, scene: &Scene, id: u32, pixels: &Pixels, lang: Lang) -> Result<String> {
-        let mut drawing = Drawing::new(*pixels);
+        let (number, kind, mut drawing) = (self.number(), self.kind(), Drawing::new(*pixels));
         match (self, scene.object(id)) {
             (Figure::Plane, Some(Object::Plane(plane))) => plane::draw(plane, &mut drawing),
             (Figure::Sphere, Some(Object::Sphere(sphere))) => {
@@ -88,7 +88,6 @@ impl Figure {
                 sphere::draw(sphere, beads, &mut drawing)
             }
             (_, found) => {
-                let (number, kind) = (self.number(), self.kind());
                 let other = match found {
                     None => format!("the scene has {} objects", scene.n_objects()),
                     Some(Object::Plane(_)) => "that is a plane".into(),
@@ -101,7 +100,6 @@ impl Figure {
             }
         }
         .ok_or_else(|| {
-            let (number, kind) = (self.number(), self.kind());
             Error::Usage(format!(
                 "figure {number} shows {kind} {id} from outside and from before it; move the scene's \
                  camera, or name another object with --object"

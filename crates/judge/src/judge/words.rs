@@ -147,17 +147,16 @@ impl Judged {
         for (name, of) in
             spreads.iter().filter(|(_, of)| parts.iter().any(|part| of(part).is_some()))
         {
-            let cell = |part: &ErrorStats, cell: &dyn Fn(ErrorSpread) -> String| {
-                of(part).map_or(NONE.into(), cell)
+            let worst = |ErrorSpread { worst, worst_ray, worst_pixel, .. }| match worst_pixel {
+                Some([x, y]) => format!("{} at {x},{y}", short(worst)),
+                None => format!("{} at ray {worst_ray}", short(worst)),
             };
-            row(&format!("{name}: median"), &|part| cell(part, &|spread| short(spread.median)));
-            row("  99 %", &|part| cell(part, &|spread| short(spread.p99)));
-            row("  worst", &|part| {
-                cell(part, &|ErrorSpread { worst, worst_ray, worst_pixel, .. }| match worst_pixel {
-                    Some([x, y]) => format!("{} at {x},{y}", short(worst)),
-                    None => format!("{} at ray {worst_ray}", short(worst)),
-                })
-            });
+            let names = [&format!("{name}: median"), "  99 %", "  worst"];
+            let shown: [fn(ErrorSpread) -> String; 3] =
+                [|spread| short(spread.median), |spread| short(spread.p99), worst];
+            for (name, shown) in names.into_iter().zip(shown) {
+                row(name, &|part| of(part).map_or(NONE.into(), shown));
+            }
         }
         text
     }

@@ -361,40 +361,30 @@ impl Verified {
 
     /// The results in lines for people.
     pub fn in_words(&self) -> String {
-        let rows = |row: &dyn Fn(&OfKernel) -> Vec<String>| -> String {
-            self.kernels.iter().flat_map(row).collect()
-        };
+        let mut rows = <[String; 4]>::default();
+        for OfKernel { kernel, gpu_against_cpu, against_exact, colors, .. } in &self.kernels {
+            rows[0].extend(gpu_against_cpu.iter().map(|found| found.row(kernel)));
+            rows[1].extend(against_exact.rows().map(|(on, found)| found.row(kernel, on)));
+            if let Some(ColorsOfKernel { gpu_against_cpu, against_exact }) = colors {
+                rows[2].extend(gpu_against_cpu.iter().map(|found| found.row(kernel)));
+                let row = |(on, found): (&str, &ColorDifferences)| {
+                    found.row(&format!("{kernel:<10} {on}"))
+                };
+                rows[3].extend(against_exact.rows().map(row));
+            }
+        }
         let colors = |differ: &str, title: &str| {
             let columns = ["in 8 bits", "in 16", "floats"].map(|what| format!("{differ} {what}"));
             let [srgb8, srgb16, linear] = columns;
             color_row(title, ["pixels".into(), srgb8, srgb16, linear])
         };
-        let parts = [
-            (
-                "GPU against CPU   rays  hit or miss  other object  t differs  ulp max  normal differs  distance max\n"
-                    .into(),
-                rows(&|of| of.gpu_against_cpu.iter().map(|found| found.row(of.kernel)).collect()),
-            ),
-            (
-                "against exact     rays   false hits  false misses  wrong object  t error, ulp  normal error\n".into(),
-                rows(&|of| of.against_exact.rows().map(|(on, found)| found.row(of.kernel, on)).collect()),
-            ),
-            (
-                colors("other", "colours, GPU against CPU"),
-                rows(&|of| {
-                    let found = of.colors.iter().flat_map(|colors| &colors.gpu_against_cpu);
-                    found.map(|found| found.row(of.kernel)).collect()
-                }),
-            ),
-            (
-                colors("wrong", "colours against exact"),
-                rows(&|of| {
-                    let found = of.colors.iter().flat_map(|colors| colors.against_exact.rows());
-                    found.map(|(on, found)| found.row(&format!("{:<10} {on}", of.kernel))).collect()
-                }),
-            ),
+        let heads = [
+            "GPU against CPU   rays  hit or miss  other object  t differs  ulp max  normal differs  distance max\n",
+            "against exact     rays   false hits  false misses  wrong object  t error, ulp  normal error\n",
+            &colors("other", "colours, GPU against CPU"),
+            &colors("wrong", "colours against exact"),
         ];
-        let parts = parts.iter().filter(|(_, rows)| !rows.is_empty());
+        let parts = heads.iter().zip(&rows).filter(|(_, rows)| !rows.is_empty());
         let mut text: String = parts.map(|(head, rows)| format!("\n{head}{rows}")).collect();
         text.push('\n');
         for OfKernel { kernel, promise, broken, .. } in &self.kernels {

@@ -1,4 +1,4 @@
-//! A [`Report`](super::Report) as SVG pictures.
+//! A [`Report`] as SVG pictures.
 //!
 //! They need nothing beside themselves and fit light and dark pages: `prefers-color-scheme` chooses
 //! the colours. All numbers in them are also in the tables.
