@@ -10,8 +10,9 @@ use kugelblitz::num::V3;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Wants};
 use kugelblitz::tracer::{Backend, Tracer};
+use kugelblitz_judge::compare::{FALSE_HIT, FALSE_MISS, RAMP, WRONG_OBJECT};
 use kugelblitz_report::{
-    Benchmark, CLOUD_SIZE, Case, Class, Count, Environment, Fault, Metric, Of, Report, Row, RowKey,
+    Benchmark, CLOUD_SIZE, Case, Class, Count, Environment, Metric, Of, Report, Row, RowKey,
     SWEEPS, Settings, default_cases, page, plot, text,
 };
 
@@ -200,7 +201,7 @@ fn a_flipped_sign_shows() {
     assert!(false_misses > 0, "{flipped:?}");
     let picture = &report.pictures[0];
     assert_eq!(picture.key.kernel, "flipped");
-    assert!(picture.faults.contains(&Fault::FalseMiss));
+    assert!(picture.errors.contains(&FALSE_MISS));
     let table = text::terminal(&report);
     let row = table.lines().find(|line| line.starts_with("flipped  ")).unwrap();
     assert!(row.contains('%') && !row.contains("0 of"), "{row}");
@@ -238,8 +239,8 @@ fn acne_leaks_and_neither_of_them_show() {
     let (report, control) = measure(&cases, &benchmarks, SETTINGS);
     // Its rays are no part of the tables of rays.
     assert_eq!(report.rows.len(), 10);
-    // Of certified one trace and two pictures, of stable one trace and two for each epsilon.
-    let pictured = (3 + 7) * 32 * 18;
+    // Of certified two pictures, of stable two for each epsilon, each of rays and their light.
+    let pictured = 2 * (2 + 6) * 32 * 18;
     assert_eq!(control.rays_done(), Report::n_rays(&cases, &benchmarks, &SETTINGS) + pictured);
     let is_much = |n: u64, share: f64| n as f64 > 4000.0 * share;
     for kernel in ["lecture", "stable", "double"] {
@@ -251,15 +252,15 @@ fn acne_leaks_and_neither_of_them_show() {
     }
     assert_eq!(light(&report, "certified", None), [0; 4]);
 
-    let n_pictured = |kernel: &str, epsilon, fault| {
+    let n_pictured = |kernel: &str, epsilon, color| {
         let key = |key: &RowKey| (key.kernel == kernel) && key.epsilon == epsilon;
         let picture = report.pictures.iter().find(|picture| key(&picture.key)).unwrap();
-        assert_eq!(picture.faults.len(), 32 * 18);
-        picture.faults.iter().filter(|other| **other == fault).count()
+        assert_eq!(picture.errors.len(), 32 * 18);
+        picture.errors.iter().filter(|other| **other == color).count()
     };
-    assert_eq!(n_pictured("certified", None, Fault::Right), 32 * 18);
-    assert!(n_pictured("stable", Some(0.0), Fault::FalseShadow) > 50);
-    assert!(n_pictured("stable", Some(1e-3), Fault::Leak) > 20);
+    assert_eq!(n_pictured("certified", None, RAMP[0]), 32 * 18);
+    assert!(n_pictured("stable", Some(0.0), FALSE_HIT) > 50);
+    assert!(n_pictured("stable", Some(1e-3), WRONG_OBJECT) > 20);
     let json = serde_json::to_value(&report).unwrap();
     let row = &json["rows"][9];
     assert_eq!((&row["of"], &row["kernel"]), (&"light".into(), &"certified".into()));

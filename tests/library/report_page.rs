@@ -2,9 +2,11 @@
 //! the report, whatever it holds.
 
 use base64::Engine;
+use kugelblitz::scene::hex;
+use kugelblitz_judge::compare::{FALSE_HIT, FALSE_MISS, RAMP, WRONG_OBJECT};
 use kugelblitz_report::{
-    Class, Count, Earlier, Fault, Metric, Missing, Noise, Of, Report, Row, SWEEPS, Settings,
-    Spread, page, plot, text,
+    Class, Count, Earlier, Metric, Missing, Noise, Of, Report, Row, SWEEPS, Settings, Spread, page,
+    plot, text,
 };
 use kugelblitz_tests::assert_kept;
 use kugelblitz_tests::made_report::{DEVICES, KERNELS, picture, report, row, since, with_classes};
@@ -460,77 +462,44 @@ fn the_page_needs_nothing_beside_itself() {
     links.iter().for_each(|link| assert!(link.starts_with("data:,"), "{}", &link[..40]));
 }
 
-/// The pictures of a page, as red, green, blue and opacity.
-fn images(page: &str) -> Vec<image::RgbaImage> {
+/// The pictures of a page.
+fn images(page: &str) -> Vec<image::RgbImage> {
     let sources = page.split("src=\"data:image/png;base64,").skip(1);
     sources
         .map(|source| {
             let data = source.split('"').next().expect("the end of the address");
             let png = base64::engine::general_purpose::STANDARD.decode(data).expect("base64");
-            image::load_from_memory(&png).expect("a PNG").to_rgba8()
+            image::load_from_memory(&png).expect("a PNG").to_rgb8()
         })
         .collect()
 }
 
 #[test]
 fn pictures_and_their_errors_are_shown_pixel_by_pixel() {
-    let ray = Fault::TUlp;
-    let of_rays = [
-        Fault::Right,
-        Fault::FalseHit,
-        Fault::FalseMiss,
-        Fault::WrongObject,
-        ray(0.1),
-        ray(100.0),
-        ray(1e9),
-        ray(f64::INFINITY),
-    ];
-    let byte = Fault::Levels;
-    let of_light = [
-        Fault::Right,
-        Fault::FalseShadow,
-        Fault::Leak,
-        Fault::Leak,
-        byte(1),
-        byte(12),
-        byte(64),
-        byte(255),
-    ];
     let made = report();
     let of_kernel = |row: &&Row| row.key.kernel == "stable" && row.key.epsilon == Some(1e-3);
     let lit = made.rows.iter().find(of_kernel).expect("a row of light");
-    for (key, faults, words) in [
-        (&made.rows[1].key, of_rays, &["3 wrong pixels (38 %)", "kernel stable: its errors"][..]),
-        (
-            &lit.key,
-            of_light,
-            &[
-                "3 wrong shadows (38 %)",
-                "4 other wrong pixels (50 %)",
-                "kernel stable, ε = 10⁻³: its errors",
-            ][..],
-        ),
+    let [right, large] = RAMP;
+    for (key, name, colors) in [
+        (&made.rows[1].key, "kernel stable", [FALSE_HIT, FALSE_MISS, WRONG_OBJECT, right, large]),
+        (&lit.key, "kernel stable, ε = 10⁻³", [FALSE_HIT, WRONG_OBJECT, FALSE_HIT, right, large]),
     ] {
         let mut report = report();
-        report.pictures = vec![picture(key, [4, 2], &faults)];
+        let words = ["3 wrong pixels (60 %)", "1 other"];
+        report.pictures = vec![picture(key, [5, 1], &colors, words)];
         let page = page::html(&report);
         let images = images(&page);
-        let pixel = |image: usize, i: u32| images[image].get_pixel(i % 4, i / 4).0;
-        for i in 0..8u8 {
-            assert_eq!(pixel(0, i.into()), [i, 2 * i, 3 * i, 255]);
+        for i in 0..5u8 {
+            let pixel = |image: usize| images[image].get_pixel(i.into(), 0).0;
+            assert_eq!(pixel(0), [i, 2 * i, 3 * i]);
+            assert_eq!(pixel(1), colors[usize::from(i)]);
         }
-        assert_eq!(pixel(1, 0)[3], 0, "what is right is transparent");
-        assert_eq!(pixel(1, 6), pixel(1, 7), "beyond the scale");
-        for i in 1..7 {
-            let alike = (i + 1..7).filter(|j| pixel(1, i) == pixel(1, *j)).count() as u32;
-            assert_eq!(alike, u32::from(i < 4 && faults[i as usize] == faults[i as usize + 1]));
-        }
-        assert!([4, 5, 6].map(|i| pixel(1, i)[3]).is_sorted_by(|a, b| a < b));
         // The legend has the same colours.
-        for [r, g, b, _] in [1, 2, 3].map(|i| pixel(1, i)) {
-            assert!(page.contains(&format!("background:#{r:02x}{g:02x}{b:02x}")));
+        for color in &colors[..3] {
+            assert!(page.contains(&format!("background:{}", hex(*color))));
         }
-        for words in words {
+        assert!(page.contains(&format!("linear-gradient(to right,{},{})", hex(right), hex(large))));
+        for words in [words[0], words[1], &format!("{name}: its errors")] {
             assert!(page.contains(words), "{words}");
         }
     }

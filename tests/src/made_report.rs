@@ -1,9 +1,10 @@
 //! A report with made-up but likely figures, for what shows reports.
 
 use kugelblitz::gpu::{AdapterFacts, Arithmetic};
+use kugelblitz_judge::compare::{FALSE_HIT, FALSE_MISS, RAMP, WRONG_OBJECT};
 use kugelblitz_report::{
-    AdapterArithmetic, Baseline, Class, Count, Earlier, Environment, ErrorPicture, Fault,
-    MeasuredScene, Metric, Missing, Noise, Of, Report, Row, RowKey, Settings, Spread,
+    AdapterArithmetic, Baseline, Class, Count, Earlier, Environment, ErrorPicture, MeasuredScene,
+    Metric, Missing, Noise, Of, Report, Row, RowKey, Settings, Spread,
 };
 
 pub const KERNELS: [&str; 4] = ["lecture", "stable", "double", "certified"];
@@ -183,14 +184,20 @@ fn light_rows(scene: &str, n_lights: u64) -> Vec<Row> {
     plain.chain([("certified", None)]).map(of).collect()
 }
 
-/// A picture of what a row is of, in which these faults take turns.
-pub fn picture(key: &RowKey, size: [u32; 2], faults: &[Fault]) -> ErrorPicture {
+/// A picture of what a row is of, in which these colours of errors take turns.
+pub fn picture(
+    key: &RowKey,
+    size: [u32; 2],
+    errors: &[[u8; 3]],
+    verdict: [&str; 2],
+) -> ErrorPicture {
     let n_pixels = (size[0] * size[1]) as usize;
     ErrorPicture {
         key: key.clone(),
         size,
         srgb: (0..n_pixels).map(|i| [i, 2 * i, 3 * i].map(|n| n as u8)).collect(),
-        faults: faults.iter().copied().cycle().take(n_pixels).collect(),
+        errors: errors.iter().copied().cycle().take(n_pixels).collect(),
+        verdict: verdict.map(String::from),
     }
 }
 
@@ -255,15 +262,20 @@ pub fn report() -> Report {
         n_planes: 1,
         n_lights: usize::from(class == Class::Lit),
     };
-    let ray_faults =
-        [Fault::Right, Fault::FalseHit, Fault::FalseMiss, Fault::WrongObject, Fault::TUlp(9.0)];
-    let light_faults = [Fault::Right, Fault::FalseShadow, Fault::Leak, Fault::Levels(12)];
+    let of_errors = |key| {
+        let colors = [RAMP[0], FALSE_HIT, FALSE_MISS, WRONG_OBJECT, RAMP[1]];
+        picture(key, PICTURE, &colors, ["19440 wrong pixels (60 %)", "t up to 9.00 ulp off"])
+    };
+    let of_shadows = |key| {
+        let colors = [RAMP[0], FALSE_HIT, WRONG_OBJECT, RAMP[1]];
+        let verdict = ["16200 wrong shadows (50 %)", "8100 other wrong pixels (25 %)"];
+        picture(key, PICTURE, &colors, verdict)
+    };
     let of_light =
         |row: &&Row| matches!(&row.key.of, Of::Light { scene } if scene == LIT_SCENES[0]);
-    let first = rows[..4].iter().map(|row| picture(&row.key, PICTURE, &ray_faults));
+    let first = rows[..4].iter().map(|row| of_errors(&row.key));
     let lit_pictures = rows.iter().filter(of_light);
-    let pictures =
-        first.chain(lit_pictures.map(|row| picture(&row.key, PICTURE, &light_faults))).collect();
+    let pictures = first.chain(lit_pictures.map(|row| of_shadows(&row.key))).collect();
     Report {
         environment: environment(),
         settings: Settings { picture_size: PICTURE, ..Settings::default() },

@@ -3,7 +3,6 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use clap::builder::TypedValueParser;
 use clap::{ArgGroup, Args, Parser, Subcommand, value_parser};
 use kugelblitz::device::DeviceChoice;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
@@ -16,12 +15,10 @@ use kugelblitz_judge::show::Show;
 
 use crate::options::{
     DEFAULT_KERNEL, parse_crop, parse_epsilon, parse_number, parse_pixel, parse_ray, parse_size,
-    parser_of,
+    parser_of, samples_parser,
 };
 use crate::show::show_parser;
 use crate::{compare, figure, film, info, judge, man, picture, version};
-
-pub const MAX_SAMPLES: i64 = Samples::MOST as i64;
 
 pub const EXIT_CODES: &str = "\
 Exit codes:
@@ -432,7 +429,7 @@ pub struct DigestArgs {
     /// Scene file (TOML)
     pub scene: PathBuf,
     /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1]
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES).try_map(Samples::new))]
+    #[arg(long, value_name = "N", value_parser = samples_parser())]
     pub samples: Option<Samples>,
     #[command(flatten)]
     pub device: DeviceArgs,

@@ -31,8 +31,7 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<Done<Summary>> {
         None => None,
     };
     let progress = scene::preparing(&scene, Kernel::Certified, run);
-    let cost = Cost::new(&scene, pixels.as_ref(), &run.control)?;
-    drop(progress);
+    let cost = progress.during(|| Cost::new(&scene, pixels.as_ref(), &run.control))?;
     let words = in_words(args, &scene, &cost);
     Ok(Done::in_words(Summary { objects: ObjectCounts::of(&scene), cost }, words))
 }

@@ -29,9 +29,8 @@ pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
     let samples = args.samples.or(scene.samples).unwrap_or_default();
     let mut session = device::session(&args.device, Kernel::Certified, &scene, pixels.len(), run)?;
     let n_steps = n_steps(&pixels, samples, scene.is_lit());
-    let progress = Progress::start(run, n_steps);
-    let digest = session.digest(&pixels, samples, &run.control)?;
-    drop(progress);
+    let digest = || session.digest(&pixels, samples, &run.control);
+    let digest = Progress::start(run, n_steps).during(digest)?;
     let words = format!("{digest}\n");
     let summary = Summary {
         on: On::from(session.device()),

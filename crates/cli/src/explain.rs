@@ -15,6 +15,7 @@ use serde::Serialize;
 use crate::args::ExplainArgs;
 use crate::device;
 use crate::head::{Done, On};
+use crate::wrong_usage;
 use crate::{Run, scene};
 
 /// An explanation, and the device that it asked.
@@ -33,7 +34,7 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<Done<Summary>> {
         (Some(pixel), _) => Rays::Pixels(one_pixel(args.size.pixels(&scene, &args.scene)?, pixel)?),
         (None, Some(ray)) => Rays::List(vec![usable(ray)?]),
         (None, None) => {
-            return Err(Error::Usage("give a pixel (--pixel X,Y) or a ray (--ray)".into()));
+            return wrong_usage("give a pixel (--pixel X,Y) or a ray (--ray)");
         }
     };
     let style = Style {
@@ -71,10 +72,10 @@ fn one_pixel(pixels: Pixels, [x, y]: [i64; 2]) -> Result<Pixels> {
 
 fn usable(ray: Ray) -> Result<Ray> {
     if !ray.origin.is_finite() || !ray.direction.is_finite() {
-        return Err(Error::Usage("--ray has a number that is not finite".into()));
+        return wrong_usage("--ray has a number that is not finite");
     }
     if ray.direction == DVec3::ZERO {
-        return Err(Error::Usage("--ray has the direction (0, 0, 0), which points nowhere".into()));
+        return wrong_usage("--ray has the direction (0, 0, 0), which points nowhere");
     }
     Ok(ray)
 }

@@ -25,6 +25,7 @@ use crate::head::{Done, Drawn, Work};
 use crate::output::{is_stdout, ms, name, objects, shell_quoted};
 use crate::progress::Progress;
 use crate::render::{Begun, size};
+use crate::wrong_usage;
 
 /// Several frames in place of one picture.
 #[derive(Args)]
@@ -113,11 +114,10 @@ struct Frame {
 /// Renders the frames one after the other: the scene is read, and its tree built, once for all.
 pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<Done<Summary>> {
     if is_stdout(output) {
-        return Err(Error::Usage(
+        return wrong_usage(
             "a film is several files, and can't go to standard output; name them with -o, e.g. \
-             -o out.png for out-0001.png and so on"
-                .into(),
-        ));
+             -o out.png for out-0001.png and so on",
+        );
     }
     let cameras = args.film.cameras(begun.scene.require_camera(&args.scene)?)?;
     check_reach(&cameras, &begun.scene)?;
@@ -125,24 +125,24 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     let n_frames = cameras.len() as u32;
     let [first, last] = args.film.frames.unwrap_or([1, n_frames]);
     if first > n_frames {
-        return Err(Error::Usage(format!(
+        return wrong_usage(format!(
             "--frames {first}…: the film has {}",
             count(cameras.len(), "frame")
-        )));
+        ));
     }
-    let mut frames: Vec<(Frame, PathBuf)> = Vec::new();
+    let path_of = |frame: u32| file_of_frame(output, frame, n_frames);
+    let mut frames: Vec<Frame> = Vec::new();
     for frame in first..=last.min(n_frames) {
-        let path = file_of_frame(output, frame, n_frames);
+        let path = path_of(frame);
         begun.refuse_overwriting(&[&path])?;
         let skipped = args.film.resume && fs::metadata(&path).is_ok_and(|found| found.is_file());
-        let file = path.display().to_string();
-        frames.push((Frame { frame, file, skipped, drawn: None }, path));
+        frames.push(Frame { frame, file: path.display().to_string(), skipped, drawn: None });
     }
-    let n_left = frames.iter().filter(|(frame, _)| !frame.skipped).count();
+    let n_left = frames.iter().filter(|frame| !frame.skipped).count();
     // So that a folder that isn't there is told before the work and not after it.
-    let created = |path: &Path| OutputFile::create(path, begun.format.needs_seek());
-    if let Some((_, path)) = frames.iter().find(|(frame, _)| !frame.skipped) {
-        drop(created(path)?);
+    let created = |frame| OutputFile::create(path_of(frame), begun.format.needs_seek());
+    if let Some(first) = frames.iter().find(|frame| !frame.skipped) {
+        drop(created(first.frame)?);
     }
 
     let mut session = begun.session(args, run)?;
@@ -150,11 +150,11 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     let n_steps = plan.n_steps(&begun.pixels, begun.scene.is_lit());
     let progress = Progress::of_frames(run, n_steps, n_left as u64);
     let is_lit = begun.scene.is_lit();
-    let mut draw = |camera: &Camera, path: &Path| -> Result<Drawn> {
-        let start = Instant::now();
+    let mut draw = |frame: u32| -> Result<Drawn> {
+        let (start, camera) = (Instant::now(), &cameras[frame as usize - 1]);
         session.set_camera(camera.clone());
         let pixels = Pixels { view: View::new(camera), ..begun.pixels };
-        let file = created(path)?;
+        let file = created(frame)?;
         let making = session.make_ready(&Rays::Pixels(pixels), plan.wants(), &run.control)?;
         let (rendered, file) = session.draw(&pixels, &plan, file, &run.control)?;
         run.control.check()?;
@@ -163,12 +163,11 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         Ok(Drawn::new(&rendered, making, None, start.elapsed(), is_lit))
     };
     let mut n_done = 0;
-    let done =
-        frames.iter_mut().filter(|(frame, _)| !frame.skipped).try_for_each(|(frame, path)| {
-            frame.drawn = Some(draw(&cameras[frame.frame as usize - 1], path)?);
-            n_done += 1;
-            Ok::<_, Error>(())
-        });
+    let done = frames.iter_mut().filter(|frame| !frame.skipped).try_for_each(|frame| {
+        frame.drawn = Some(draw(frame.frame)?);
+        n_done += 1;
+        Ok::<_, Error>(())
+    });
     drop(progress);
     if done.is_err() && n_done > 0 {
         let all = count(n_left, "frame");
@@ -177,7 +176,6 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     done?;
     let size = [begun.pixels.width, begun.pixels.height];
     let ffmpeg = ffmpeg(output, n_frames, begun.format, size);
-    let frames: Vec<Frame> = frames.into_iter().map(|(frame, _)| frame).collect();
     let line = in_words(&frames, &begun.pixels, &session, run.start.elapsed());
     let as_film = ffmpeg.as_ref().map(|ffmpeg| format!("as a film: {ffmpeg}"));
     let summary = Summary {

@@ -3,10 +3,10 @@
 use std::iter::once;
 use std::path::{Path, PathBuf};
 
+use kugelblitz::Result;
 use kugelblitz::generate::{Recipe, write_cloud, write_scene};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::words::{count, duration};
-use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use crate::Run;
@@ -14,6 +14,7 @@ use crate::args::GenerateCloudArgs;
 use crate::head::Done;
 use crate::output::{check_ending, is_stdout, ms, name};
 use crate::progress::Progress;
+use crate::wrong_usage;
 
 #[derive(Serialize)]
 pub struct Summary {
@@ -41,9 +42,7 @@ pub fn run(args: &GenerateCloudArgs, run: &Run) -> Result<Done<Summary>> {
     if let Some(scene) = &mut scene {
         write_scene(scene, &args.output, &recipe)?;
     }
-    let progress = Progress::of_bytes(run);
-    write_cloud(&mut file, &recipe, &run.control)?;
-    drop(progress);
+    Progress::of_bytes(run).during(|| write_cloud(&mut file, &recipe, &run.control))?;
     let took = run.start.elapsed();
     let named = |path: &PathBuf| path.display().to_string();
     let summary = Summary {
@@ -68,9 +67,9 @@ fn refuse_wrong_outputs(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
     if !is_stdout(&args.output) {
         check_ending(&args.output, "npy", "a cloud is")?;
     } else if args.scene.is_some() {
-        return Err(Error::Usage(
-            "--scene needs the name of the cloud's file; write the cloud to a file".into(),
-        ));
+        return wrong_usage(
+            "--scene needs the name of the cloud's file; write the cloud to a file",
+        );
     }
     let outputs: Vec<&Path> = once(&*args.output).chain(args.scene.as_deref()).collect();
     run.refuse_json_beside(&outputs, "a file", "write to a file")?;

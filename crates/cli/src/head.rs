@@ -24,7 +24,7 @@ use crate::show::LegendEntry;
 /// The version of `docs/json.md`; a report has its own.
 const SCHEMA: u32 = 1;
 
-/// Every summary: its head, then the fields of the command.
+/// Every summary: its head, then the fields of the command, then what went wrong.
 #[derive(Serialize)]
 struct Summary<'a, Fields> {
     schema: u32,
@@ -32,34 +32,27 @@ struct Summary<'a, Fields> {
     /// `None` where the command line names none.
     command: Option<&'a str>,
     #[serde(flatten)]
-    fields: &'a Fields,
+    fields: Option<&'a Fields>,
+    #[serde(flatten)]
+    failure: Option<Failure>,
 }
 
 /// The summary of `command` as JSON.
 ///
 /// # Errors
 /// As [`json`].
-pub fn summary(command: &'static str, fields: &impl Serialize) -> Result<Vec<u8>> {
-    let version = env!("CARGO_PKG_VERSION");
-    json(&Summary { schema: schema(command), version, command: Some(command), fields })
-}
-
-/// The schema of a command's JSON.
-fn schema(command: &str) -> u32 {
-    if command == "report" { kugelblitz_report::SCHEMA } else { SCHEMA }
+pub fn summary(
+    command: Option<&str>,
+    fields: Option<&impl Serialize>,
+    failure: Option<&Error>,
+) -> Result<Vec<u8>> {
+    let schema = if command == Some("report") { kugelblitz_report::SCHEMA } else { SCHEMA };
+    let (version, failure) = (env!("CARGO_PKG_VERSION"), failure.map(Failure::from));
+    json(&Summary { schema, version, command, fields, failure })
 }
 
 /// True once a summary is on standard output, which has one at most.
 static IS_PRINTED: AtomicBool = AtomicBool::new(false);
-
-/// Prints the summary of `command`.
-///
-/// # Errors
-/// As [`print`].
-fn print_summary(command: &'static str, fields: &impl Serialize) -> Result<()> {
-    IS_PRINTED.store(true, Ordering::Relaxed);
-    print(&summary(command, fields)?)
-}
 
 /// What is done, and is still to be told and put in its place.
 pub struct Done<S> {
@@ -111,8 +104,8 @@ impl<S: Serialize> Done<S> {
         let Done { summary, words, files, said, failure } = self;
         match summary {
             Some(summary) if run.talk.json => {
-                let failure = failure.as_ref().map(Failure::from);
-                print_summary(command, &Verdict { fields: &summary, failure })?;
+                IS_PRINTED.store(true, Ordering::Relaxed);
+                print(&self::summary(Some(command), Some(&summary), failure.as_ref())?)?;
             }
             _ if words.is_empty() => {}
             _ => print_text(&words)?,
@@ -126,14 +119,6 @@ impl<S: Serialize> Done<S> {
 /// The failure of a comparison that found this to be wrong.
 pub fn failed(broken: &[String]) -> Option<Error> {
     (!broken.is_empty()).then(|| Error::Comparison(broken.join("; ")))
-}
-
-#[derive(Serialize)]
-struct Verdict<'a, Fields> {
-    #[serde(flatten)]
-    fields: &'a Fields,
-    #[serde(flatten)]
-    failure: Option<Failure>,
 }
 
 /// What went wrong.
@@ -184,14 +169,8 @@ pub fn failed_in_json(error: &Error) {
     let mut words = arguments.iter().filter_map(|word| word.to_str());
     let first = words.find(|word| !word.starts_with('-'));
     let command = first.filter(|word| Cli::command().find_subcommand(word).is_some());
-    let failure = Summary {
-        schema: command.map_or(SCHEMA, schema),
-        version: env!("CARGO_PKG_VERSION"),
-        command,
-        fields: &Failure::from(error),
-    };
     // Who reads no failure has the exit code.
-    let _ = json(&failure).and_then(|text| print(&text));
+    let _ = summary(command, None::<&()>, Some(error)).and_then(|text| print(&text));
 }
 
 /// The adapter and the kind of device that traced.

@@ -20,9 +20,11 @@ use serde::Serialize;
 use crate::args::{DeviceArgs, SizeArgs, WholeArgs};
 use crate::compare::{begin_picture, write_picture};
 use crate::head::{Done, On, failed};
+use crate::options::number;
 use crate::output::{objects, shell_quoted};
 use crate::progress::Progress;
 use crate::render::size;
+use crate::wrong_usage;
 use crate::{Run, device, scene};
 
 /// Hold another renderer's picture or hits against exact arithmetic
@@ -118,17 +120,11 @@ pub enum Space {
 }
 
 fn scale(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(scale) if scale.is_finite() && scale != 0.0 => Ok(scale),
-        _ => Err("give a length other than 0, e.g. 0.001".into()),
-    }
+    number(text, |x| x.is_finite() && x != 0.0, "give a length other than 0, e.g. 0.001")
 }
 
 fn plane(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(distance) if distance > 0.0 => Ok(distance),
-        _ => Err("give a distance above 0, e.g. 0.1, or inf".into()),
-    }
+    number(text, |x| x > 0.0, "give a distance above 0, e.g. 0.1, or inf")
 }
 
 /// What was judged, and how.
@@ -163,8 +159,7 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<Done<Summary>> {
 
     let mut session = device::session(&args.device, Kernel::Certified, &scene, n, run)?;
     let progress = Progress::start(run, 2 * n as u64);
-    let judged = case.judge(&mut session, &run.control)?;
-    drop(progress);
+    let judged = progress.during(|| case.judge(&mut session, &run.control))?;
     run.control.check()?;
     let picture = file.zip(judged.picture());
     let file =
@@ -193,7 +188,7 @@ fn conventions(args: &JudgeArgs) -> Result<Conventions> {
     let near_far = args.near.zip(args.far).map(|(near, far)| [near, far]);
     if let Some([near, far]) = near_far.filter(|[near, far]| near == far) {
         let message = format!("--near {near} --far {far}: there is nothing between these planes");
-        return Err(Error::Usage(message));
+        return wrong_usage(message);
     }
     Ok(Conventions {
         quantities: args.quantities.clone(),

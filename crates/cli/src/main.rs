@@ -9,7 +9,6 @@ mod complain;
 mod completions;
 mod device;
 mod digest;
-mod excerpt;
 mod explain;
 mod export;
 mod figure;
@@ -68,7 +67,7 @@ fn main() -> ExitCode {
     stop_on_interrupt(Arc::clone(&control));
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) => return ExitCode::from(complain_about_usage(&error)),
+        Err(error) => return ExitCode::from(complain_about_usage(error)),
     };
     let run = Run { start, control, talk: cli.talk };
     let writes = cli.command.writes_files();
@@ -109,21 +108,25 @@ fn dispatch(command: Command, run: &Run) -> Result<()> {
         #[cfg(feature = "view")]
         Command::View(args) => view::run(&args, run),
         #[cfg(not(feature = "view"))]
-        Command::View(_) => Err(Error::Usage(
-            "this program has no window; `cargo build --release --features view` builds one that has"
-                .into(),
-        )),
+        Command::View(_) => wrong_usage(
+            "this program has no window; `cargo build --release --features view` builds one that has",
+        ),
         Command::Generate(GenerateArgs { what: Generate::Cloud(args) }) => {
             generate::run(&args, run)?.finish("generate", run)
         }
         Command::Digest(args) => digest::run(&args, run)?.finish("digest", run),
         Command::Probe => probe::run(run)?.finish("probe", run),
         Command::Completions(_) | Command::Man(_) if run.talk.json => {
-            Err(Error::Usage("--json: this command has no summary; leave it out".into()))
+            wrong_usage("--json: this command has no summary; leave it out")
         }
         Command::Completions(args) => completions::run(&args),
         Command::Man(args) => man::run(&args, run),
     }
+}
+
+/// Refuses a command line that can't be.
+fn wrong_usage<T>(message: impl Into<String>) -> Result<T> {
+    Err(Error::Usage(message.into()))
 }
 
 /// True once the command is known and has output files.

@@ -5,9 +5,10 @@ use std::path::Path;
 use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::value_parser;
 use glam::DVec3;
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{ImageSize, Scene};
+use kugelblitz::scene::{ImageSize, Samples, Scene};
 use kugelblitz::trace::{Kernel, Ray};
 use kugelblitz::{Error, Result};
 
@@ -27,6 +28,11 @@ pub fn parser_of<T: Copy + Send + Sync + 'static, const N: usize>(
     PossibleValuesParser::new(all.map(name_of)).try_map(move |name| {
         all.into_iter().find(|&one| name_of(one) == name).ok_or(format!("there is no {name}"))
     })
+}
+
+/// Reads samples across and down a pixel.
+pub fn samples_parser() -> impl TypedValueParser<Value = Samples> {
+    value_parser!(u32).range(1..=Samples::MOST.into()).try_map(Samples::new)
 }
 
 /// Reads `WxH`, in pixels.
@@ -53,12 +59,14 @@ pub fn parse_number(text: &str) -> Result<NonZeroUsize, String> {
     text.parse().map_err(|_| "give a whole number, 1 or more".into())
 }
 
+/// Reads a number that is as it has to be; `usage` says how.
+pub fn number(text: &str, is_right: impl Fn(f64) -> bool, usage: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|x| is_right(*x)).ok_or(usage.into())
+}
+
 /// Reads a distance, finite and not negative.
 pub fn parse_epsilon(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(epsilon) if epsilon.is_finite() && epsilon >= 0.0 => Ok(epsilon),
-        _ => Err("give a distance, 0 or more, e.g. 1e-4".into()),
-    }
+    number(text, |x| x.is_finite() && x >= 0.0, "give a distance, 0 or more, e.g. 1e-4")
 }
 
 /// Reads `X,Y`, in pixels, in the picture or not.

@@ -12,6 +12,7 @@ use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use crate::Run;
+use crate::wrong_usage;
 
 /// Standard output as errors call it.
 pub const STDOUT: &str = OutputFile::STDOUT_IN_WORDS;
@@ -35,7 +36,7 @@ pub fn check_ending(output: &Path, ending: &str, what: &str) -> Result<()> {
         return Ok(());
     }
     let name = output.shown();
-    Err(Error::Usage(format!("{name}: {what} written as .{ending}; name the file so")))
+    wrong_usage(format!("{name}: {what} written as .{ending}; name the file so"))
 }
 
 /// A file with these bytes, which is whole but not in its place.
@@ -159,7 +160,7 @@ impl Run {
     pub fn refuse_json_beside(&self, outputs: &[&Path], what: &str, advice: &str) -> Result<()> {
         if self.talk.json && outputs.iter().any(|output| is_stdout(output)) {
             let message = format!("{what} and --json can't both go to standard output; {advice}");
-            return Err(Error::Usage(message));
+            return wrong_usage(message);
         }
         Ok(())
     }

@@ -4,8 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use clap::builder::TypedValueParser;
-use clap::{Args, value_parser};
+use clap::Args;
 use glam::DVec3;
 use kugelblitz::output::OutputFile;
 use kugelblitz::plain::plain_json;
@@ -19,11 +18,11 @@ use kugelblitz::scene::{
 use kugelblitz::{Error, Result};
 
 use crate::Run;
-use crate::args::MAX_SAMPLES;
-use crate::options::{check_size, parser_of};
+use crate::options::{check_size, number, parser_of, samples_parser};
 use crate::output::{filled, is_stdout, print};
 use crate::progress::Progress;
 use crate::scene::{refuse_overwriting, say_notes};
+use crate::wrong_usage;
 
 /// What a picture shows: the options win over the scene.
 #[derive(Args, Clone)]
@@ -72,7 +71,7 @@ pub struct PictureArgs {
     #[arg(long, value_name = "LIGHT", value_parser = parse_ambient, allow_negative_numbers = true)]
     pub ambient: Option<ValueOr<Color>>,
     /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1; 2 for data]
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES).try_map(Samples::new))]
+    #[arg(long, value_name = "N", value_parser = samples_parser())]
     pub samples: Option<Samples>,
     /// Write the scene that all this amounts to, to standard output or to FILE; without -o, do no more
     #[arg(
@@ -131,7 +130,7 @@ impl PictureArgs {
     /// [`Error::Usage`] where `none` stands beside lights; [`Error::TooLarge`].
     pub fn overrides(&self, size: Option<[u32; 2]>, n_turns: u32) -> Result<SceneOverrides> {
         if self.light.len() > 1 && self.light.iter().any(|light| light.0.is_none()) {
-            return Err(Error::Usage("--light none stands alone".into()));
+            return wrong_usage("--light none stands alone");
         }
         let lights = self.light.iter().filter_map(|light| light.0.clone()).collect();
         let height = self.height.as_ref().map(|height| height.0);
@@ -170,9 +169,8 @@ impl PictureArgs {
         run: &Run,
     ) -> Result<(Arc<Scene>, Composed)> {
         let overrides = self.overrides(size, n_turns)?;
-        let progress = Progress::of_bytes(run);
-        let mut composed = compose_scene(path, &overrides, &run.control)?;
-        drop(progress);
+        let compose = || compose_scene(path, &overrides, &run.control);
+        let mut composed = Progress::of_bytes(run).during(compose)?;
         for note in &composed.notes {
             run.say(&format!("note: {note}"));
         }
@@ -190,13 +188,11 @@ impl PictureArgs {
         let advice = "write to a file";
         run.refuse_json_beside(&Vec::from_iter(output), what, advice)?;
         run.refuse_json_beside(&Vec::from_iter(printed), "the scene", advice)?;
-        match [output, printed].into_iter().flatten().all(is_stdout)
-            && output.and(printed).is_some()
-        {
-            false => Ok(()),
-            true => Err(Error::Usage(format!(
+        match output.zip(printed) {
+            Some((a, b)) if is_stdout(a) && is_stdout(b) => wrong_usage(format!(
                 "{what} and --print-scene can't both go to standard output; {advice}"
-            ))),
+            )),
+            _ => Ok(()),
         }
     }
 
@@ -240,7 +236,7 @@ impl DataArgs {
     fn keys(&self) -> Result<CloudKeys> {
         let mut said = HashSet::new();
         if let Some((key, _)) = self.columns.iter().find(|(key, _)| !said.insert(key)) {
-            return Err(Error::Usage(format!("--columns: `{key}` is said twice; say it once")));
+            return wrong_usage(format!("--columns: `{key}` is said twice; say it once"));
         }
         let pair = |(key, name): &(String, String)| format!("{} = {}", key.toml(), name.toml());
         let pairs: Vec<String> = self.columns.iter().map(pair).collect();
@@ -286,8 +282,8 @@ fn parse_up(text: &str) -> Result<DVec3, String> {
 
 fn parse_margin(text: &str) -> Result<f64, String> {
     let most = Framing::MAX_MARGIN;
-    let margin = text.parse().ok().filter(|margin| (0.0..=most).contains(margin));
-    margin.ok_or(format!("give a part of the picture from 0 to {most}, e.g. 0.1"))
+    let usage = format!("give a part of the picture from 0 to {most}, e.g. 0.1");
+    number(text, |margin| (0.0..=most).contains(&margin), &usage)
 }
 
 fn parse_height(text: &str) -> Result<ValueOr<f64>, String> {

@@ -55,6 +55,11 @@ impl Progress {
         })
     }
 
+    /// Does some work while it shows the bar.
+    pub fn during<T>(self, work: impl FnOnce() -> T) -> T {
+        work()
+    }
+
     /// `look` gives what is done and what is to be done, and `what` is indicatif's text for it.
     fn follow(
         run: &Run,

@@ -25,6 +25,7 @@ use crate::head::{Done, Drawn, MsStages, Traced, Work, traced_in_words};
 use crate::output::{built, check_ending, name, written};
 use crate::progress::Progress;
 use crate::show::{LegendEntry, check, legend};
+use crate::wrong_usage;
 use crate::{Run, film, scene};
 
 /// Renders one picture or several, or only prints the scene.
@@ -53,9 +54,8 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         Show::Color => begun.plan()?.wants(),
         show => show.wants(),
     };
-    let progress = scene::preparing(&begun.scene, session.kernel(), run);
-    let making = session.make_ready(&Rays::Pixels(pixels), wants, &run.control)?;
-    drop(progress);
+    let making = scene::preparing(&begun.scene, session.kernel(), run)
+        .during(|| session.make_ready(&Rays::Pixels(pixels), wants, &run.control))?;
     if session.prepared().is_some_and(Prepared::starts_in_f64) {
         run.note("f32 would leave most of these rays open: all begin in f64");
     }
@@ -221,11 +221,10 @@ fn write_legend(path: &Path, args: &RenderArgs, scene: &Scene) -> Result<OutputF
 /// How far from a surface shadow rays start.
 fn epsilon(args: &RenderArgs) -> Result<f64> {
     match args.epsilon {
-        Some(_) if args.kernel.kernel == Kernel::Certified => Err(Error::Usage(
+        Some(_) if args.kernel.kernel == Kernel::Certified => wrong_usage(
             "--epsilon is for kernels without a proof: certified decides exactly what is in a light's \
-             way, and needs none; leave it out, or choose another --kernel"
-                .into(),
-        )),
+             way, and needs none; leave it out, or choose another --kernel",
+        ),
         epsilon => Ok(epsilon.unwrap_or(0.0)),
     }
 }
@@ -236,26 +235,26 @@ fn what_to_write(args: &RenderArgs, output: &Path, run: &Run) -> Result<(Format,
     let format = match (args.format, by_ending) {
         (None, by_ending) => by_ending?,
         (Some(format), Ok(ending)) if ending != format => {
-            return Err(Error::Usage(format!(
+            return wrong_usage(format!(
                 "{}: the name's ending says {ending}, but --format says {format}; change one of \
                  them",
                 output.shown()
-            )));
+            ));
         }
         (Some(format), _) => format,
     };
     args.picture.check_outputs(Some(output), "the picture", run)?;
     let holds_colours_only = matches!(format, Format::Png | Format::Ppm);
     if args.certificates && holds_colours_only {
-        return Err(Error::Usage(format!(
+        return wrong_usage(format!(
             "{format} has no place for --certificates; write .exr or .npy"
-        )));
+        ));
     }
     let bits = match args.bits.as_deref() {
         Some(bits) if !holds_colours_only => {
-            return Err(Error::Usage(format!(
+            return wrong_usage(format!(
                 "--bits {bits} is for png and ppm; {format} always holds 32-bit floats"
-            )));
+            ));
         }
         Some("16") => Bits::Sixteen,
         _ => Bits::Eight,

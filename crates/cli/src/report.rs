@@ -22,6 +22,7 @@ use crate::head::{Done, summary};
 use crate::output::filled;
 use crate::progress::Progress;
 use crate::quiet::{self, quietly};
+use crate::wrong_usage;
 use crate::{Run, device, version};
 
 /// Measures and shows.
@@ -42,9 +43,8 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
     let benchmarks = benchmarks(&devices, kernels(args), &mut missing)?;
 
     let n_rays = Report::n_rays(&cases, &benchmarks, &settings);
-    let progress = Progress::start(run, n_rays);
-    let mut report = Report::measure(environment, &cases, &benchmarks, settings, &run.control)?;
-    drop(progress);
+    let measure = || Report::measure(environment, &cases, &benchmarks, settings, &run.control);
+    let mut report = Progress::start(run, n_rays).during(measure)?;
     report.missing.extend(missing);
     report.baseline = earlier.map(|(file, earlier)| Baseline::new(file, &earlier, &report));
 
@@ -64,15 +64,15 @@ type Form = fn(&Report) -> Result<Vec<u8>>;
 fn form(path: &Path) -> Result<Form> {
     Ok(match path.extension().and_then(|ending| ending.to_str()) {
         Some("html") => |report| Ok(page::html(report).into_bytes()),
-        Some("json") => |report| summary("report", report),
+        Some("json") => |report| summary(Some("report"), Some(report), None),
         Some("md") => |report| Ok(text::markdown(report).into_bytes()),
         Some("svg") => |report| Ok(plot::plane(report).into_bytes()),
         _ => {
-            return Err(Error::Usage(format!(
+            return wrong_usage(format!(
                 "{}: the name's ending tells the form: .html (a page), .json (all figures), .md \
                  (a short table) or .svg (the main plot)",
                 path.shown()
-            )));
+            ));
         }
     })
 }

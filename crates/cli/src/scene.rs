@@ -17,9 +17,7 @@ use crate::progress::Progress;
 /// # Errors
 /// Those of [`read_scene_with`].
 pub fn read(path: &Path, run: &Run) -> Result<Arc<Scene>> {
-    let progress = Progress::of_bytes(run);
-    let scene = read_scene_with(path, &run.control)?;
-    drop(progress);
+    let scene = Progress::of_bytes(run).during(|| read_scene_with(path, &run.control))?;
     say_notes(&scene, run);
     Ok(Arc::new(scene))
 }

@@ -3,14 +3,15 @@
 use std::fmt;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use kugelblitz::Result;
 use kugelblitz::picture::{Format, PictureOptions};
 use kugelblitz::scene::hex;
 use kugelblitz::words::count;
-use kugelblitz::{Error, Result};
 use kugelblitz_judge::show::{Entry, Show, Shown};
 use serde::Serialize;
 
 use crate::args::RenderArgs;
+use crate::wrong_usage;
 
 /// Most pixels of a meaning that are told one by one.
 const MOST_TOLD: usize = 4;
@@ -30,7 +31,7 @@ pub fn show_parser() -> impl TypedValueParser<Value = Show> {
 /// Refuses options that the shown numbers have no use for.
 ///
 /// # Errors
-/// [`Error::Usage`]
+/// [`Error::Usage`](kugelblitz::Error::Usage)
 pub fn check(args: &RenderArgs, format: Format, options: PictureOptions) -> Result<()> {
     let show = args.show;
     show.check(format, options)?;
@@ -42,10 +43,10 @@ pub fn check(args: &RenderArgs, format: Format, options: PictureOptions) -> Resu
     ];
     match is_given.into_iter().find(|&(_, is_given)| is_given && show != Show::Color) {
         None => Ok(()),
-        Some((option, _)) => Err(Error::Usage(format!(
+        Some((option, _)) => wrong_usage(format!(
             "--show {show} looks along the ray through each pixel's centre, without light; leave \
              {option} out"
-        ))),
+        )),
     }
 }
 

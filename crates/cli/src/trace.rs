@@ -35,25 +35,20 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<Done<Traced>> {
     refuse_what_cannot_fit(&args.rays, wants)?;
     scene::refuse_overwriting(&[&args.output], &[&args.scene, &args.rays], &scene)?;
     let mut file = OutputFile::create(&args.output, false)?;
-    let progress = Progress::of_bytes(run);
-    let rays = Rays::List(read_rays(&args.rays, &run.control)?);
-    drop(progress);
+    let rays = Progress::of_bytes(run).during(|| read_rays(&args.rays, &run.control))?;
+    let rays = Rays::List(rays);
     let read = start.elapsed();
 
     let kernel = args.kernel.kernel;
     let mut session = device::session(&args.device, kernel, &scene, rays.len(), run)?;
-    let progress = scene::preparing(&scene, kernel, run);
-    let making = session.make_ready(&rays, wants, &run.control)?;
-    drop(progress);
+    let making = scene::preparing(&scene, kernel, run)
+        .during(|| session.make_ready(&rays, wants, &run.control))?;
 
-    let progress = Progress::start(run, rays.len() as u64);
     let mut hits = Hits::default();
-    let timing = session.trace(&rays, wants, &run.control, &mut hits)?;
-    drop(progress);
+    let timing = Progress::start(run, rays.len() as u64)
+        .during(|| session.trace(&rays, wants, &run.control, &mut hits))?;
     let start = Instant::now();
-    let progress = Progress::of_bytes(run);
-    write_hits(&mut file, &hits, &run.control)?;
-    drop(progress);
+    Progress::of_bytes(run).during(|| write_hits(&mut file, &hits, &run.control))?;
     let write = start.elapsed();
 
     let (n_hits, counts) = (hits.n_hits(), hits.counts);

@@ -34,10 +34,9 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<Done<Summary>> {
 
     let kernels = only.map_or(Kernel::ALL.to_vec(), |kernel| vec![kernel]);
     let n_steps = verification.n_steps(kernels.len(), device.facts().is_some());
-    let progress = Progress::start(run, n_steps);
     let device_of = |kernel| device::or_cpu(&device, kernel, run);
-    let verified = verification.run(&kernels, device_of, &run.control)?;
-    drop(progress);
+    let verify = || verification.run(&kernels, device_of, &run.control);
+    let verified = Progress::start(run, n_steps).during(verify)?;
 
     let Verified { rays, samples, seed, .. } = verified;
     let share = if samples == rays {

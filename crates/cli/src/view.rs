@@ -88,13 +88,7 @@ fn tell(args: &ViewArgs, notice: &Notice) -> Result<()> {
         }
         Notice::SceneWrong { error } => talk(&format!("error: {error}")),
         Notice::Trouble { message } => talk(&format!("warning: {message}")),
-        Notice::Opening
-        | Notice::Opened { .. }
-        | Notice::Shown { .. }
-        | Notice::Hover { .. }
-        | Notice::Explained { .. }
-        | Notice::SceneOpened { .. }
-        | Notice::Reloaded => {}
+        _ => {}
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! The one way of markup into a document, SVG or HTML: what no parser takes can't be written.
+//! The one way of markup into a document, SVG or HTML: what no parser takes can't be written. And text in lines.
 //!
 //! What markup has for itself is [`escaped`] in names and texts of others. What has no place in a document at all, escaped
 //! or not, [`document`] takes out.
@@ -28,6 +28,23 @@ pub fn escaped(text: &str) -> String {
 /// The text of a whole document.
 pub fn document(markup: &str) -> String {
     plain_document(markup)
+}
+
+/// The words of a text in lines of at most `width` columns: the first one begins with `first`, the others with `then`.
+pub fn wrapped(text: &str, width: usize, first: &str, then: &str) -> Vec<String> {
+    let columns = |text: &str| text.chars().count();
+    let mut words = text.split_whitespace();
+    let mut lines = Vec::new();
+    let mut line = first.to_owned() + words.next().unwrap_or_default();
+    for word in words {
+        if columns(&line) + 1 + columns(word) > width {
+            lines.push(std::mem::replace(&mut line, then.to_owned() + word));
+        } else {
+            line = line + " " + word;
+        }
+    }
+    lines.push(line);
+    lines
 }
 
 #[cfg(test)]

@@ -10,10 +10,9 @@ pub fn answer(report: &Report) -> String {
     let (mut right, mut parts) = (Vec::new(), Vec::new());
     for kernel in SeriesOrder::of(report).kernels {
         let scenes = worst_rows(report, kernel);
-        let n_wrong = scenes.iter().filter(|(_, row)| row.wrong_ids() > 0).count();
-        let Some((scene, row)) = scenes.iter().max_by(|(_, a), (_, b)| by_share(a, b)) else {
-            continue;
-        };
+        let n_wrong = scenes.iter().filter(|row| row.wrong_ids() > 0).count();
+        let Some(row) = scenes.iter().copied().max_by(by_share) else { continue };
+        let scene = row.key.of.name();
         let share = percent(row.wrong_ids(), row.count(Count::Rays));
         match (n_wrong, scenes.len()) {
             (0, _) => right.push(kernel.to_string()),
@@ -37,25 +36,16 @@ pub fn answer(report: &Report) -> String {
     }
 }
 
-fn by_share(a: &Row, b: &Row) -> std::cmp::Ordering {
+fn by_share(a: &&Row, b: &&Row) -> std::cmp::Ordering {
     a.wrong_share().total_cmp(&b.wrong_share())
 }
 
-/// The scenes that a kernel was compared in, each with the row of the device where it was worst.
-fn worst_rows<'a>(report: &'a Report, kernel: &str) -> Vec<(&'a str, &'a Row)> {
-    let mut scenes: Vec<(&str, &Row)> = Vec::new();
-    for row in report.rows.iter().filter(|row| row.key.kernel == kernel) {
-        if let Of::Scene { scene, .. } = &row.key.of
-            && row.count(Count::Rays) > 0
-        {
-            match scenes.iter_mut().find(|(name, _)| name == scene) {
-                Some((_, worst)) if by_share(worst, row).is_le() => *worst = row,
-                Some(_) => {}
-                None => scenes.push((scene, row)),
-            }
-        }
-    }
-    scenes
+/// Of each scene that a kernel was compared in the row of the device where it was worst.
+fn worst_rows<'a>(report: &'a Report, kernel: &str) -> Vec<&'a Row> {
+    let mut rows = report.rows_of(|of| matches!(of, Of::Scene { .. }));
+    rows.retain(|row| row.key.kernel == kernel && row.count(Count::Rays) > 0);
+    let of_scenes = rows.chunk_by(|a, b| a.key.of == b.key.of);
+    of_scenes.filter_map(|rows| rows.iter().copied().max_by(by_share)).collect()
 }
 
 /// The time of the kernels that were never wrong, against the fastest of all, in a sentence. `None`

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::environment::program;
 use super::{Count, Environment, Metric, Of, Report, Row, RowKey, SCHEMA, Settings, Spread};
 
 /// An earlier report, as its JSON tells it.
@@ -164,14 +165,13 @@ impl Baseline {
 
     /// What is compared with what, and what came of it, a sentence or two in each.
     pub fn in_words(&self) -> Vec<String> {
-        let commit = self.commit.as_ref().map(|commit| format!(", commit {commit}"));
-        let (commit, n) = (commit.unwrap_or_default(), self.times.len());
+        let n = self.times.len();
         let [faster, slower, few] =
             [Verdict::Faster, Verdict::Slower, Verdict::TooFewRuns].map(|v| self.count(v));
         let mut words = vec![format!(
-            "Against {} (Kugelblitz {}{commit}, {}): {}.",
+            "Against {} ({}, {}): {}.",
             self.file,
-            self.version,
+            program(&self.version, self.commit.as_deref()),
             self.date,
             match n {
                 0 => "nothing of it was measured again".to_string(),

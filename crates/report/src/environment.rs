@@ -79,8 +79,7 @@ impl Environment {
 
     /// Each fact in words, with its name.
     pub(super) fn named_lines(&self) -> Vec<(&'static str, String)> {
-        let commit = self.commit.as_ref().map(|commit| format!(", commit {commit}"));
-        let program = format!("Kugelblitz {}{}", self.version, commit.unwrap_or_default());
+        let program = program(&self.version, self.commit.as_deref());
         let cores = count(self.n_cores, "core");
         let mut lines = vec![
             ("Program", program),
@@ -99,6 +98,12 @@ impl Environment {
         }
         lines
     }
+}
+
+/// `Kugelblitz 0.1.0, commit 9fc4bae1c0de`
+pub fn program(version: &str, commit: Option<&str>) -> String {
+    let commit = commit.map(|commit| format!(", commit {commit}"));
+    format!("Kugelblitz {version}{}", commit.unwrap_or_default())
 }
 
 fn host_cpu() -> Option<String> {

@@ -9,7 +9,6 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 mod answer;
 mod baseline;
-mod clouds;
 mod environment;
 mod figures;
 mod light;
@@ -20,27 +19,24 @@ pub mod page;
 mod pictures;
 pub mod plot;
 mod print;
-mod samples;
 mod scenes;
 mod sweep;
 mod tables;
 pub mod text;
 
 pub use baseline::{Baseline, Change, Earlier, Verdict, WrongIds};
-pub use clouds::CLOUD_SIZE;
 pub use environment::{AdapterArithmetic, Environment};
 pub use light::LIGHT_SIZE;
 pub use measure::{Benchmark, Make};
 pub use noise::Noise;
-pub use pictures::{ErrorPicture, Fault};
+pub use pictures::ErrorPicture;
 pub use scenes::{Case, Class, MeasuredScene, default_cases};
-pub use sweep::{SWEEPS, Sweep};
+pub use sweep::{CLOUD_SIZE, SWEEPS, Sweep};
 
 use kugelblitz::Result;
 use kugelblitz::control::Control;
 
-use measure::Work;
-use samples::Samples;
+use measure::{Samples, Work};
 
 /// The version of a report's fields in `docs/json.md`.
 pub const SCHEMA: u32 = 2;
@@ -80,14 +76,14 @@ impl Report {
         settings: Settings,
         control: &Control,
     ) -> Result<Report> {
-        let work = Work { cases, benchmarks, settings: &settings };
-        let mut rows = work.scene_rows(control)?;
-        let mut pictures = work.pictures(&rows, control)?;
-        rows.extend(work.sweep_rows(control)?);
-        let (clouds, missing) = work.cloud_rows(control)?;
+        let work = Work { cases, benchmarks, settings: &settings, control };
+        let mut rows = work.scene_rows()?;
+        let mut pictures = work.pictures(&rows)?;
+        rows.extend(work.sweep_rows()?);
+        let (clouds, missing) = work.cloud_rows()?;
         rows.extend(clouds);
-        rows.extend(work.light_rows(control)?);
-        pictures.extend(work.light_pictures(&rows, control)?);
+        rows.extend(work.light_rows()?);
+        pictures.extend(work.light_pictures(&rows)?);
         let scenes = cases.iter().map(MeasuredScene::from).collect();
         let noise = Noise::of(&rows);
         Ok(Report { environment, settings, scenes, rows, missing, noise, baseline: None, pictures })
@@ -95,7 +91,7 @@ impl Report {
 
     /// Rays that [`Report::measure`] traces, lights or compares, but for those of the few pictures.
     pub fn n_rays(cases: &[Case], benchmarks: &[Benchmark], settings: &Settings) -> u64 {
-        let work = Work { cases, benchmarks, settings };
+        let work = Work { cases, benchmarks, settings, control: &Control::default() };
         work.n_scene_rays() + work.n_sweep_rays() + work.n_cloud_rays() + work.n_light_rays()
     }
 

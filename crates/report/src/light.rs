@@ -1,26 +1,24 @@
 //! Light: points that a kernel leaves dark though a lamp lights them, and such that it lights though
 //! something is in the lamp's way.
 //!
-//! Whether each lamp counts at a point shows in a picture of the same scene in which everything is white
-//! and each of three lamps has a channel of its own: where the channel is not 0, the lamp counts. So the
-//! bytes and the shadows of every kernel come from the same painter.
+//! Whether a lamp counts at a point shows in a picture of the same scene in which everything is white and
+//! no other lamp shines: where it is not black, the lamp counts. So the bytes and the shadows of every
+//! kernel come from the same painter.
 
 use std::sync::Arc;
 
 use kugelblitz::control::Control;
+use kugelblitz::device::Device;
 use kugelblitz::kernel::Kernel;
-use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Color, Light, Plane, Scene};
-use kugelblitz::shade::{Colors, Encoding, Painter, Style};
-use kugelblitz::trace::{Hits, Rays};
-use kugelblitz::tracer::Tracer;
-use kugelblitz::{Error, Result};
+use kugelblitz::shade::{Pixel, Style};
+use kugelblitz::{Error, Result, Session};
+use kugelblitz_judge::compare::{FALSE_HIT, WRONG_OBJECT, graded};
 use kugelblitz_judge::verify::{ColorTruth, sample};
 
-use super::measure::{IDS, Work, n_pixels, picture};
-use super::pictures::{ErrorPicture, Fault, worst_first};
-use super::samples::Samples;
+use super::measure::{IDS, Samples, Work, n_pixels, picture};
+use super::pictures::{ErrorPicture, share_of_pixels, worst_first};
 use super::{Benchmark, Case, Count, Of, Row};
 
 /// Size of the pictures, px.
@@ -36,17 +34,26 @@ const SAMPLES: usize = 1 << 13;
 /// A byte that is farther off is seen at a glance.
 const FAR_LEVELS: u8 = 8;
 
+/// The colour of a light that is left out: acne.
+pub const FALSE_SHADOW: [u8; 3] = FALSE_HIT;
+
+/// The colour of a light that is let in.
+pub const LEAK: [u8; 3] = WRONG_OBJECT;
+
+/// Bytes that are off by so many levels go from the colour of what is right to that of a large error.
+const LEVELS: [f64; 2] = [0.5, 64.0];
+
 /// Most scenes with pictures.
 const MOST_SCENES: usize = 2;
 
 /// The kernel whose acne and leaks are shown: the best plain f32.
 const SHOWN: Kernel = Kernel::Stable;
 
-/// Pictures of the same pixels: the scene's own, and those with a channel for each lamp.
+/// Pictures of the same pixels: the scene's own, and how bright each lamp alone makes them.
 #[derive(Clone, Debug, Default)]
 struct LitPixels {
     srgb: Vec<[u8; 3]>,
-    separated: Vec<Vec<[f32; 3]>>,
+    lamps: Vec<Vec<f32>>,
 }
 
 /// What is wrong with a pixel.
@@ -67,26 +74,30 @@ impl Wrong {
         samples.count(Count::FarBytes, u64::from(self.levels > FAR_LEVELS));
     }
 
-    fn fault(&self) -> Fault {
+    fn is_of_shadows(&self) -> bool {
+        self.false_shadows + self.leaks > 0
+    }
+
+    /// The pixel in a picture of errors.
+    fn color(&self) -> [u8; 3] {
         match *self {
-            Wrong { false_shadows: 1.., .. } => Fault::FalseShadow,
-            Wrong { leaks: 1.., .. } => Fault::Leak,
-            Wrong { levels: 0, .. } => Fault::Right,
-            Wrong { levels, .. } => Fault::Levels(levels),
+            Wrong { false_shadows: 1.., .. } => FALSE_SHADOW,
+            Wrong { leaks: 1.., .. } => LEAK,
+            Wrong { levels, .. } => graded(levels.into(), LEVELS),
         }
     }
 }
 
 impl LitPixels {
     fn counts(&self, pixel: usize, light: usize) -> bool {
-        let separated = self.separated.get(light / 3).and_then(|picture| picture.get(pixel));
-        separated.is_some_and(|channels| channels[light % 3] > 0.0)
+        let lamp = self.lamps.get(light).and_then(|lamp| lamp.get(pixel));
+        lamp.is_some_and(|brightness| *brightness > 0.0)
     }
 
     /// Compares `pixel` with a pixel of `exact`. A pixel that is lacking is black and far off.
-    fn wrong(&self, pixel: usize, exact: &LitPixels, exact_pixel: usize, n_lights: usize) -> Wrong {
+    fn wrong(&self, pixel: usize, exact: &LitPixels, exact_pixel: usize) -> Wrong {
         let mut wrong = Wrong::default();
-        for light in 0..n_lights {
+        for light in 0..exact.lamps.len() {
             match (self.counts(pixel, light), exact.counts(exact_pixel, light)) {
                 (false, true) => wrong.false_shadows += 1,
                 (true, false) => wrong.leaks += 1,
@@ -101,24 +112,21 @@ impl LitPixels {
     }
 }
 
-/// A scene, and for each three of its lights one in which these have the channels.
+/// A scene, and for each of its lights one in which it shines alone.
 struct Separated {
     own: Arc<Scene>,
-    separated: Vec<Arc<Scene>>,
+    lamps: Vec<Arc<Scene>>,
 }
 
 const WHITE: Color = Color([1.0; 3]);
 
 impl Separated {
     fn of(scene: &Arc<Scene>) -> Result<Separated> {
-        let separated = |lights: &[Light]| {
-            let channel = |index| Color(std::array::from_fn(|k| f64::from(u8::from(k == index))));
-            let lights = lights.iter().zip([0, 1, 2].map(channel));
-            let lights = lights.map(|(light, color)| Light { color, intensity: 1.0, ..*light });
+        let alone = |light: &Light| {
             let white = |plane: &Plane| Plane { color: WHITE, ..plane.clone() };
             Ok(Arc::new(Scene {
                 background: Color::BLACK,
-                lights: lights.collect(),
+                lights: vec![Light { color: WHITE, intensity: 1.0, ..*light }],
                 sky: None,
                 ambient: None,
                 spheres: scene.spheres.clone().with_color(WHITE)?,
@@ -126,52 +134,54 @@ impl Separated {
                 ..Scene::clone(scene)
             }))
         };
-        let separated = scene.lights.chunks(3).map(separated).collect::<Result<_>>()?;
-        Ok(Separated { own: Arc::clone(scene), separated })
+        let lamps = scene.lights.iter().map(alone).collect::<Result<_>>()?;
+        Ok(Separated { own: Arc::clone(scene), lamps })
+    }
+
+    fn lit(
+        &self,
+        srgb: Vec<[u8; 3]>,
+        linear: impl Fn(&Arc<Scene>) -> Result<Vec<[f32; 3]>>,
+    ) -> Result<LitPixels> {
+        let brightness = |scene| Ok(linear(scene)?.iter().map(|[red, ..]| *red).collect());
+        let lamps = self.lamps.iter().map(brightness).collect::<Result<_>>()?;
+        Ok(LitPixels { srgb, lamps })
     }
 
     /// The exact colours of the pixels with these indices.
     fn exactly(&self, pixels: &Pixels, index: &[usize], control: &Control) -> Result<LitPixels> {
-        let truth = |scene| ColorTruth::of_pixels(scene, pixels, 1, index.to_vec(), control);
-        let separated = self.separated.iter().map(|scene| Ok(truth(scene)?.colors.linear));
-        let separated = separated.collect::<Result<_>>()?;
-        Ok(LitPixels { srgb: truth(&self.own)?.colors.srgb8, separated })
+        let truth = |scene: &Arc<Scene>| {
+            let truth = ColorTruth::of_pixels(scene, pixels, 1, index.to_vec(), control)?;
+            Ok::<_, Error>(truth.colors)
+        };
+        self.lit(truth(&self.own)?.srgb8, |scene| Ok(truth(scene)?.linear))
     }
 
     /// The colours that a kernel gives all pixels, with each of its epsilons.
     fn painted(
         &self,
-        benchmark: &Benchmark,
+        kernel: Kernel,
         pixels: &Pixels,
         control: &Control,
     ) -> Result<Vec<LitPixels>> {
-        let rays = Rays::Pixels(*pixels);
-        let mut hits = Hits::default();
-        benchmark.tracer(&self.own, &rays, IDS)?.tracer.trace(&rays, control, &mut hits)?;
-        let paint = |scene: &Arc<Scene>, encoding, epsilon| {
-            let prepared = Prepared::new(Arc::clone(scene), benchmark.kernel, &rays)?;
-            let mut tracer = Tracer::on_cpu(Arc::new(prepared), IDS);
-            let style = Style { epsilon, ..Style::new(encoding) };
-            let mut colors = Colors::new(encoding);
-            let mut painter = Painter::new(style, pixels, &mut tracer, None);
-            painter.paint(pixels, &hits, control, &mut colors)?;
-            Ok::<_, Error>(colors)
+        let with_epsilon = |&epsilon: &Option<f64>| {
+            let how = (pixels, epsilon.unwrap_or(0.0), control);
+            self.lit(painted(&self.own, kernel, how)?, |scene| painted(scene, kernel, how))
         };
-        let with_epsilon = |epsilon: &Option<f64>| {
-            let distance = epsilon.unwrap_or(0.0);
-            let mut lit = LitPixels::default();
-            if let Colors::Srgb8(srgb) = paint(&self.own, Encoding::Srgb8, distance)? {
-                lit.srgb = srgb;
-            }
-            for scene in &self.separated {
-                if let Colors::Linear(channels) = paint(scene, Encoding::Linear, distance)? {
-                    lit.separated.push(channels);
-                }
-            }
-            Ok(lit)
-        };
-        epsilons(benchmark.kernel).iter().map(with_epsilon).collect()
+        epsilons(kernel).iter().map(with_epsilon).collect()
     }
+}
+
+/// A scene as a kernel lights it with an epsilon.
+fn painted<P: Pixel>(
+    scene: &Arc<Scene>,
+    kernel: Kernel,
+    (pixels, epsilon, control): (&Pixels, f64, &Control),
+) -> Result<Vec<P>> {
+    let mut session = Session::new(Arc::clone(scene), Device::Cpu, kernel);
+    let style = Style { epsilon, ..Style::new(P::ENCODING) };
+    let (kept, _) = session.keep(pixels, style, IDS, control)?;
+    Pixel::all(kept.colors)
 }
 
 fn epsilons(kernel: Kernel) -> &'static [Option<f64>] {
@@ -191,11 +201,11 @@ impl<'a> Work<'a> {
     pub fn n_light_rays(&self) -> u64 {
         let n_pixels = n_pixels(LIGHT_SIZE);
         let of_case = |case: &Case| {
-            // Pictures that are painted with each epsilon.
-            let n_pictures = 1 + case.scene.lights.len().div_ceil(3) as u64;
-            let of_kernel = |kernel| n_pixels * (1 + n_pictures * epsilons(kernel).len() as u64);
-            let painted: u64 = self.of_first_device().map(|of| of_kernel(of.kernel)).sum();
-            n_pictures * n_pixels.min(self.n_light_samples() as u64) + painted
+            // Pictures that are painted with each epsilon, and of each pixel a ray and its light.
+            let n_pictures = 1 + case.scene.lights.len() as u64;
+            let n_epsilons = self.of_first_device().map(|of| epsilons(of.kernel).len() as u64);
+            let n_painted = 2 * n_pixels * n_epsilons.sum::<u64>();
+            n_pictures * (n_pixels.min(self.n_light_samples() as u64) + n_painted)
         };
         if self.benchmarks.is_empty() { 0 } else { self.lit().map(of_case).sum() }
     }
@@ -205,19 +215,19 @@ impl<'a> Work<'a> {
     ///
     /// # Errors
     /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
-    pub fn light_rows(&self, control: &Control) -> Result<Vec<Row>> {
+    pub fn light_rows(&self) -> Result<Vec<Row>> {
         let mut rows = Vec::new();
         for case in self.lit().filter(|_| !self.benchmarks.is_empty()) {
             let pixels = picture(case, LIGHT_SIZE)?;
-            let (scene, n_lights) = (Separated::of(&case.scene)?, case.scene.lights.len());
+            let scene = Separated::of(&case.scene)?;
             let index = sample(pixels.len(), self.n_light_samples(), self.settings.seed);
-            let exact = scene.exactly(&pixels, &index, control)?;
+            let exact = scene.exactly(&pixels, &index, self.control)?;
             for benchmark in self.of_first_device() {
-                let painted = scene.painted(benchmark, &pixels, control)?;
+                let painted = scene.painted(benchmark.kernel, &pixels, self.control)?;
                 for (lit, &epsilon) in painted.iter().zip(epsilons(benchmark.kernel)) {
                     let mut samples = Samples::default();
                     for (at, &pixel) in index.iter().enumerate() {
-                        lit.wrong(pixel, &exact, at, n_lights).count(n_lights, &mut samples);
+                        lit.wrong(pixel, &exact, at).count(exact.lamps.len(), &mut samples);
                     }
                     let of = Of::Light { scene: case.name.clone() };
                     let mut row = Row::new(of, benchmark, &[&samples]);
@@ -235,7 +245,7 @@ impl<'a> Work<'a> {
     ///
     /// # Errors
     /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
-    pub fn light_pictures(&self, rows: &[Row], control: &Control) -> Result<Vec<ErrorPicture>> {
+    pub fn light_pictures(&self, rows: &[Row]) -> Result<Vec<ErrorPicture>> {
         let of_kernel = |kernel| self.of_first_device().find(|of| of.kernel == kernel);
         let (Some(certified), Some(plain)) = (of_kernel(Kernel::Certified), of_kernel(SHOWN))
         else {
@@ -249,16 +259,29 @@ impl<'a> Work<'a> {
         let mut pictures = Vec::new();
         for case in worst_first(self.lit(), wrong, MOST_SCENES) {
             let pixels = picture(case, self.settings.picture_size)?;
-            let (scene, n_lights) = (Separated::of(&case.scene)?, case.scene.lights.len());
-            let proven = scene.painted(certified, &pixels, control)?;
+            let scene = Separated::of(&case.scene)?;
+            let proven = scene.painted(Kernel::Certified, &pixels, self.control)?;
             let exact = proven[0].clone();
             for (benchmark, painted) in
-                [(certified, proven), (plain, scene.painted(plain, &pixels, control)?)]
+                [(certified, proven), (plain, scene.painted(SHOWN, &pixels, self.control)?)]
             {
                 for (lit, row) in painted.into_iter().zip(own(case, benchmark)) {
-                    let fault = |pixel| lit.wrong(pixel, &exact, pixel, n_lights).fault();
-                    let faults: Vec<Fault> = (0..pixels.len()).map(fault).collect();
-                    pictures.push(ErrorPicture::new(row, &pixels, lit.srgb, faults.into_iter()));
+                    let n = pixels.len();
+                    let wrong = |pixel| lit.wrong(pixel, &exact, pixel);
+                    let all: Vec<Wrong> = (0..n).map(wrong).collect();
+                    let n_of_shadows = all.iter().filter(|wrong| wrong.is_of_shadows()).count();
+                    let n_wrong = all.iter().filter(|wrong| **wrong != Wrong::default()).count();
+                    let n_other = n_wrong - n_of_shadows;
+                    pictures.push(ErrorPicture {
+                        key: row.key.clone(),
+                        size: self.settings.picture_size,
+                        errors: all.iter().map(Wrong::color).collect(),
+                        srgb: lit.srgb,
+                        verdict: [
+                            share_of_pixels(n_of_shadows, "wrong shadow", n),
+                            share_of_pixels(n_other, "other wrong pixel", n),
+                        ],
+                    });
                 }
             }
         }
@@ -274,14 +297,14 @@ mod tests {
     fn lit() -> LitPixels {
         LitPixels {
             srgb: vec![[10, 20, 30], [200, 100, 0]],
-            separated: vec![vec![[1.0, 0.0, 1e-30], [0.5; 3]], vec![[0.25, 0.0, 0.0], [0.0; 3]]],
+            lamps: vec![vec![1.0, 0.5], vec![0.0, 0.5], vec![1e-30, 0.5], vec![0.25, 0.0]],
         }
     }
 
     /// False shadows, leaks, wrong bytes and far bytes.
     fn errors(lit: &LitPixels) -> [u64; 4] {
         let (exact, mut samples) = (self::lit(), Samples::default());
-        (0..2).for_each(|pixel| lit.wrong(pixel, &exact, pixel, 4).count(4, &mut samples));
+        (0..2).for_each(|pixel| lit.wrong(pixel, &exact, pixel).count(4, &mut samples));
         assert_eq!((samples.counts[&Count::Pixels], samples.counts[&Count::Verdicts]), (2, 8));
         [Count::FalseShadows, Count::Leaks, Count::WrongBytes, Count::FarBytes]
             .map(|count| samples.counts[&count])
@@ -289,32 +312,33 @@ mod tests {
 
     #[test]
     fn a_right_picture_has_no_error_and_sabotage_is_noticed() {
-        type Sabotage = (&'static str, [u64; 4], Fault, fn(&mut LitPixels));
-        let (right, dark, leak) = (Fault::Right, Fault::FalseShadow, Fault::Leak);
+        type Sabotage = (&'static str, [u64; 4], [u8; 3], fn(&mut LitPixels));
+        let off = |levels: u8| graded(levels.into(), LEVELS);
+        let (right, dark, leak) = (off(0), FALSE_SHADOW, LEAK);
         let sabotages: [Sabotage; 11] = [
             ("nothing", [0; 4], right, |_| {}),
-            ("another brightness is no verdict", [0; 4], right, |s| {
-                s.separated[0][1] = [9.0, 1e-9, 0.1]
-            }),
-            ("the faintest light", [1, 0, 0, 0], dark, |s| s.separated[0][0][2] = 0.0),
-            ("the fourth light", [1, 0, 0, 0], dark, |s| s.separated[1][0][0] = 0.0),
-            ("a negative light", [1, 0, 0, 0], dark, |s| s.separated[0][0][0] = -1.0),
-            ("no number", [1, 0, 0, 0], dark, |s| s.separated[0][0][0] = f32::NAN),
-            ("a leak", [0, 1, 0, 0], leak, |s| s.separated[0][0][1] = 1e-9),
-            ("a byte up", [0, 0, 1, 0], Fault::Levels(1), |s| s.srgb[0][2] += 1),
-            ("eight levels down", [0, 0, 1, 0], Fault::Levels(8), |s| s.srgb[0][0] -= 8),
-            ("nine levels up", [0, 0, 1, 1], Fault::Levels(9), |s| s.srgb[0][1] += 9),
+            ("another brightness is no verdict", [0; 4], right, |s| s.lamps[1][1] = 1e-9),
+            ("the faintest light", [1, 0, 0, 0], dark, |s| s.lamps[2][0] = 0.0),
+            ("the fourth light", [1, 0, 0, 0], dark, |s| s.lamps[3][0] = 0.0),
+            ("a negative light", [1, 0, 0, 0], dark, |s| s.lamps[0][0] = -1.0),
+            ("no number", [1, 0, 0, 0], dark, |s| s.lamps[0][0] = f32::NAN),
+            ("a leak", [0, 1, 0, 0], leak, |s| s.lamps[1][0] = 1e-9),
+            ("a byte up", [0, 0, 1, 0], off(1), |s| s.srgb[0][2] += 1),
+            ("eight levels down", [0, 0, 1, 0], off(8), |s| s.srgb[0][0] -= 8),
+            ("nine levels up", [0, 0, 1, 1], off(9), |s| s.srgb[0][1] += 9),
             ("both", [1, 1, 1, 1], dark, |s| {
-                s.separated[0][0] = [0.0, 1.0, 1.0];
+                (s.lamps[0][0], s.lamps[1][0]) = (0.0, 1.0);
                 s.srgb[0] = [255; 3];
             }),
         ];
-        for (what, counts, fault, apply) in sabotages {
+        let graded = [right, off(1), off(8), off(9), off(64), dark, leak];
+        assert!((1..7).all(|i| !graded[..i].contains(&graded[i])));
+        for (what, counts, color, apply) in sabotages {
             let mut wrong = lit();
             apply(&mut wrong);
             assert_eq!(errors(&wrong), counts, "{what}");
-            let faults = [0, 1].map(|at| wrong.wrong(at, &lit(), at, 4).fault());
-            assert_eq!(faults, [fault, Fault::Right], "{what}");
+            let colors = [0, 1].map(|at| wrong.wrong(at, &lit(), at).color());
+            assert_eq!(colors, [color, right], "{what}");
         }
     }
 
@@ -322,13 +346,13 @@ mod tests {
     fn a_pixel_that_lacks_is_wrong() {
         let mut short = lit();
         short.srgb.pop();
-        short.separated.iter_mut().for_each(|channels| channels.truncate(1));
+        short.lamps.iter_mut().for_each(|lamp| lamp.truncate(1));
         assert_eq!(errors(&short), [3, 0, 1, 1]);
         assert_eq!(errors(&LitPixels::default()), [6, 0, 2, 2]);
     }
 
     #[test]
-    fn each_light_has_a_channel_of_its_own() {
+    fn each_light_has_a_picture_of_its_own() {
         let text = r##"
             camera = { position = [0, 0, 9], look_at = [0, 0, 0] }
             background = "#ffffff"
@@ -343,20 +367,12 @@ mod tests {
         "##;
         let scene = Arc::new(kugelblitz::scene::parse_scene(text, "a.toml".as_ref()).unwrap());
         let scenes = Separated::of(&scene).unwrap();
-        let channels: Vec<[f64; 3]> = scenes
-            .separated
-            .iter()
-            .flat_map(|scene| scene.lights.iter().map(|light| light.color.0))
-            .collect();
-        let [red, green, blue] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        assert_eq!(channels, [red, green, blue, red]);
-        assert_eq!(scenes.separated.len(), 2);
-        let sources = scenes.separated.iter().flat_map(|scene| &scene.lights);
-        assert!(sources.map(|light| light.source).eq(scene.lights.iter().map(|l| l.source)));
-        for scene in &scenes.separated {
+        assert_eq!(scenes.lamps.len(), 4);
+        for (scene, light) in scenes.lamps.iter().zip(&scene.lights) {
+            let alone = Light { color: WHITE, intensity: 1.0, ..*light };
+            assert_eq!(scene.lights, [alone]);
             assert!(scene.colors().eq([Color::BLACK, WHITE, WHITE]));
             assert!(scene.sky.is_none() && scene.ambient.is_none());
-            assert!(scene.lights.iter().all(|light| light.intensity == 1.0));
         }
     }
 }

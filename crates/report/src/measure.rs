@@ -1,9 +1,9 @@
 //! Runs every benchmark on every scene: errors once, times in rounds.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::device::{Device, Made};
 use kugelblitz::memory;
@@ -12,10 +12,11 @@ use kugelblitz::rays::{Pixels, View};
 use kugelblitz::render::hits_bytes;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Wants};
-use kugelblitz_judge::verify::{SAMPLE_BYTES, Truth, sample};
+use kugelblitz::{Error, Result};
+use kugelblitz_judge::compare::{RayDifferences, RayError};
+use kugelblitz_judge::verify::{SAMPLE_BYTES, Truth, ray_errors, sample};
 
-use super::samples::Samples;
-use super::{Case, Class, Count, Metric, Of, Row, Settings, Spread};
+use super::{Case, Class, Count, Metric, Missing, Of, Row, Settings, Spread};
 
 /// A picture's need.
 pub const IDS: Wants = Wants { surface: false, level: false };
@@ -71,6 +72,7 @@ pub struct Work<'a> {
     pub cases: &'a [Case],
     pub benchmarks: &'a [Benchmark],
     pub settings: &'a Settings,
+    pub control: &'a Control,
 }
 
 impl<'a> Work<'a> {
@@ -85,13 +87,17 @@ impl<'a> Work<'a> {
         self.cases.iter().filter(|case| case.class != Class::Lit)
     }
 
+    /// Pictures of a benchmark in all rounds, those included that come first in each.
+    pub fn n_pictures(&self) -> u64 {
+        (self.settings.rounds * (1 + self.settings.runs)) as u64
+    }
+
     /// Rays that [`Work::scene_rows`] traces or compares, as [`Control::rays_done`] counts them.
     pub fn n_scene_rays(&self) -> u64 {
-        let Settings { size, rounds, runs, samples, .. } = self.settings;
-        let n_pixels = n_pixels(*size);
-        let pictures = self.benchmarks.len() * 2 * rounds * (1 + runs);
-        let of_scene = n_pixels * pictures as u64 + n_pixels.min(*samples as u64);
-        self.timed().count() as u64 * of_scene
+        let n_pixels = n_pixels(self.settings.size);
+        let n_pictures = self.benchmarks.len() as u64 * 2 * self.n_pictures();
+        let n_compared = n_pixels.min(self.settings.samples as u64);
+        self.timed().count() as u64 * (n_pixels * n_pictures + n_compared)
     }
 
     fn refuse_what_cannot_fit(&self) -> Result<()> {
@@ -107,10 +113,10 @@ impl<'a> Work<'a> {
     /// Each benchmark's errors and costs in each scene, then those of each class of scenes.
     ///
     /// # Errors
-    /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
-    pub fn scene_rows(&self, control: &Control) -> Result<Vec<Row>> {
+    /// Those of tracing; [`Error::Interrupted`].
+    pub fn scene_rows(&self) -> Result<Vec<Row>> {
         self.refuse_what_cannot_fit()?;
-        let Settings { size, samples, seed, rounds, runs, .. } = *self.settings;
+        let Settings { size, samples, seed, rounds, .. } = *self.settings;
         let n_measured = self.timed().count() * self.benchmarks.len();
         let mut measured = vec![Measured::default(); n_measured];
         for round in 0..rounds {
@@ -120,7 +126,7 @@ impl<'a> Work<'a> {
                 let truth = match round {
                     0 => {
                         let index = sample(pixels.len(), samples, seed);
-                        Some(Truth::of_pixels(&case.scene, &pixels, index, control)?)
+                        Some(Truth::of_pixels(&case.scene, &pixels, index, self.control)?)
                     }
                     _ => None,
                 };
@@ -132,7 +138,7 @@ impl<'a> Work<'a> {
                         if wants == IDS {
                             made.tracer.use_device_clock();
                         }
-                        run(made, &rays, runs, control, &mut hits)
+                        self.run(made, &rays, &mut hits)
                     };
                     measured.add(&timed(IDS)?, &timed(SURFACE)?);
                     if let Some(truth) = &truth {
@@ -153,29 +159,97 @@ impl<'a> Work<'a> {
         Ok([rows, classes].concat())
     }
 
+    /// A row for each of some benchmarks, and what did not fit.
+    ///
+    /// # Errors
+    /// Those of tracing; [`Error::Interrupted`].
+    pub fn rows<'b>(
+        &self,
+        of: &Of,
+        benchmarks: impl IntoIterator<Item = &'b Benchmark>,
+        subject: &Subject,
+    ) -> Result<(Vec<Row>, Vec<Missing>)> {
+        let (mut rows, mut missing) = (Vec::new(), Vec::new());
+        for benchmark in benchmarks {
+            match self.measured(benchmark, subject) {
+                Ok(samples) => rows.push(Row::new(of.clone(), benchmark, &[&samples])),
+                Err(Error::TooLarge(why)) => {
+                    missing.push(Missing {
+                        what: format!("{} on {}", of.name(), benchmark.device),
+                        why,
+                    });
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok((rows, missing))
+    }
+
+    fn measured(
+        &self,
+        benchmark: &Benchmark,
+        Subject { scene, rays, truth, n_rounds }: &Subject,
+    ) -> Result<Samples> {
+        let (mut samples, mut hits) = (Samples::default(), Hits::default());
+        if let Some(truth) = truth {
+            benchmark.tracer(scene, rays, SURFACE)?.tracer.trace(rays, self.control, &mut hits)?;
+            samples.add_errors(&hits, truth);
+        }
+        for _ in 0..*n_rounds {
+            let prepared = Arc::new(Prepared::new(Arc::clone(scene), benchmark.kernel, rays)?);
+            samples.add(Metric::BuildMs, [ms(prepared.build_time())]);
+            let made = (benchmark.make)(&prepared, IDS)?;
+            let runs = self.run(made, rays, &mut hits)?;
+            samples.add(Metric::TraceNsPerRay, runs.ns_per_ray());
+            let of_pictures = runs.timed.iter().map(|time| ms(time.deciding() + time.readback));
+            samples.add(Metric::PictureMs, of_pictures);
+        }
+        Ok(samples)
+    }
+
     /// The errors of each class put together, and the means of its times.
     fn class_rows(&self, rows: &[Row], measured: &[Measured]) -> Vec<Row> {
         let mut classes = Vec::new();
         for class in [Class::Lecture, Class::Hard, Class::Given] {
             for (number, benchmark) in self.benchmarks.iter().enumerate() {
                 // Of each scene there is a row for each benchmark, in their order.
-                let of_benchmark =
-                    || rows.iter().zip(measured).skip(number).step_by(self.benchmarks.len());
-                let is_own = |(row, _): &(&Row, &Measured)| matches!(row.key.of, Of::Scene { class: own, .. } if own == class);
-                let own = || of_benchmark().filter(is_own);
+                let cases = self.timed().enumerate().filter(|(_, case)| case.class == class);
+                let own: Vec<usize> =
+                    cases.map(|(at, _)| at * self.benchmarks.len() + number).collect();
+                if own.is_empty() {
+                    continue;
+                }
                 let mut errors = Samples::default();
-                own().for_each(|(_, measured)| errors.append(&measured.errors));
-                errors.count(Count::Scenes, own().count() as u64);
+                own.iter().for_each(|&at| errors.append(&measured[at].errors));
+                errors.count(Count::Scenes, own.len() as u64);
                 let mut row = Row::new(Of::Class { class }, benchmark, &[&errors]);
                 for metric in [Metric::TraceNsPerRay, Metric::SurfaceNsPerRay] {
-                    let times: Vec<_> = own().filter_map(|(row, _)| row.number(metric)).collect();
+                    let times: Vec<_> =
+                        own.iter().filter_map(|&at| rows[at].number(metric)).collect();
                     row.numbers.extend(geometric_mean(&times).map(|mean| (metric, mean)));
                 }
-                classes.extend((row.count(Count::Scenes) > 0).then_some(row));
+                classes.push(row);
             }
         }
         classes
     }
+
+    /// Traces once, and then as often as is timed; `hits` are those of the last run.
+    fn run(&self, made: Made, rays: &Rays, hits: &mut Hits) -> Result<Runs> {
+        let Made { mut tracer, compile, .. } = made;
+        let mut trace = || tracer.trace(rays, self.control, hits);
+        let first = trace()?;
+        let timed = (0..self.settings.runs).map(|_| trace()).collect::<Result<_>>()?;
+        Ok(Runs { n_rays: rays.len(), compile, first, timed, bytes_device: tracer.bytes_device() })
+    }
+}
+
+/// Rays through a scene, what is true of them where their errors are measured, and how often they are timed.
+pub struct Subject {
+    pub scene: Arc<Scene>,
+    pub rays: Rays,
+    pub truth: Option<Truth>,
+    pub n_rounds: usize,
 }
 
 /// What was measured of a benchmark in a scene.
@@ -227,17 +301,17 @@ fn geometric_mean(spreads: &[Spread]) -> Option<Spread> {
 }
 
 /// The work of one tracer: a first run, and those that are timed.
-pub struct Runs {
+struct Runs {
     n_rays: usize,
     compile: Duration,
     first: Timing,
-    pub timed: Vec<Timing>,
+    timed: Vec<Timing>,
     bytes_device: u64,
 }
 
 impl Runs {
     /// The times of all stages but the read-back.
-    pub fn ns_per_ray(&self) -> impl Iterator<Item = f64> {
+    fn ns_per_ray(&self) -> impl Iterator<Item = f64> {
         self.timed.iter().map(|timing| self.ns(timing.deciding()))
     }
 
@@ -246,20 +320,69 @@ impl Runs {
     }
 }
 
-/// Traces once, and then as often as is timed; `hits` are those of the last run.
-pub fn run(
-    Made { mut tracer, compile, .. }: Made,
-    rays: &Rays,
-    n_timed: usize,
-    control: &Control,
-    hits: &mut Hits,
-) -> Result<Runs> {
-    let first = tracer.trace(rays, control, hits)?;
-    let timed = (0..n_timed).map(|_| tracer.trace(rays, control, hits)).collect::<Result<_>>()?;
-    Ok(Runs { n_rays: rays.len(), compile, first, timed, bytes_device: tracer.bytes_device() })
+/// A time in milliseconds.
+fn ms(time: Duration) -> f64 {
+    1e3 * time.as_secs_f64()
 }
 
-/// A time in milliseconds.
-pub fn ms(time: Duration) -> f64 {
-    1e3 * time.as_secs_f64()
+/// Values and counts of one or more results.
+#[derive(Clone, Debug, Default)]
+pub struct Samples {
+    pub counts: BTreeMap<Count, u64>,
+    values: BTreeMap<Metric, Vec<f64>>,
+}
+
+impl Samples {
+    /// Adds `n` to a count.
+    pub fn count(&mut self, count: Count, n: u64) {
+        *self.counts.entry(count).or_default() += n;
+    }
+
+    /// Sets a count.
+    pub fn set(&mut self, count: Count, n: u64) {
+        self.counts.insert(count, n);
+    }
+
+    /// Adds values of a quantity.
+    pub fn add(&mut self, metric: Metric, values: impl IntoIterator<Item = f64>) {
+        self.values.entry(metric).or_default().extend(values);
+    }
+
+    /// Adds the errors of a result against the truth about some of its rays.
+    pub fn add_errors(&mut self, hits: &Hits, truth: &Truth) {
+        let mut found = RayDifferences::default();
+        for (ray, error) in ray_errors(hits, truth).enumerate() {
+            found.see(ray, &error);
+            if let RayError::Right { id: 1.., t, normal } = error {
+                self.add(Metric::TUlp, t.map(|t| t.ulp));
+                self.add(Metric::TRelative, t.map(|t| t.relative));
+                self.add(Metric::NormalDegrees, normal.map(|normal| normal.degrees));
+            }
+        }
+        for (count, n) in [
+            (Count::Rays, found.rays),
+            (Count::FalseHits, found.false_hits),
+            (Count::FalseMisses, found.false_misses),
+            (Count::WrongObject, found.wrong_object),
+            (Count::F32, hits.counts.f32),
+            (Count::F64, hits.counts.f64),
+            (Count::Exact, hits.counts.exact),
+        ] {
+            self.count(count, n);
+        }
+    }
+
+    /// Adds what another one collected.
+    pub fn append(&mut self, other: &Samples) {
+        other.counts.iter().for_each(|(&count, &n)| self.count(count, n));
+        other.values.iter().for_each(|(&metric, values)| self.add(metric, values.iter().copied()));
+    }
+
+    /// Puts what was collected into a row.
+    pub fn put_into(&self, row: &mut Row) {
+        row.counts.extend(&self.counts);
+        for (&metric, values) in &self.values {
+            row.numbers.extend(Spread::of(values.clone()).map(|spread| (metric, spread)));
+        }
+    }
 }

@@ -37,7 +37,8 @@ impl<'a> SeriesOrder<'a> {
     }
 }
 
-fn add<T: PartialEq>(known: &mut Vec<T>, new: T) {
+/// Adds what is not there yet.
+pub fn add<T: PartialEq>(known: &mut Vec<T>, new: T) {
     if !known.contains(&new) {
         known.push(new);
     }

@@ -1,12 +1,12 @@
 //! Pictures of the scenes where the kernels are most wrong.
 
 use kugelblitz::Result;
-use kugelblitz::control::Control;
-use kugelblitz::rays::Pixels;
 use kugelblitz::scene::Color;
 use kugelblitz::trace::{Hits, Rays};
-use kugelblitz_judge::verify::{RayError, Truth, ray_errors};
+use kugelblitz_judge::compare::error_picture;
+use kugelblitz_judge::verify::{RayError, Truth, compare_to_exact, ray_errors};
 
+use super::figures::{count, figure, percent};
 use super::measure::{SURFACE, Work, picture};
 use super::scenes::Case;
 use super::{Of, Row, RowKey};
@@ -23,48 +23,27 @@ pub struct ErrorPicture {
     pub size: [u32; 2],
     /// 8-bit sRGB, row by row from the top.
     pub srgb: Vec<[u8; 3]>,
-    /// The error of each pixel.
-    pub faults: Vec<Fault>,
-}
-
-/// The error of a pixel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
-    /// As it should be.
-    Right,
-    /// The right object; the error of `t` in f32 steps at the exact `t`.
-    TUlp(f64),
-    /// An object where there is none.
-    FalseHit,
-    /// No object where there is one.
-    FalseMiss,
-    /// Another object than the visible one.
-    WrongObject,
-    /// A light is left out that counts.
-    FalseShadow,
-    /// A light is let in that doesn't count.
-    Leak,
-    /// The right lights, and another byte: how far the worst one is off.
-    Levels(u8),
+    /// The error of each pixel as a colour.
+    pub errors: Vec<[u8; 3]>,
+    /// How many pixels are wrong, and by how much the others are off.
+    pub verdict: [String; 2],
 }
 
 impl ErrorPicture {
-    pub(super) fn new(
-        row: &Row,
-        pixels: &Pixels,
-        srgb: Vec<[u8; 3]>,
-        faults: impl Iterator<Item = Fault>,
-    ) -> ErrorPicture {
-        let size = [pixels.width, pixels.height];
-        ErrorPicture { key: row.key.clone(), size, srgb, faults: faults.collect() }
-    }
-
     /// The scene's name.
     pub(super) fn scene(&self) -> &str {
         match &self.key.of {
             Of::Scene { scene, .. } | Of::Light { scene } => scene,
             _ => "",
         }
+    }
+}
+
+/// `12 wrong pixels (3 %)`
+pub fn share_of_pixels(n: usize, what: &str, all: usize) -> String {
+    match n {
+        0 => format!("no {what}"),
+        _ => format!("{} ({})", count(n, what), percent(n as u64, all as u64)),
     }
 }
 
@@ -85,7 +64,7 @@ impl Work<'_> {
     ///
     /// # Errors
     /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
-    pub fn pictures(&self, rows: &[Row], control: &Control) -> Result<Vec<ErrorPicture>> {
+    pub fn pictures(&self, rows: &[Row]) -> Result<Vec<ErrorPicture>> {
         let own = |case: &Case| {
             let of = Of::Scene { scene: case.name.clone(), class: case.class };
             rows.iter().filter(move |row| row.key.of == of)
@@ -95,7 +74,7 @@ impl Work<'_> {
         for case in worst_first(self.timed(), wrong, MOST_SCENES) {
             let pixels = picture(case, self.settings.picture_size)?;
             let all = (0..pixels.len()).collect();
-            let truth = Truth::of_pixels(&case.scene, &pixels, all, control)?;
+            let truth = Truth::of_pixels(&case.scene, &pixels, all, self.control)?;
             let rays = Rays::Pixels(pixels);
             let palette: Vec<[u8; 3]> = case.scene.colors().map(Color::to_srgb8).collect();
             // Black for an id that no object has.
@@ -103,24 +82,21 @@ impl Work<'_> {
             for (benchmark, row) in self.of_first_device().zip(own(case)) {
                 let mut tracer = benchmark.tracer(&case.scene, &rays, SURFACE)?.tracer;
                 let mut hits = Hits::default();
-                tracer.trace(&rays, control, &mut hits)?;
-                let srgb = hits.id.iter().map(color).collect();
-                let faults = ray_errors(&hits, &truth).map(Fault::from);
-                pictures.push(ErrorPicture::new(row, &pixels, srgb, faults));
+                tracer.trace(&rays, self.control, &mut hits)?;
+                let errors: Vec<RayError> = ray_errors(&hits, &truth).collect();
+                let found = compare_to_exact(&hits, &truth);
+                pictures.push(ErrorPicture {
+                    key: row.key.clone(),
+                    size: self.settings.picture_size,
+                    srgb: hits.id.iter().map(color).collect(),
+                    errors: error_picture(&errors, |_| false),
+                    verdict: [
+                        share_of_pixels(found.wrong_ids() as usize, "wrong pixel", pixels.len()),
+                        format!("t up to {} ulp off", figure(found.t_ulp_max)),
+                    ],
+                });
             }
         }
         Ok(pictures)
-    }
-}
-
-impl From<RayError> for Fault {
-    fn from(error: RayError) -> Fault {
-        match error {
-            RayError::FalseHit => Fault::FalseHit,
-            RayError::FalseMiss => Fault::FalseMiss,
-            RayError::WrongObject => Fault::WrongObject,
-            RayError::Right { id: 0, .. } => Fault::Right,
-            RayError::Right { t, .. } => Fault::TUlp(t.map_or(0.0, |t| t.ulp)),
-        }
     }
 }

@@ -2,6 +2,8 @@
 
 use maud::{Markup, html};
 
+use kugelblitz::words::cut;
+
 use super::figures::{plain, typeset};
 use super::plot::theme::kernel_class;
 use super::tables::{Cell, Emphasis, Part, Table};
@@ -9,8 +11,8 @@ use super::tables::{Cell, Emphasis, Part, Table};
 /// Columns of a terminal that a table takes at most.
 pub const WIDTH: usize = 110;
 
-/// A cell is cut to this many characters; no figure has as many.
-const CELL_WIDTH: usize = 28;
+/// A longer cell is cut to so many characters; no figure has as many.
+const CELL_WIDTH: usize = 27;
 
 const GAP: &str = "  ";
 
@@ -85,12 +87,7 @@ fn length(text: &str) -> usize {
 }
 
 fn shortened(text: &str) -> String {
-    let text = plain(text);
-    if length(&text) > CELL_WIDTH {
-        text.chars().take(CELL_WIDTH - 1).chain(['…']).collect()
-    } else {
-        text
-    }
+    cut(&plain(text), CELL_WIDTH).into_owned()
 }
 
 /// A table in Markdown.

@@ -12,7 +12,7 @@ use super::Metric::{
 use super::figures::{
     NONE, count, digits, digits_borne, figure, median, percent, quantity, range, typeset, wrong,
 };
-use super::order::{Series, SeriesOrder};
+use super::order::{Series, SeriesOrder, add};
 use super::{
     Baseline, Change, Class, Count, Metric, Of, Report, Row, RowKey, Spread, Sweep, Verdict,
     WrongIds,
@@ -78,6 +78,12 @@ impl Table {
             Part { over: over.to_string(), first, columns }
         };
         Table { parts: head.into_iter().map(part).collect(), groups }
+    }
+
+    /// A table in one group, whose head has names and figures with nothing over them.
+    fn of_changes<const N: usize>(head: [[&str; N]; 2], rows: Vec<Vec<Cell>>) -> Table {
+        let columns = |names: [&str; N]| ("", names.map(String::from).to_vec());
+        Table::new(head.map(columns).to_vec(), one_group(rows))
     }
 
     pub fn is_empty(&self) -> bool {
@@ -162,11 +168,7 @@ fn table(view: View, groups: Vec<Group<&Row>>, order: &SeriesOrder) -> Table {
     let over =
         |row: &Row| view.across.map_or_else(String::new, |across| across.of(row, order).text);
     let mut overs: Vec<String> = Vec::new();
-    for over in groups.iter().flat_map(|group| &group.rows).map(|row| over(row)) {
-        if !overs.contains(&over) {
-            overs.push(over);
-        }
-    }
+    groups.iter().flat_map(|group| &group.rows).for_each(|row| add(&mut overs, over(row)));
     let cells = |rows: Vec<&Row>| -> Vec<Vec<Cell>> {
         let mut lines: Vec<(Vec<Cell>, Vec<&Row>)> = Vec::new();
         for row in rows {
@@ -176,14 +178,15 @@ fn table(view: View, groups: Vec<Group<&Row>>, order: &SeriesOrder) -> Table {
                 None => lines.push((names, vec![row])),
             }
         }
-        for (line, rows) in &mut lines {
+        let with_figures = |(mut line, rows): (Vec<Cell>, Vec<&Row>)| {
             for wanted in &overs {
                 let row = rows.iter().find(|row| over(row) == *wanted);
                 let figures = view.columns.iter().flat_map(|(_, columns)| *columns);
                 line.extend(figures.map(|(_, f)| row.map_or(cell(NONE), |row| f.of(row, order))));
             }
-        }
-        lines.into_iter().map(|(line, _)| line).collect()
+            line
+        };
+        lines.into_iter().map(with_figures).collect()
     };
     let mut head = vec![("", view.names)];
     for over in &overs {
@@ -327,8 +330,16 @@ pub fn sweep(report: &Report, sweep: &Sweep, order: &SeriesOrder) -> Table {
     table(View { names, across: Some(Kernel), columns: &[("", figures)] }, named, order)
 }
 
-/// Times that changed by more than noise since an earlier report.
-pub fn changes(baseline: &Baseline, order: &SeriesOrder) -> Table {
+/// All that changed since an earlier report, with its title.
+pub fn since(baseline: &Baseline, order: &SeriesOrder) -> [(&'static str, Table); 2] {
+    [
+        ("Changes beyond noise", changes(baseline, order)),
+        ("Wrong ids that changed", changed_ids(baseline, order)),
+    ]
+}
+
+/// Times that changed by more than noise.
+fn changes(baseline: &Baseline, order: &SeriesOrder) -> Table {
     let row = |change: &Change| {
         let Change { key, metric, before, now, ratio, verdict } = change;
         let n_digits = digits_borne(before).min(digits_borne(now));
@@ -341,27 +352,23 @@ pub fn changes(baseline: &Baseline, order: &SeriesOrder) -> Table {
         let names = [cell(key.of.name()), kernel(key), device(key, order), cell(metric.name())];
         [names, figures].concat()
     };
-    let names = ["of", "kernel", "device", "time"].map(String::from).into();
-    let figures = ["before", "now", "change", ""].map(String::from).into();
-    let head = vec![("", names), ("", figures)];
-    Table::new(head, one_group(baseline.beyond_noise().map(row).collect()))
+    let head = [["of", "kernel", "device", "time"], ["before", "now", "change", ""]];
+    Table::of_changes(head, baseline.beyond_noise().map(row).collect())
 }
 
-/// Numbers of wrong ids that changed since an earlier report.
-pub fn changed_ids(baseline: &Baseline, order: &SeriesOrder) -> Table {
+/// Numbers of wrong ids that changed.
+fn changed_ids(baseline: &Baseline, order: &SeriesOrder) -> Table {
     let row = |WrongIds { key, rays, before, now }: &WrongIds| {
         let names = [cell(key.of.name()), kernel(key), device(key, order)];
         [names, [rays, before, now].map(|n| cell(n.to_string()))].concat()
     };
-    let names = ["of", "kernel", "device"].map(String::from).into();
-    let figures = ["rays compared", "wrong before", "wrong now"].map(String::from).into();
-    let head = vec![("", names), ("", figures)];
-    Table::new(head, one_group(baseline.wrong_ids.iter().map(row).collect()))
+    let head = [["of", "kernel", "device"], ["rays compared", "wrong before", "wrong now"]];
+    Table::of_changes(head, baseline.wrong_ids.iter().map(row).collect())
 }
 
 impl Of {
     /// The thing in a table.
-    fn name(&self) -> String {
+    pub(super) fn name(&self) -> String {
         match self {
             Of::Scene { scene, .. } | Of::Light { scene } => scene.clone(),
             Of::Class { class } => class.name().into(),

@@ -3,8 +3,10 @@
 use std::fmt::Write;
 
 use kugelblitz::plain::plain_document;
+use kugelblitz_judge::markup;
 
 use super::answer::{answer, price};
+use super::environment::program;
 use super::figures::{count, list, plain};
 use super::order::SeriesOrder;
 use super::print::{self, WIDTH, markdown_text};
@@ -25,8 +27,7 @@ pub fn terminal(report: &Report) -> String {
         }
     };
     if let Some(baseline) = &report.baseline {
-        add("Changes beyond noise", tables::changes(baseline, &order));
-        add("Wrong ids that changed", tables::changed_ids(baseline, &order));
+        tables::since(baseline, &order).into_iter().for_each(|(title, table)| add(title, table));
     }
     add("How wrong", tables::class_errors(report, &order));
     add("How fast", tables::class_costs(report, &order));
@@ -68,7 +69,7 @@ pub fn markdown(report: &Report) -> String {
     }
     if let Some(baseline) = &report.baseline {
         let _ = write!(text, "\n{}\n", markdown_text(&baseline.in_words().join(" ")));
-        for table in [tables::changes(baseline, &order), tables::changed_ids(baseline, &order)] {
+        for (_, table) in tables::since(baseline, &order) {
             if !table.is_empty() {
                 let _ = write!(text, "\n{}", print::markdown(&table));
             }
@@ -84,14 +85,8 @@ fn measured_on(Report { environment, .. }: &Report) -> String {
     let host = format!("{}, {}", environment.host_cpu, count(environment.n_cores, "core"));
     let machines: Vec<String> =
         environment.adapters.iter().map(adapter).chain([host]).map(|m| markdown_text(&m)).collect();
-    let commit = environment.commit.as_ref().map(|commit| format!(", commit {commit}"));
-    format!(
-        "on {} by Kugelblitz {}{}, {}.",
-        list(&machines),
-        environment.version,
-        markdown_text(&commit.unwrap_or_default()),
-        environment.date
-    )
+    let program = program(&environment.version, environment.commit.as_deref());
+    format!("on {} by {}, {}.", list(&machines), markdown_text(&program), environment.date)
 }
 
 fn environment(report: &Report) -> String {
@@ -111,18 +106,6 @@ fn environment(report: &Report) -> String {
 
 /// Lines of at most a terminal's width; all but the first begin with `indent`.
 fn wrapped(text: &str, indent: &str) -> String {
-    let leading = text.len() - text.trim_start().len();
-    let mut lines = vec![text[..leading].to_string()];
-    for word in text.split_whitespace() {
-        let last = lines.len() - 1;
-        let line = &mut lines[last];
-        let is_empty = line.trim().is_empty();
-        if !is_empty && line.chars().count() + 1 + word.chars().count() > WIDTH {
-            lines.push(format!("{indent}{word}"));
-        } else {
-            *line += if is_empty { "" } else { " " };
-            *line += word;
-        }
-    }
+    let lines = markup::wrapped(text, WIDTH, "", indent);
     lines.iter().map(|line| format!("{line}\n")).collect()
 }

@@ -35,6 +35,8 @@ pub enum Unit {
 }
 use Unit::{Count, Degrees, Relative, Share, Size, Ulp};
 
+use crate::wrong_usage;
+
 impl Tolerance {
     /// Whether an error may be so large.
     pub fn allows(self, size: f64) -> bool {
@@ -180,7 +182,7 @@ impl Allowed {
                 let names = names.join(", ");
                 let message =
                     format!("nothing that can be allowed is called “{key}”; give {names}{near}");
-                return Err(Error::Usage(message));
+                return wrong_usage(message);
             };
             let values = keys[at].1;
             limits[at].1 = values.read(value).ok_or_else(|| {

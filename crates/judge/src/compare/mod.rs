@@ -8,14 +8,14 @@ mod allowed;
 mod paint;
 mod pictures;
 mod rays;
-mod stats;
 
 pub(crate) use allowed::short;
 pub use allowed::{Allowed, Tolerance, Unit};
-pub use paint::{FALSE_HIT, FALSE_MISS, WRONG_OBJECT, error_picture};
+pub use paint::{FALSE_HIT, FALSE_MISS, RAMP, WRONG_OBJECT, error_picture, graded};
 pub use pictures::{ChannelDifference, PictureDifference, PictureSide, compare_pictures};
-pub use rays::{NormalError, RayDifferences, RayError, RayResult, TError, compare};
-pub use stats::{ErrorSpread, ErrorStats};
+pub use rays::{
+    ErrorSpread, ErrorStats, NormalError, RayDifferences, RayError, RayResult, TError, compare,
+};
 
 use kugelblitz::scene::Scene;
 

@@ -17,11 +17,11 @@ pub const WRONG_OBJECT: [u8; 3] = [0xff, 0xe0, 0x4a];
 /// The right background, and the right background at a silhouette.
 const BACKGROUND: [[u8; 3]; 2] = [[0x0c, 0x0e, 0x12], [0x1a, 0x1d, 0x23]];
 
-/// The right object without any error worth showing, and the same at a silhouette.
-const RIGHT: [[u8; 3]; 2] = [[0x1e, 0x24, 0x2c], [0x31, 0x3a, 0x45]];
+/// The right object without any error worth showing, and a large error of `t` or of a normal.
+pub const RAMP: [[u8; 3]; 2] = [[0x1e, 0x24, 0x2c], [0x7f, 0xc4, 0xff]];
 
-/// A large error of `t` or of a normal.
-const LARGE: [u8; 3] = [0x7f, 0xc4, 0xff];
+/// The first of [`RAMP`], and the same at a silhouette.
+const RIGHT: [[u8; 3]; 2] = [RAMP[0], [0x31, 0x3a, 0x45]];
 
 /// A difference that is allowed.
 const WITHIN: [u8; 3] = [0x2f, 0x6f, 0xb0];
@@ -53,7 +53,7 @@ pub fn error_picture(
             RayError::Right { t, normal, .. } => {
                 let of_t = t.map_or(0.0, |t| share(t.ulp, ULP_RANGE));
                 let of_normal = normal.map_or(0.0, |n| share(n.degrees, DEGREES_RANGE));
-                between(RIGHT[place], LARGE, of_t.max(of_normal))
+                between(RIGHT[place], RAMP[1], of_t.max(of_normal))
             }
         }
     };
@@ -80,6 +80,11 @@ impl PictureDifference {
         };
         self.of_pixels.iter().enumerate().map(color).collect()
     }
+}
+
+/// The colour of an error: with the range from the first of [`RAMP`] to the second.
+pub fn graded(error: f64, range: [f64; 2]) -> [u8; 3] {
+    between(RAMP[0], RAMP[1], share(error, range))
 }
 
 /// Where `x` lies in a range, by its logarithm: 0 to 1.

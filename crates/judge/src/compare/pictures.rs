@@ -2,18 +2,20 @@
 
 use std::path::Path;
 
+use kugelblitz::Result;
 use kugelblitz::num::ulp_distance;
 use kugelblitz::picture::{Image, Samples};
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::Color;
 use kugelblitz::words::percent;
-use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::Allowed;
 
+use crate::wrong_usage;
+
 /// How two pictures differ.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct PictureDifference {
     /// The first one.
     pub a: PictureSide,
@@ -41,7 +43,7 @@ pub struct PictureDifference {
 }
 
 /// One of two pictures.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct PictureSide {
     /// Its name.
     pub file: String,
@@ -54,7 +56,7 @@ pub struct PictureSide {
 }
 
 /// How two channels of one name differ.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ChannelDifference {
     /// The name.
     pub name: String,
@@ -82,7 +84,7 @@ pub struct ChannelDifference {
 /// numbers of sRGB as sRGB. What is equal bit by bit is equal, NaN too, and so are ±0.
 ///
 /// # Errors
-/// [`Error::Usage`] where the pictures have no channel in common.
+/// [`Error::Usage`](kugelblitz::Error::Usage) where the pictures have no channel in common.
 pub fn compare_pictures(
     files: [&str; 2],
     [a, b]: [&Image; 2],
@@ -103,14 +105,8 @@ pub fn compare_pictures(
         a: side(files[0], a, b),
         b: side(files[1], b, a),
         allowed: allowed.to_string(),
-        pixels: 0,
-        differing: 0,
-        beyond: 0,
-        first: None,
-        channels: Vec::new(),
         metadata_differs: texts.map(|(name, _)| name.clone()).collect(),
-        broken: Vec::new(),
-        of_pixels: Vec::new(),
+        ..PictureDifference::default()
     };
     if (a.width, a.height, a.is_list) != (b.width, b.height, b.is_list) {
         let size = |image: &Image| {
@@ -140,9 +136,9 @@ pub fn compare_pictures(
     }
     if found.channels.is_empty() {
         let [a, b] = [a, b].map(|image| names(image, &|_| true).join(", "));
-        return Err(Error::Usage(format!(
+        return wrong_usage(format!(
             "the pictures have no channel in common: one has {a}, the other {b}"
-        )));
+        ));
     }
     let differs = |&(is_beyond, size): &(bool, f32)| is_beyond || size > 0.0;
     found.differing = found.of_pixels.iter().filter(|pixel| differs(pixel)).count() as u64;
@@ -219,12 +215,7 @@ fn of_channel(
         name: name.into(),
         types: [a.kind(), b.kind()],
         compared_as: common.name(a),
-        differing: 0,
-        largest: 0.0,
-        largest_ulp: None,
-        at: None,
-        values: None,
-        pixel: None,
+        ..ChannelDifference::default()
     };
     let [levels, most_ulp, most] = ["levels", "ulp", "difference"].map(|key| allowed.limit(key));
     let is_color = is_color(name);

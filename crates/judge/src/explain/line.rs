@@ -10,6 +10,7 @@ use serde::{Serialize, Serializer};
 
 use super::numbers::{MANY_DIGITS, Short};
 use super::step::{self, Numbers, Step, Value, Writer};
+use crate::markup::wrapped;
 
 /// A way to write formulas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -306,8 +307,8 @@ fn rounds_to(value: &Root, printed: &str, digits: usize) -> bool {
     })
 }
 
-/// How far the lines that go on are indented.
-const INDENT: usize = 6;
+/// Before a piece that goes on in another line, and where that line is too long.
+const INDENTS: [&str; 2] = ["      ", "        "];
 
 /// The lines in plain text of at most `width` columns.
 pub fn text_of(lines: &[Line], width: usize) -> Vec<String> {
@@ -328,26 +329,11 @@ pub fn text_of(lines: &[Line], width: usize) -> Vec<String> {
         for piece in &pieces[1..] {
             match written.last_mut() {
                 Some(last) if columns(last) + columns(piece) <= width => *last += piece,
-                _ => fold(piece.trim_start(), width, &mut written),
+                _ => written.extend(wrapped(piece, width, INDENTS[0], INDENTS[1])),
             }
         }
     }
     written
-}
-
-/// Adds lines of `width` columns with a piece that begins a line, broken at blanks where it is too long.
-fn fold(piece: &str, width: usize, written: &mut Vec<String>) {
-    let mut line = " ".repeat(INDENT);
-    for word in piece.split(' ') {
-        let is_first = line.trim_start().is_empty();
-        if !is_first && columns(&line) + 1 + columns(word) > width {
-            written.push(std::mem::replace(&mut line, " ".repeat(INDENT + 2)));
-        } else if !is_first {
-            line.push(' ');
-        }
-        line += word;
-    }
-    written.push(line);
 }
 
 fn columns(text: &str) -> usize {

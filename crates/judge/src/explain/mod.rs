@@ -29,6 +29,7 @@ pub use light::{
 pub use numbers::{Approximation, Exact, Quantity, six_digits};
 pub use words::{Lang, Remark};
 
+use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::exact::{
     ExactHit, Root, Shape, Side, nearest, plane_numbers, signum_of_discriminant, visible_root,
@@ -39,9 +40,9 @@ use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::{Object, Scene};
 use kugelblitz::trace::{Hits, Kernel, Level, Rays, Wants};
 use kugelblitz::tracer::Tracer;
-use kugelblitz::{Error, Result};
 
 use crate::verify::is_clearly_missed;
+use crate::wrong_usage;
 use line::Line;
 use ray::RayNumbers;
 use words::Words;
@@ -251,7 +252,7 @@ pub fn explain_as(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<Expl
     let &Style { limit, lang, digits } = style;
     if !(1..=MAX_DIGITS).contains(&digits) {
         let message = format!("{digits} digits: a result has from 1 to {MAX_DIGITS}");
-        return Err(Error::Usage(message));
+        return wrong_usage(message);
     }
     let numbers = RayNumbers::new(scene, rays, style)?;
     let n_objects = scene.n_objects();
@@ -312,12 +313,9 @@ pub fn explain_as(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<Expl
             explanation.level = level;
         }
     }
-    if let Some((of_point, point)) = seen.point() {
-        explanation.point = Some(of_point);
-        explanation.shading = seen.shading(lighting.as_ref(), Some(&point));
-    } else {
-        explanation.shading = seen.shading(lighting.as_ref(), None);
-    }
+    let (of_point, point) = seen.point().unzip();
+    explanation.shading = seen.shading(lighting.as_ref(), point.as_ref());
+    explanation.point = of_point;
     Ok(explanation)
 }
 
@@ -369,11 +367,8 @@ impl Explanation {
             right,
             t_error_ulp: exact.map(|exact| exact.error_of_f32(t)),
         });
-        Ok(match hits.level.first() {
-            Some(&level) if level == Level::Exact as u8 => "exact",
-            Some(&level) if level == Level::F64 as u8 => "f64",
-            _ => "f32",
-        })
+        let level = hits.level.first().map_or(0, |&level| usize::from(level));
+        Ok(["f32", "f64", "exact"][level.min(Level::Exact as usize)])
     }
 }
 
@@ -485,20 +480,18 @@ fn ranked(scene: &Scene, numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, Left
 }
 
 fn left_out(scene: &Scene, numbers: &RayNumbers, ranks: &[Rank]) -> LeftOut {
-    let meets_line = |object: &Object| {
-        let sign = match *object {
-            Object::Sphere(s) => signum_of_discriminant(&numbers.exact, s.center, s.radius)? + 1,
-            Object::Plane(p) => {
-                plane_numbers(&numbers.exact, p.point, p.normal)?.denominator.signum()
-            }
-        };
-        Some(sign != 0)
+    let meets_line = |object: &Object| match *object {
+        Object::Sphere(s) => {
+            signum_of_discriminant(&numbers.exact, s.center, s.radius).is_some_and(|sign| sign >= 0)
+        }
+        Object::Plane(p) => plane_numbers(&numbers.exact, p.point, p.normal)
+            .is_some_and(|plane| plane.denominator.signum() != 0),
     };
     let count = |rank: &Rank| {
         let object = scene.object(rank.id)?;
         let is_missed = || is_clearly_missed(&numbers.near, &object);
         let is_hit = rank.root.is_some();
-        let is_behind = !is_hit && !is_missed() && meets_line(&object) == Some(true);
+        let is_behind = !is_hit && !is_missed() && meets_line(&object);
         Some([is_hit, is_behind, !is_hit && !is_behind].map(usize::from))
     };
     let sum = |a: [usize; 3], b: [usize; 3]| std::array::from_fn(|i| a[i] + b[i]);

@@ -145,6 +145,16 @@ pub struct Quantity {
     pub exact: Option<Exact>,
 }
 
+/// The names of the columns of a table, with the kernel of each, but for the exact one.
+pub const COLUMNS: [&str; 3] = ["f32 lecture", "f32 stable", "f64"];
+
+impl Quantity {
+    /// Its number in each of the [`COLUMNS`].
+    pub(super) fn columns(&self) -> [Option<Approximation>; 3] {
+        [self.lecture, self.stable, self.f64]
+    }
+}
+
 /// The numbers of a row, in the order of its columns: `None` for no such number in this column, `Some(None)` for no root.
 #[derive(Clone, Copy)]
 pub struct Columns(pub [Option<Option<f64>>; 3]);

@@ -44,12 +44,9 @@ impl RayNumbers {
     pub fn new(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<RayNumbers> {
         let one = || Error::Usage("one ray is explained at a time".into());
         let (Ray { origin, direction }, listed) = match rays {
-            Rays::Pixels(p) if p.len() == 1 => (p.ray(p.x, p.y), None),
-            Rays::List(rays) => match rays.as_slice() {
-                [ray] => (*ray, Some(ray)),
-                _ => return Err(one()),
-            },
-            _ => return Err(one()),
+            _ if rays.len() != 1 => return Err(one()),
+            Rays::Pixels(p) => (p.ray(p.x, p.y), None),
+            Rays::List(rays) => (rays[0], Some(&rays[0])),
         };
         let of_kernel = |kernel| Prepared::new(Arc::clone(scene), kernel, rays);
         let (on_lecture, on_stable) = (of_kernel(Kernel::Lecture)?, of_kernel(Kernel::Stable)?);

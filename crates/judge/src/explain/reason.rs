@@ -4,14 +4,11 @@ use kugelblitz::exact::{ExactHit, Root, Shape, visible_root};
 use kugelblitz::scene::Scene;
 use rayon::prelude::*;
 
-use super::numbers::digits;
+use super::numbers::{COLUMNS, digits};
 use super::ray::RayNumbers;
 use super::words::Remark;
-use super::{Approximation, ObjectExplanation, Quantity, Reason};
+use super::{ObjectExplanation, Reason};
 use crate::verify::is_clearly_missed;
-
-/// A column of the table.
-type Column = fn(&Quantity) -> Option<Approximation>;
 
 impl ObjectExplanation {
     pub(super) fn reason(&self, root: Option<&Root>, hit: Option<&ExactHit>) -> Reason {
@@ -96,14 +93,9 @@ impl ObjectExplanation {
         if touches && self.reason != Reason::Behind {
             why.push(Remark::plain(words.touches));
         }
-        let columns: [(&str, Column); 3] = [
-            ("f32 lecture", |row| row.lecture),
-            ("f32 stable", |row| row.stable),
-            ("f64", |row| row.f64),
-        ];
-        for (name, column) in columns {
-            let sees =
-                self.roots().filter_map(column).any(|entry| entry.value.is_some_and(|t| t > 0.0));
+        for (column, name) in COLUMNS.into_iter().enumerate() {
+            let found = self.roots().filter_map(|row| row.columns()[column]?.value);
+            let sees = found.into_iter().any(|t| t > 0.0);
             if sees != is_hit {
                 let phrase = if sees { words.wrong_hit } else { words.wrong_miss };
                 why.push(Remark::of(phrase, [name]));

@@ -17,16 +17,13 @@ use super::light::{
     SkyExplanation, Verdict,
 };
 use super::line::{Derivation, Shown};
-use super::numbers::{Columns, Exact, Short, decimal_f64, enclosed, enclosed_if_possible};
+use super::numbers::{COLUMNS, Columns, Exact, Short, decimal_f64, enclosed, enclosed_if_possible};
 use super::ray::{RayNumbers, off_sphere};
 use super::step::{Value, number, vector};
 use super::words::Remark;
 use crate::verify::{LitPoint, add_sample, samples_of_pixel};
 
 const CHANNELS: [&str; 3] = ["red", "green", "blue"];
-
-/// The names of the columns of the table, with the kernel of each.
-const COLUMNS: [&str; 3] = ["f32 lecture", "f32 stable", "f64"];
 
 /// What the kernels `lecture`, `stable` and `double` make of the light; none where one sees another
 /// object.
@@ -308,14 +305,12 @@ impl Seen<'_> {
         };
         let counting = n(|verdict| *verdict == Verdict::Counts);
         let hidden = n(|verdict| matches!(verdict, Verdict::Hidden { .. }));
-        let plain = |plain: &PlainPoint| plain.ways.get(first..).map(<[_]>::to_vec);
-        let n_plain = self.columns(|_, at| {
-            let counting = plain(at)?.iter().filter(|way| counts_plainly(way)).count();
-            Some(counting as f64)
+        let n_plain = self.columns(|_, plain| {
+            let counting = plain.ways.get(first..)?.iter().filter(|way| counts_plainly(way));
+            Some(counting.count() as f64)
         });
-        let given = self.columns(|kernel, at| {
-            let ways = plain(at)?;
-            let each = ways.iter().zip(&lighting.lamps[first..]);
+        let given = self.columns(|kernel, plain| {
+            let each = plain.ways.get(first..)?.iter().zip(&lighting.lamps[first..]);
             let each = each.map(|(way, lamp)| gives_plainly(kernel, way, lamp.weight[0]));
             Some(match kernel {
                 2 => each.sum(),

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::line::text_of;
-use super::numbers::{decimal_f32, decimal_f64};
+use super::numbers::{COLUMNS, decimal_f32, decimal_f64};
 use super::section::Section;
 use super::words::{Remark, Words};
 use super::{
@@ -80,23 +80,20 @@ fn line(symbol: &str, cells: [String; 4], text: &mut String) {
 }
 
 fn table(quantities: &[Quantity], words: &Words, text: &mut String) {
-    let columns = ["f32 lecture", "f32 stable", "f64", words.exact_column];
-    line("", columns.map(str::to_owned), text);
+    let [lecture, stable, double] = COLUMNS;
+    line("", [lecture, stable, double, words.exact_column].map(str::to_owned), text);
     for row in quantities {
-        let columns = [(row.lecture, false), (row.stable, false), (row.f64, true)];
-        let value = |(entry, double): (Option<Approximation>, bool)| match entry {
+        let columns = row.columns();
+        let value = |entry: Option<Approximation>, decimal: fn(f64) -> String| match entry {
             None => String::new(),
-            Some(Approximation { value: None, .. }) => words.none.into(),
-            Some(Approximation { value: Some(x), .. }) if double => decimal_f64(x),
-            Some(Approximation { value: Some(x), .. }) => decimal_f32(x),
+            Some(Approximation { value, .. }) => value.map_or(words.none.into(), decimal),
         };
-        let [lecture, stable, double] = columns.map(value);
+        let [lecture, stable] = [columns[0], columns[1]].map(|entry| value(entry, decimal_f32));
+        let double = value(columns[2], decimal_f64);
         let exact = row.exact.as_ref().map_or(words.none.into(), |exact| exact.decimal.clone());
         line(words.symbol(row.symbol), [lecture, stable, double, exact], text);
-        let errors = columns.map(|(entry, _)| match entry {
-            Some(entry) => error(&entry, row.exact.is_some(), words),
-            None => String::new(),
-        });
+        let error = |entry: Approximation| error(&entry, row.exact.is_some(), words);
+        let errors = columns.map(|entry| entry.map_or(String::new(), error));
         if errors.iter().any(|error| !error.is_empty() && error != words.exact) {
             let [lecture, stable, double] = errors;
             line("", [lecture, stable, double, String::new()], text);

@@ -49,10 +49,11 @@ impl Language {
         }
     }
 
-    fn syntax(self) -> &'static dyn Syntax {
+    /// Its texts, with light from nowhere; `None` where colours are as they are.
+    fn syntax(self, ambient: Option<[f64; 3]>) -> Box<dyn Syntax> {
         match self {
-            Language::Pov => &pov::Pov,
-            Language::Tachyon => &tachyon::Tachyon,
+            Language::Pov => Box::new(pov::Pov { ambient }),
+            Language::Tachyon => Box::new(tachyon::Tachyon { ambient }),
         }
     }
 
@@ -80,10 +81,9 @@ pub fn write(
     color_of: impl Fn(u32) -> Color,
     out: &mut impl Write,
 ) -> io::Result<()> {
-    let syntax = language.syntax();
     let lighting = Lighting::new(scene, view);
-    let ambient = lighting.as_ref().map(|lighting| lighting.ambient);
-    out.write_all(syntax.head(view, size, color_of(0), ambient).as_bytes())?;
+    let syntax = language.syntax(lighting.as_ref().map(|lighting| lighting.ambient));
+    out.write_all(syntax.head(view, size, color_of(0)).as_bytes())?;
     let reach = reach(scene, view.position);
     for lamp in lighting.iter().flat_map(|lighting| &lighting.lamps) {
         let line = match lamp.origin {
@@ -95,7 +95,7 @@ pub fn write(
     }
     for (id, object) in scene.objects() {
         let name = scene.name(id);
-        writeln!(out, "{}", syntax.object(id, name, object, color_of(id), ambient))?;
+        writeln!(out, "{}", syntax.object(id, name, object, color_of(id)))?;
     }
     out.write_all(syntax.end().as_bytes())
 }
@@ -107,29 +107,16 @@ fn reach(scene: &Scene, eye: DVec3) -> f64 {
     extents.map(|(at, radius)| at.distance(eye) + radius).fold(1.0, f64::max)
 }
 
-/// The texts of a language. `ambient` is light from nowhere; `None` where colours are as they are.
+/// The texts of a language.
 trait Syntax {
     /// All before the lamps and objects.
-    fn head(
-        &self,
-        view: &View,
-        size: [u32; 2],
-        background: Color,
-        ambient: Option<[f64; 3]>,
-    ) -> String;
+    fn head(&self, view: &View, size: [u32; 2], background: Color) -> String;
     /// One line: a lamp at a point.
     fn lamp(&self, lamp: &Lamp, position: DVec3) -> String;
     /// One line: a lamp whose light travels along `direction`. Nothing is farther than `reach` from `eye`.
     fn sun(&self, lamp: &Lamp, direction: DVec3, eye: DVec3, reach: f64) -> String;
     /// One line.
-    fn object(
-        &self,
-        id: u32,
-        name: Option<&str>,
-        object: Object,
-        color: Color,
-        ambient: Option<[f64; 3]>,
-    ) -> String;
+    fn object(&self, id: u32, name: Option<&str>, object: Object, color: Color) -> String;
     /// All after the objects.
     fn end(&self) -> &'static str {
         ""

@@ -10,23 +10,19 @@ use kugelblitz::shade::Lamp;
 
 use super::{Syntax, separated};
 
-pub(super) struct Pov;
+pub(super) struct Pov {
+    pub ambient: Option<[f64; 3]>,
+}
 
 impl Syntax for Pov {
-    fn head(
-        &self,
-        view: &View,
-        [width, height]: [u32; 2],
-        background: Color,
-        ambient: Option<[f64; 3]>,
-    ) -> String {
+    fn head(&self, view: &View, [width, height]: [u32; 2], background: Color) -> String {
         let up = view.true_up * (2.0 * view.h);
         let right = view.right * (2.0 * view.h * f64::from(width) / f64::from(height));
         let projection = match view.lens {
             Lens::Perspective => "perspective",
             Lens::Orthographic => "orthographic",
         };
-        let finish = match ambient {
+        let finish = match self.ambient {
             None => "ambient 0.0 diffuse 0.0 emission 1.0".to_string(),
             Some(ambient) => format!("ambient {} diffuse 1.0", rgb(ambient)),
         };
@@ -56,14 +52,7 @@ impl Syntax for Pov {
         light_source(lamp, position, &format!(" parallel point_at {}", vector(eye)))
     }
 
-    fn object(
-        &self,
-        id: u32,
-        name: Option<&str>,
-        object: Object,
-        color: Color,
-        _: Option<[f64; 3]>,
-    ) -> String {
+    fn object(&self, id: u32, name: Option<&str>, object: Object, color: Color) -> String {
         let shape = match object {
             Object::Sphere(s) => format!("sphere {{ {}, {:?}", vector(s.center), s.radius),
             // Of the plane through the origin, moved: its distance from there is no number of the

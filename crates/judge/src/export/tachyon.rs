@@ -9,16 +9,24 @@ use kugelblitz::shade::Lamp;
 
 use super::{Syntax, separated};
 
-pub(super) struct Tachyon;
+pub(super) struct Tachyon {
+    pub ambient: Option<[f64; 3]>,
+}
+
+impl Tachyon {
+    /// Tachyon knows no gamma and cuts `255·colour` down to a whole number. Where colours are shown as they
+    /// are, they are those of sRGB, and the half keeps them from falling below.
+    fn rgb(&self, color: Color) -> String {
+        let channels = match self.ambient {
+            None => color.to_srgb8().map(|byte| (f64::from(byte) + 0.5) / 255.0),
+            Some(_) => color.0,
+        };
+        separated(&channels, " ")
+    }
+}
 
 impl Syntax for Tachyon {
-    fn head(
-        &self,
-        view: &View,
-        [width, height]: [u32; 2],
-        background: Color,
-        ambient: Option<[f64; 3]>,
-    ) -> String {
+    fn head(&self, view: &View, [width, height]: [u32; 2], background: Color) -> String {
         let half_width = view.h * f64::from(width) / f64::from(height);
         let half_pixel = view.h / f64::from(height);
         let frustum = [
@@ -31,7 +39,7 @@ impl Syntax for Tachyon {
             Lens::Perspective => "PERSPECTIVE",
             Lens::Orthographic => "ORTHOGRAPHIC",
         };
-        let about = match ambient {
+        let about = match self.ambient {
             None => "",
             Some(_) => "# The picture holds linear light: no gamma, no sRGB.\n",
         };
@@ -46,7 +54,7 @@ impl Syntax for Tachyon {
             vector(view.forward),
             vector(view.true_up),
             separated(&frustum, " "),
-            rgb(background, ambient),
+            self.rgb(background),
         )
     }
 
@@ -58,27 +66,20 @@ impl Syntax for Tachyon {
         light(lamp, format!("DIRECTIONAL_LIGHT DIRECTION {}", vector(direction)))
     }
 
-    fn object(
-        &self,
-        _: u32,
-        _: Option<&str>,
-        object: Object,
-        color: Color,
-        ambient: Option<[f64; 3]>,
-    ) -> String {
+    fn object(&self, _: u32, _: Option<&str>, object: Object, color: Color) -> String {
         let shape = match object {
             Object::Sphere(s) => format!("SPHERE CENTER {} RAD {:?}", vector(s.center), s.radius),
             Object::Plane(p) => {
                 format!("PLANE CENTER {} NORMAL {}", vector(p.point), vector(p.normal))
             }
         };
-        let [ambient_gray, diffuse] = match ambient {
+        let [ambient_gray, diffuse] = match self.ambient {
             None => [1.0, 0.0],
             Some(ambient) => [ambient.iter().sum::<f64>() / 3.0, 1.0],
         };
         let texture =
             format!("AMBIENT {ambient_gray:?} DIFFUSE {diffuse:?} SPECULAR 0.0 OPACITY 1.0");
-        format!("{shape} TEXTURE {texture} COLOR {} TEXFUNC 0", rgb(color, ambient))
+        format!("{shape} TEXTURE {texture} COLOR {} TEXFUNC 0", self.rgb(color))
     }
 
     fn end(&self) -> &'static str {
@@ -95,14 +96,4 @@ fn light(lamp: &Lamp, place: String) -> String {
 /// A point or a direction in Tachyon's world.
 fn vector(v: DVec3) -> String {
     separated(&[v.x, v.y, -v.z], " ")
-}
-
-/// Tachyon knows no gamma and cuts `255·colour` down to a whole number. Where colours are shown as they
-/// are, they are those of sRGB, and the half keeps them from falling below.
-fn rgb(color: Color, ambient: Option<[f64; 3]>) -> String {
-    let channels = match ambient {
-        None => color.to_srgb8().map(|byte| (f64::from(byte) + 0.5) / 255.0),
-        Some(_) => color.0,
-    };
-    separated(&channels, " ")
 }

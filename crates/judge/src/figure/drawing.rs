@@ -1,7 +1,7 @@
 //! Lines, arrows, surfaces and labels in the picture's plane, and their SVG.
 
 use glam::{DVec2, DVec3};
-use kugelblitz::rays::Pixels;
+use kugelblitz::rays::{Lens, Pixels, View};
 
 use super::Figure;
 use super::labels::{Label, Place, placed};
@@ -52,6 +52,15 @@ impl Drawing {
         let size = self.size();
         let far_off = 10.0 * size.max_element();
         ((at - size / 2.0).abs().max_element() < far_off).then_some(at)
+    }
+
+    /// From a point towards the eye, not of any length.
+    pub fn towards_eye(&self) -> impl Fn(DVec3) -> DVec3 + use<> {
+        let View { lens, position, forward, .. } = self.pixels.view;
+        move |point| match lens {
+            Lens::Perspective => position - point,
+            Lens::Orthographic => -forward,
+        }
     }
 
     /// Fills a polygon.

@@ -10,7 +10,6 @@ mod drawing;
 mod labels;
 mod legend;
 mod plane;
-mod projection;
 mod sphere;
 mod words;
 
@@ -21,6 +20,7 @@ use kugelblitz::scene::{Object, SHIPPED_SCENES, Scene};
 use kugelblitz::{Error, Result};
 
 use crate::explain::Lang;
+use crate::wrong_usage;
 use drawing::Drawing;
 
 /// A figure of the lecture that is drawn.
@@ -70,7 +70,7 @@ impl Figure {
         if count == 0 {
             let (number, kind) = (self.number(), self.kind());
             let message = format!("figure {number} shows a {kind}, and the scene has none");
-            return Err(Error::Usage(message));
+            return wrong_usage(message);
         }
         Ok(before as u32 + 1)
     }
@@ -80,7 +80,7 @@ impl Figure {
     /// # Errors
     /// [`Error::Usage`] where the object is of another kind, or where it is not before the camera.
     pub fn draw(self, scene: &Scene, id: u32, pixels: &Pixels, lang: Lang) -> Result<String> {
-        let mut drawing = Drawing::new(*pixels);
+        let (number, kind, mut drawing) = (self.number(), self.kind(), Drawing::new(*pixels));
         match (self, scene.object(id)) {
             (Figure::Plane, Some(Object::Plane(plane))) => plane::draw(plane, &mut drawing),
             (Figure::Sphere, Some(Object::Sphere(sphere))) => {
@@ -88,20 +88,18 @@ impl Figure {
                 sphere::draw(sphere, beads, &mut drawing)
             }
             (_, found) => {
-                let (number, kind) = (self.number(), self.kind());
                 let other = match found {
                     None => format!("the scene has {} objects", scene.n_objects()),
                     Some(Object::Plane(_)) => "that is a plane".into(),
                     Some(Object::Sphere(_)) => "that is a sphere".into(),
                 };
-                return Err(Error::Usage(format!(
+                return wrong_usage(format!(
                     "object {id}: figure {number} shows a {kind}, and {other}; spheres count from 1, \
                      planes after them"
-                )));
+                ));
             }
         }
         .ok_or_else(|| {
-            let (number, kind) = (self.number(), self.kind());
             Error::Usage(format!(
                 "figure {number} shows {kind} {id} from outside and from before it; move the scene's \
                  camera, or name another object with --object"

@@ -9,6 +9,7 @@ use kugelblitz::{Error, Result};
 
 use super::conventions::{Conventions, NormalSide, NormalSpace, Quantity};
 use crate::compare::RayResult;
+use crate::wrong_usage;
 
 /// An id that no object has.
 const NO_OBJECT: u32 = u32::MAX;
@@ -81,7 +82,7 @@ impl Claims {
         };
         if conventions.channel.is_some() && quantities.len() != 1 {
             let message = "--channel names one channel; say with --as what it tells";
-            return Err(Error::Usage(message.into()));
+            return wrong_usage(message);
         }
         let view = match rays {
             Rays::Pixels(pixels) => Some(&pixels.view),
@@ -96,7 +97,7 @@ impl Claims {
                 Quantity::Normal => normal = Some(reader.normals()?),
                 _ if depth.is_some() => {
                     let message = "depths are of one kind: give one of depth, distance and zbuffer";
-                    return Err(Error::Usage(message.into()));
+                    return wrong_usage(message);
                 }
                 _ => depth = Some(reader.depths(quantity)?),
             }
@@ -130,21 +131,11 @@ impl Claims {
         let object = if right.id == 0 { NO_OBJECT } else { right.id };
         let id = match &self.seen {
             ClaimedHits::Ids(ids) => ids[i],
-            ClaimedHits::Hit(hit) => {
-                if hit[i] {
-                    object
-                } else {
-                    0
-                }
-            }
+            ClaimedHits::Hit(hit) if hit[i] => object,
+            ClaimedHits::Hit(_) => 0,
             seen if seen.has_color(i, palette[right.id as usize]) => right.id,
-            seen => {
-                if seen.has_color(i, palette[0]) {
-                    0
-                } else {
-                    NO_OBJECT
-                }
-            }
+            seen if seen.has_color(i, palette[0]) => 0,
+            ClaimedHits::Colors { .. } => NO_OBJECT,
         };
         let faces = |normal: DVec3| right.normal.is_none_or(|right| normal.dot(right) >= 0.0);
         let turned = |normal: DVec3| match self.side {
@@ -187,12 +178,12 @@ fn quantities_of(image: &Image, conventions: &Conventions) -> Result<Vec<Quantit
         return Ok(found);
     }
     let channels = names(image);
-    Err(Error::Usage(format!(
+    wrong_usage(format!(
         "say with --as what {} of the {} file {} tells: id, depth, distance, zbuffer, normal or color",
         if channels.len() == 1 { "the channel" } else { "which of the channels" },
         image.format,
         channels.join(", "),
-    )))
+    ))
 }
 
 fn names(image: &Image) -> Vec<&str> {
@@ -282,7 +273,7 @@ impl<'a> Reader<'a> {
         }
         let Some([near, far]) = near_far else {
             let message = "a z-buffer says nothing without --near and --far";
-            return Err(Error::Usage(message.into()));
+            return wrong_usage(message);
         };
         let full = channel.full().unwrap_or(1.0);
         let is_parallel = self.view.is_some_and(|view| view.lens == Lens::Orthographic);
@@ -307,7 +298,7 @@ impl<'a> Reader<'a> {
             (NormalSpace::Camera, Some(view)) => [view.right, view.true_up, -view.forward],
             (NormalSpace::Camera, None) => {
                 let message = "rays of a list have no camera; give normals in the world's axes";
-                return Err(Error::Usage(message.into()));
+                return wrong_usage(message);
             }
         };
         let normal = |i| {

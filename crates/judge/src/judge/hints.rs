@@ -4,6 +4,7 @@ use super::{
     Case, CaseErrors, Claims, Conventions, ErrorStats, Judged, NormalSide, NormalSpace, Quantity,
     RayError,
 };
+use crate::compare::ErrorSpread;
 
 /// The options under which these claims would be far more right, where there are such: results that mean
 /// something else look like gross errors.
@@ -42,11 +43,13 @@ struct Faults {
 impl Faults {
     fn new(CaseErrors { away, silhouettes, .. }: &CaseErrors) -> Faults {
         let parts = || [away, silhouettes].into_iter();
-        let median = |of: fn(&ErrorStats) -> Option<f64>| parts().find_map(of).unwrap_or(0.0);
+        let median = |of: fn(&ErrorStats) -> Option<ErrorSpread>| {
+            parts().find_map(of).map_or(0.0, |spread| spread.median)
+        };
         Faults {
             wrong_ids: parts().map(|part| part.wrong_ids as f64).sum(),
-            t: median(|part| part.t_relative.map(|spread| spread.median)),
-            degrees: median(|part| part.normal_degrees.map(|spread| spread.median)),
+            t: median(|part| part.t_relative),
+            degrees: median(|part| part.normal_degrees),
         }
     }
 

@@ -28,9 +28,10 @@ use kugelblitz::trace::{Hits, Kernel, Wants};
 use kugelblitz::{Error, Result};
 
 use crate::compare::{
-    ErrorStats, ObjectCounts, RayError, TError, Tolerance, Unit, error_picture, short,
+    ErrorSpread, ErrorStats, ObjectCounts, RayError, TError, Tolerance, Unit, error_picture, short,
 };
 use crate::verify::Truth;
+use crate::wrong_usage;
 
 /// Bytes of memory that judging a ray takes: what is exact, what is claimed in the file and by
 /// another convention, and the errors.
@@ -43,7 +44,7 @@ const RAY_BYTES: u64 = 512;
 pub fn truth(session: &mut Session, rays: &Rays, control: &Control) -> Result<Truth> {
     if session.kernel() != Kernel::Certified {
         let message = format!("{} proves nothing; judge by certified", session.kernel().name());
-        return Err(Error::Usage(message));
+        return wrong_usage(message);
     }
     let mut hits = Hits::default();
     session.trace(rays, Wants::default(), control, &mut hits)?;
@@ -81,10 +82,10 @@ impl Case {
     ) -> Result<Case> {
         let n = rays.len();
         if image.len() != n {
-            return Err(Error::Usage(format!(
+            return wrong_usage(format!(
                 "there are {} results for {n} rays; give one for each",
                 image.len()
-            )));
+            ));
         }
         let (what, bytes) = (format!("judging {n} rays"), (n as u64).saturating_mul(RAY_BYTES));
         memory::require(what, bytes, "judge a part of the picture (crop)")?;
@@ -92,7 +93,7 @@ impl Case {
         if scene.is_lit() && matches!(claims.seen, ClaimedHits::Colors { .. }) {
             let message = "the scene is lit, so that colours don't tell its objects; judge ids, depths or normals, or \
                            compare the picture with an exact one: `kugelblitz render` and `kugelblitz compare`";
-            return Err(Error::Usage(message.into()));
+            return wrong_usage(message);
         }
         Ok(Case { scene, rays, image, conventions, claims, allowed })
     }
@@ -194,7 +195,7 @@ impl Judged {
     pub fn new(case: Case, truth: Truth) -> Result<Judged> {
         if truth.id.len() != case.rays.len() {
             let (n, n_rays) = (truth.id.len(), case.rays.len());
-            return Err(Error::Usage(format!("{n} exact results were given for {n_rays} rays")));
+            return wrong_usage(format!("{n} exact results were given for {n_rays} rays"));
         }
         let errors = case.errors(&case.claims, &truth);
         let mut judged = Judged { case, truth, errors, broken: Vec::new(), hint: None };
@@ -268,11 +269,11 @@ impl Judged {
                 broken.push(format!("{wrong_ids} of {rays} ids{place} are wrong, allowed: {most}"));
             }
         }
-        let worst = |of: fn(&ErrorStats) -> Option<f64>| {
-            [away, silhouettes].into_iter().filter_map(of).fold(0.0, f64::max)
+        let worst = |of: fn(&ErrorStats) -> Option<ErrorSpread>| {
+            let spreads = [away, silhouettes].into_iter().filter_map(of);
+            spreads.map(|spread| spread.worst).fold(0.0, f64::max)
         };
-        let ulp = worst(|part| part.t_ulp.map(|spread| spread.worst));
-        let relative = worst(|part| part.t_relative.map(|spread| spread.worst));
+        let (ulp, relative) = (worst(|part| part.t_ulp), worst(|part| part.t_relative));
         if !allowed.allows_t(&TError { ulp, relative, is_nearest: false }) {
             broken.push(match allowed.limit("t") {
                 Tolerance { most, unit: Unit::Ulp } => {
@@ -281,7 +282,7 @@ impl Judged {
                 most => format!("t is off by a relative {}, allowed: {most}", short(relative)),
             });
         }
-        let degrees = worst(|part| part.normal_degrees.map(|spread| spread.worst));
+        let degrees = worst(|part| part.normal_degrees);
         let most = allowed.limit("normal");
         if !most.allows(degrees) {
             broken.push(format!("a normal is off by {}°, allowed: {most}°", short(degrees)));
@@ -333,7 +334,7 @@ pub fn whole_size(
         }
         _ => return Ok(Some(of_file)),
     };
-    Err(Error::Usage(wrong))
+    wrong_usage(wrong)
 }
 
 /// The pixels that a picture shows, of a camera's picture of that size: a part where the file says so.

@@ -100,16 +100,17 @@ impl Judged {
     /// The errors and these findings in lines for people.
     pub fn in_words(&self, worst: &[Finding]) -> String {
         let mut text = self.table();
-        let mut last = "";
-        for Finding { kind, ray, pixel, says, exact, explain } in worst {
-            if *kind != last {
-                let title = KINDS.iter().find(|(name, _)| name == kind).map_or("", |kind| kind.1);
-                text += &format!("\n{title}:\n");
-                last = kind;
+        for (kind, title) in KINDS {
+            let own = worst.iter().filter(|finding| finding.kind == kind);
+            let line = |Finding { ray, pixel, says, exact, explain, .. }: &Finding| {
+                let at = pixel.map_or(format!("ray {ray}"), |[x, y]| format!("{x},{y}"));
+                let how = explain.as_deref().unwrap_or_default();
+                format!("  {at}: says {says}; exact: {exact}\n    {how}\n")
+            };
+            let lines: String = own.map(line).collect();
+            if !lines.is_empty() {
+                text += &format!("\n{title}:\n{lines}");
             }
-            let at = pixel.map_or(format!("ray {ray}"), |[x, y]| format!("{x},{y}"));
-            let how = explain.as_deref().unwrap_or_default();
-            text += &format!("  {at}: says {says}; exact: {exact}\n    {how}\n");
         }
         if let Some(options) = &self.hint {
             text += &format!("\nfar more of it would be right with {options}\n");
@@ -122,19 +123,15 @@ impl Judged {
     fn table(&self) -> String {
         let parts: Vec<&ErrorStats> =
             [Some(&self.errors.away), self.silhouettes()].into_iter().flatten().collect();
-        let mut text = String::new();
+        let has_pixels = parts.len() == 2;
+        let head = [format!("{:24}{:>26}{:>26}\n", "", "away from silhouettes", "at silhouettes")];
+        let mut text: String = head.into_iter().filter(|_| has_pixels).collect();
         let mut row = |name: &str, cell: &dyn Fn(&ErrorStats) -> String| {
             text += &format!("{name:<24}");
             parts.iter().for_each(|part| text += &format!("{:>26}", cell(part)));
             text += "\n";
         };
-        if parts.len() == 2 {
-            let is_away = |part: &ErrorStats| std::ptr::eq(part, &self.errors.away);
-            row("", &|part| {
-                if is_away(part) { "away from silhouettes" } else { "at silhouettes" }.into()
-            });
-        }
-        row(if parts.len() == 2 { "pixels" } else { "rays" }, &|part| part.rays.to_string());
+        row(if has_pixels { "pixels" } else { "rays" }, &|part| part.rays.to_string());
         row("wrong ids", &|part| {
             format!("{} ({})", part.wrong_ids, percent(part.wrong_ids, part.rays))
         });
@@ -150,17 +147,16 @@ impl Judged {
         for (name, of) in
             spreads.iter().filter(|(_, of)| parts.iter().any(|part| of(part).is_some()))
         {
-            let cell = |part: &ErrorStats, cell: &dyn Fn(ErrorSpread) -> String| {
-                of(part).map_or(NONE.into(), cell)
+            let worst = |ErrorSpread { worst, worst_ray, worst_pixel, .. }| match worst_pixel {
+                Some([x, y]) => format!("{} at {x},{y}", short(worst)),
+                None => format!("{} at ray {worst_ray}", short(worst)),
             };
-            row(&format!("{name}: median"), &|part| cell(part, &|spread| short(spread.median)));
-            row("  99 %", &|part| cell(part, &|spread| short(spread.p99)));
-            row("  worst", &|part| {
-                cell(part, &|ErrorSpread { worst, worst_ray, worst_pixel, .. }| match worst_pixel {
-                    Some([x, y]) => format!("{} at {x},{y}", short(worst)),
-                    None => format!("{} at ray {worst_ray}", short(worst)),
-                })
-            });
+            let names = [&format!("{name}: median"), "  99 %", "  worst"];
+            let shown: [fn(ErrorSpread) -> String; 3] =
+                [|spread| short(spread.median), |spread| short(spread.p99), worst];
+            for (name, shown) in names.into_iter().zip(shown) {
+                row(name, &|part| of(part).map_or(NONE.into(), shown));
+            }
         }
         text
     }

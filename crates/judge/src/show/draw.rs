@@ -2,19 +2,21 @@
 
 use std::time::{Duration, Instant};
 
+use kugelblitz::Result;
 use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::memory;
 use kugelblitz::output::OutputFile;
 use kugelblitz::picture::PictureWriter;
 use kugelblitz::rays::Pixels;
-use kugelblitz::render::{Plan, Rendered, band_rows, bands, hits_bytes, sampled_band_rows};
+use kugelblitz::render::{Plan, Rendered, band_rows, bands, hits_bytes};
 use kugelblitz::scene::Samples;
-use kugelblitz::shade::Colors;
-use kugelblitz::trace::{Hits, Kernel, Rays};
-use kugelblitz::{Error, Result};
+use kugelblitz::shade::{Colors, Encoding, Pixel, Style};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 
 use super::{Entry, Rgb, Show, Tally, tints};
+
+use crate::wrong_usage;
 
 /// The result of drawing what a mode shows, beside the file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -46,7 +48,7 @@ fn whole(pixels: &Pixels) -> Pixels {
 /// whole, but not in its place: that takes [`output::commit`](kugelblitz::output::commit).
 ///
 /// # Errors
-/// Those of [`Show::check`], [`Session::trace`] and [`PictureWriter::rows`]; [`Error::Usage`] for
+/// Those of [`Show::check`], [`Session::trace`] and [`PictureWriter::rows`]; [`Error::Usage`](kugelblitz::Error::Usage) for
 /// [`Show::Color`], which [`Session::draw`] draws.
 pub fn draw(
     session: &mut Session,
@@ -62,7 +64,8 @@ pub fn draw(
     let mut writer = PictureWriter::create(format, options, pixels, file, path)?;
     let n_rows = plan.n_band_rows.min(band_rows(pixels, show.wants()));
     let mut write = Duration::ZERO;
-    let mut shown = each_band(session, show, pixels, n_rows, control, |band, colors, hits| {
+    let how = (show, range_of_t(session, show, pixels, control)?, n_rows);
+    let mut shown = each_band(session, pixels, how, control, |band, colors, hits| {
         let start = Instant::now();
         writer.rows(&Colors::Srgb8(colors), hits, band.height)?;
         write += start.elapsed();
@@ -77,11 +80,22 @@ pub fn draw(
 /// What `show` shows of `pixels`, in memory.
 ///
 /// # Errors
-/// [`Error::TooLarge`] where it does not fit; [`Error::Usage`] for [`Show::Color`]; those of
+/// [`Error::TooLarge`](kugelblitz::Error::TooLarge) where it does not fit; [`Error::Usage`](kugelblitz::Error::Usage) for [`Show::Color`]; those of
 /// [`Session::trace`].
 pub fn keep(
     session: &mut Session,
     show: Show,
+    pixels: &Pixels,
+    control: &Control,
+) -> Result<(Shown, Vec<Rgb>)> {
+    let range = range_of_t(session, show, pixels, control)?;
+    kept(session, (show, range), pixels, control)
+}
+
+/// As [`keep`], with this range of `t`.
+fn kept(
+    session: &mut Session,
+    (show, range): (Show, Option<[f32; 2]>),
     pixels: &Pixels,
     control: &Control,
 ) -> Result<(Shown, Vec<Rgb>)> {
@@ -90,7 +104,8 @@ pub fn keep(
     let bytes = of_band.saturating_add((pixels.len() * size_of::<Rgb>()) as u64);
     memory::require("a picture in memory", bytes, "show a smaller one")?;
     let mut colors = Vec::new();
-    let shown = each_band(session, show, pixels, n_rows, control, |_, of_band, _| {
+    let how = (show, range, n_rows);
+    let shown = each_band(session, pixels, how, control, |_, of_band, _| {
         colors.extend(of_band);
         Ok(())
     })?;
@@ -100,16 +115,14 @@ pub fn keep(
 /// Paints bands of so many rows, and hands each on.
 fn each_band(
     session: &mut Session,
-    show: Show,
     pixels: &Pixels,
-    n_rows: u32,
+    (show, range, n_rows): (Show, Option<[f32; 2]>, u32),
     control: &Control,
     mut take: impl FnMut(Pixels, Vec<Rgb>, &Hits) -> Result<()>,
 ) -> Result<Shown> {
     if show == Show::Color {
-        return Err(Error::Usage("the session itself draws and keeps the objects' colours".into()));
+        return wrong_usage("the session itself draws and keeps the objects' colours");
     }
-    let range = range_of_t(session, show, pixels, control)?;
     let mut shown = Shown { legend: Entry::all(show, range), ..Shown::default() };
     let mut hits = Hits::default();
     for band in bands(pixels, n_rows) {
@@ -123,7 +136,7 @@ fn each_band(
 /// The colours of a band of a picture whose `t` have this range; what was traced and seen is added to `shown`.
 ///
 /// # Errors
-/// Those of [`Session::trace`]; [`Error::Interrupted`] when `control` was cancelled.
+/// Those of [`Session::trace`]; [`Error::Interrupted`](kugelblitz::Error::Interrupted) when `control` was cancelled.
 pub fn paint(
     session: &mut Session,
     show: Show,
@@ -168,25 +181,17 @@ pub fn range_of_t(
     for band in bands(&whole, band_rows(&whole, show.wants())) {
         control.check()?;
         session.trace(&Rays::Pixels(band), show.wants(), control, &mut hits)?;
-        range = wider(range, &hits);
+        let ts = hits.t.iter().copied().filter(|t| t.is_finite() && *t > 0.0);
+        range = range.into_iter().chain(ts.map(|t| [t; 2])).reduce(union);
     }
     Ok(range)
-}
-
-/// A range of `t` that holds those of `hits` as well.
-fn wider(range: Option<[f32; 2]>, hits: &Hits) -> Option<[f32; 2]> {
-    let ts = hits.t.iter().copied().filter(|t| t.is_finite() && *t > 0.0);
-    ts.fold(range, |range, t| match range {
-        None => Some([t; 2]),
-        Some([low, high]) => Some([low.min(t), high.max(t)]),
-    })
 }
 
 /// The colours of `pixels` in memory: the first `split` columns by one kernel, the others by another. With
 /// `n_samples` × `n_samples` samples a pixel where `show` is [`Show::Color`].
 ///
 /// # Errors
-/// [`Error::TooLarge`] where they do not fit the memory; those of [`Session::colors`] and
+/// [`Error::TooLarge`](kugelblitz::Error::TooLarge) where they do not fit the memory; those of [`Session::keep`] and
 /// [`Session::trace`].
 pub fn side_by_side(
     session: &mut Session,
@@ -196,11 +201,6 @@ pub fn side_by_side(
     n_samples: Samples,
     control: &Control,
 ) -> Result<Vec<Rgb>> {
-    let width = pixels.width as usize;
-    let n_rows = sampled_band_rows(pixels, n_samples, show.wants());
-    let of_band = hits_bytes(u64::from(n_rows) * width as u64, show.wants());
-    let bytes = of_band.saturating_add((pixels.len() * size_of::<Rgb>()) as u64);
-    memory::require("a picture in memory", bytes, "save a smaller one")?;
     let mut colors = vec![[0; 3]; pixels.len()];
     let split = split.min(pixels.width);
     let halves = [
@@ -213,18 +213,18 @@ pub fn side_by_side(
         let of_kernel = range_of_t(session, show, pixels, control)?;
         range = [range, of_kernel].into_iter().flatten().reduce(union);
     }
-    let (mut hits, mut shown) = (Hits::default(), Shown::default());
     for (half, kernel) in halves.iter().zip(kernels).filter(|(half, _)| half.width > 0) {
         session.set_kernel(kernel);
-        for band in bands(half, n_rows) {
-            let rows = match show {
-                Show::Color => session.colors(&band, n_samples, control)?,
-                _ => paint(session, show, &band, range, control, &mut hits, &mut shown)?,
-            };
-            let (x, y) = ((half.x - pixels.x) as usize, (band.y - pixels.y) as usize);
-            for (i, row) in rows.chunks_exact(half.width as usize).enumerate() {
-                colors[(y + i) * width + x..][..row.len()].copy_from_slice(row);
-            }
+        let of_half = if show == Show::Color {
+            let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
+            Pixel::all(session.keep(half, style, Wants::default(), control)?.0.colors)?
+        } else {
+            kept(session, (show, range), half, control)?.1
+        };
+        let (first, n) = ((half.x - pixels.x) as usize, half.width as usize);
+        let rows = colors.chunks_exact_mut(pixels.width as usize);
+        for (row, of_half) in rows.zip(of_half.chunks_exact(n)) {
+            row[first..][..n].copy_from_slice(of_half);
         }
     }
     Ok(colors)

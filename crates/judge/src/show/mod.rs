@@ -12,10 +12,12 @@ pub use draw::{Shown, draw, keep, n_steps, paint, range_of_t, side_by_side, unio
 pub use legend::{Entry, Tally};
 pub use tint::{Rgb, Tint, id_color, palette, tints};
 
+use kugelblitz::Result;
 use kugelblitz::picture::{Bits, Format, PictureOptions};
 use kugelblitz::rays::Lens;
 use kugelblitz::trace::Wants;
-use kugelblitz::{Error, Result};
+
+use crate::wrong_usage;
 
 /// The ways of looking at a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -106,9 +108,9 @@ impl Show {
     /// Refuses formats and options that its colours have no use for.
     ///
     /// # Errors
-    /// [`Error::Usage`]
+    /// [`Error::Usage`](kugelblitz::Error::Usage)
     pub fn check(self, format: Format, options: PictureOptions) -> Result<()> {
-        let refuse = |why: &str| Err(Error::Usage(format!("--show {self} {why}")));
+        let refuse = |why: &str| wrong_usage(format!("--show {self} {why}"));
         match format {
             _ if self == Show::Color => Ok(()),
             Format::Exr | Format::Npy => refuse(

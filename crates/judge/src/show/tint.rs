@@ -1,10 +1,11 @@
 //! Numbers as colours: the one place that gives each mode its colours.
 
+use glam::DVec3;
 use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::exact;
 use kugelblitz::prepare::Prepared;
-use kugelblitz::rays::{Lens, Pixels, View};
+use kugelblitz::rays::{Lens, Pixels, Ray, View};
 use kugelblitz::scene::{Color, Object, Scene};
 use kugelblitz::trace::{Hits, Level};
 use rayon::prelude::*;
@@ -110,11 +111,17 @@ pub fn palette(show: Show, scene: &Scene, pixels: &Pixels) -> Vec<Rgb> {
 
 /// As [`palette`].
 fn tints_by_id(show: Show, scene: &Scene, pixels: &Pixels) -> Vec<Tint> {
+    let View { position: eye, forward, lens, .. } = pixels.view;
+    let is_front = |id| {
+        let at = scene.object(id).map_or(eye, |object| object.extent().0);
+        let direction = if lens == Lens::Orthographic { forward } else { at - eye };
+        is_front(scene, id, eye, direction)
+    };
     let tint = |(id, color): (u32, Color)| match (show, id) {
         (Show::Id, 0) => Tint::free(NOTHING),
         (Show::Id, _) => Tint::free(id_color(id)),
         (Show::Side, 0) => Tint::of(&SIDES, 2),
-        (Show::Side, _) => Tint::of(&SIDES, usize::from(!is_front(scene, pixels, id))),
+        (Show::Side, _) => Tint::of(&SIDES, usize::from(!is_front(id))),
         _ => Tint::free(color.to_srgb8()),
     };
     (0..).zip(scene.colors()).map(tint).collect()
@@ -149,9 +156,11 @@ pub fn tints(
     let indexed = || hits.id.par_iter().copied().enumerate();
     Ok(match show {
         Show::Side if pixels.view.lens == Lens::Orthographic => {
-            let side = |(index, id): (usize, u32)| match id {
-                0 => 2,
-                _ => usize::from(!is_front_at(scene, pixels, index, id)),
+            // The camera's plane may cut a sphere, and then some rays start in it.
+            let side = |(index, id): (usize, u32)| {
+                let (x, y) = pixels.xy(index);
+                let Ray { origin, direction } = pixels.ray(x, y);
+                if id == 0 { 2 } else { usize::from(!is_front(scene, id, origin, direction)) }
             };
             indexed().map(|pixel| Tint::of(&SIDES, side(pixel))).collect()
         }
@@ -188,34 +197,15 @@ pub fn tints(
     })
 }
 
-/// True where the eye is outside of the sphere, or on the side of the plane that its normal points
-/// to. Through an orthographic camera, where most of what is seen of the object is its front.
-fn is_front(scene: &Scene, pixels: &Pixels, id: u32) -> bool {
-    let View { position: eye, forward, lens, .. } = pixels.view;
-    match (lens, scene.object(id)) {
-        (Lens::Perspective, Some(Object::Sphere(sphere))) => {
-            exact::is_outside(eye, sphere.center, sphere.radius).unwrap_or(true)
-        }
-        (Lens::Perspective, Some(Object::Plane(plane))) => {
-            (eye - plane.point).dot(plane.normal) >= 0.0
-        }
-        (Lens::Orthographic, Some(Object::Sphere(sphere))) => {
-            (sphere.center - eye).dot(forward) > sphere.radius / 2.0
-        }
-        (Lens::Orthographic, Some(Object::Plane(plane))) => forward.dot(plane.normal) <= 0.0,
-        (_, None) => true,
-    }
-}
-
-/// The same for one pixel: the camera's plane may cut a sphere, and then some rays start in it.
-fn is_front_at(scene: &Scene, pixels: &Pixels, index: usize, id: u32) -> bool {
+/// True where a ray that sees the object starts outside of the sphere, or on the side of the plane that its normal points
+/// to.
+fn is_front(scene: &Scene, id: u32, origin: DVec3, direction: DVec3) -> bool {
     match scene.object(id) {
         Some(Object::Sphere(sphere)) => {
-            let (x, y) = pixels.xy(index);
-            let origin = pixels.ray(x, y).origin;
             exact::is_outside(origin, sphere.center, sphere.radius).unwrap_or(true)
         }
-        _ => is_front(scene, pixels, id),
+        Some(Object::Plane(plane)) => direction.dot(plane.normal) <= 0.0,
+        None => true,
     }
 }
 
@@ -368,10 +358,11 @@ mod tests {
     #[test]
     fn sides_are_those_of_the_eye() {
         let (scene, pixels) = figure5();
-        assert!((1..=3).all(|id| is_front(&scene, &pixels, id)));
+        let [front, back, nothing] = SIDES.map(|(color, _)| color);
+        assert_eq!(palette(Show::Side, &scene, &pixels), [nothing, front, front, front]);
         let mut inside = pixels;
         inside.view.position = scene.spheres[1].center;
-        assert!(is_front(&scene, &inside, 1) && !is_front(&scene, &inside, 2));
+        assert_eq!(palette(Show::Side, &scene, &inside)[1..3], [front, back]);
     }
 
     #[test]

@@ -2,14 +2,13 @@
 
 use std::fmt;
 
-use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::exact::ExactPixels;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Samples, Scene};
-use kugelblitz::shade::{Colors, Encoding, ExactMean, Lighting, Painter, Style};
-use kugelblitz::trace::Hits;
-use kugelblitz::tracer::Tracer;
+use kugelblitz::shade::{Colors, Encoding, ExactMean, Lighting, Style};
+use kugelblitz::trace::{Hits, Wants};
+use kugelblitz::{Result, Session};
 use rayon::prelude::*;
 
 use super::lit::{LitPoint, add_sample};
@@ -30,33 +29,35 @@ pub struct RenderedColors {
     pub linear: Vec<[f32; 3]>,
 }
 
+/// The part of [`Hits`] that is compared.
+pub(super) const WANTS: Wants = Wants { surface: true, level: false };
+
+/// All that [`RenderedColors`] has.
+pub(super) const ENCODINGS: [Encoding; 3] = [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear];
+
 impl RenderedColors {
-    /// The colours of a band of pixels, as a picture gets them. `hits` are of the pixels' centre rays; the tracers are those of
-    /// [`Painter::new`].
+    /// The colours of a band of pixels, as a picture gets them, with the hits of the pixels' centre rays.
     ///
     /// # Errors
-    /// Those of [`Painter::paint`].
-    pub fn painted(
+    /// Those of [`Session::keep`].
+    pub fn kept(
+        session: &mut Session,
         band: &Pixels,
         n_samples: Samples,
-        hits: &Hits,
-        tracer: &mut Tracer,
-        mut of_samples: Option<&mut Tracer>,
         control: &Control,
-    ) -> Result<RenderedColors> {
-        let mut shown = RenderedColors::default();
-        for encoding in [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear] {
+    ) -> Result<(Hits, RenderedColors)> {
+        let (mut hits, mut shown) = (Hits::default(), RenderedColors::default());
+        for encoding in ENCODINGS {
             let style = Style { n_samples, ..Style::new(encoding) };
-            let mut painter = Painter::new(style, band, tracer, of_samples.as_deref_mut());
-            let mut colors = Colors::new(encoding);
-            painter.paint(band, hits, control, &mut colors)?;
-            match colors {
+            let (kept, _) = session.keep(band, style, WANTS, control)?;
+            hits = kept.hits;
+            match kept.colors {
                 Colors::Srgb8(pixels) => shown.srgb8 = pixels,
                 Colors::Srgb16(pixels) => shown.srgb16 = pixels,
                 Colors::Linear(pixels) => shown.linear = pixels,
             }
         }
-        Ok(shown)
+        Ok((hits, shown))
     }
 
     /// The numbers of a pixel, bit by bit.
@@ -205,11 +206,10 @@ mod tests {
     use std::sync::Arc;
 
     use glam::DVec3;
+    use kugelblitz::device::Device;
     use kugelblitz::kernel::Kernel;
-    use kugelblitz::prepare::Prepared;
     use kugelblitz::rays::View;
     use kugelblitz::scene::{Camera, Color, Light, Plane, Sky, Source, Sphere};
-    use kugelblitz::trace::{Rays, Wants};
 
     use super::super::{Differences, broken_promises};
     use super::*;
@@ -243,20 +243,9 @@ mod tests {
     }
 
     fn painted(scene: &Arc<Scene>, pixels: &Pixels, n_samples: u32) -> RenderedColors {
-        let make = |pixels: &Pixels| {
-            let rays = Rays::Pixels(*pixels);
-            let prepared = Prepared::new(Arc::clone(scene), Kernel::Certified, &rays).unwrap();
-            Arc::new(prepared)
-        };
-        let control = Control::default();
-        let mut hits = Hits::default();
-        let mut of_pixels = Tracer::on_cpu(make(pixels), Wants::default());
-        of_pixels.trace(&Rays::Pixels(*pixels), &control, &mut hits).unwrap();
-        let of_samples = make(&pixels.samples(n_samples));
-        let mut tracer = Tracer::on_cpu(of_samples, Wants::default());
-        let tracer: Option<&mut Tracer> = (n_samples > 1).then_some(&mut tracer);
+        let mut session = Session::new(Arc::clone(scene), Device::Cpu, Kernel::Certified);
         let n = Samples::nearest(n_samples);
-        RenderedColors::painted(pixels, n, &hits, &mut of_pixels, tracer, &control).unwrap()
+        RenderedColors::kept(&mut session, pixels, n, &Control::default()).unwrap().1
     }
 
     fn truth(scene: &Scene, pixels: &Pixels, n_samples: u32) -> ColorTruth {

@@ -5,8 +5,6 @@ mod lit;
 #[cfg(feature = "gpu")]
 mod picture;
 mod truth;
-#[cfg(feature = "gpu")]
-mod words;
 
 pub(crate) use colors::samples_of_pixel;
 pub use colors::{COLOR_BYTES, ColorDifferences, ColorTruth, RenderedColors};

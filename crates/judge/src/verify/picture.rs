@@ -6,32 +6,28 @@ use std::sync::Arc;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::memory;
-use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, Rays};
-use kugelblitz::render::{bands, hits_bytes, sampled_band_rows};
+use kugelblitz::render::{bands, hits_bytes, n_steps, sampled_band_rows};
 use kugelblitz::scene::{Samples, Scene};
 use kugelblitz::shade::{Encoding, Lighting};
 use kugelblitz::trace::{Hits, Kernel, Wants};
-use kugelblitz::tracer::Tracer;
-use kugelblitz::{Error, Result};
+use kugelblitz::{Result, Session};
 use serde::Serialize;
 
 use super::{
     COLOR_BYTES, ColorDifferences, ColorTruth, Differences, RenderedColors, SAMPLE_BYTES, Truth,
-    broken_promises, promise, ray_errors, sample,
+    broken_promises,
+    colors::{ENCODINGS, WANTS},
+    promise, ray_errors, sample,
 };
 use crate::compare::{ObjectCounts, RayDifferences};
 
 /// Pixels that are compared with exact arithmetic where nobody says how many: as many as take some seconds.
 fn default_samples(scene: &Scene, colors: Option<&InColor>) -> usize {
-    let n_work = scene.n_objects().max(1);
-    match colors {
-        None => ((1 << 31) / n_work).clamp(1 << 10, 1 << 16),
-        Some(colors) => {
-            let n_ways = colors.ways_of_pixel();
-            ((1 << 31) / (n_work * n_ways)).min((1 << 20) / n_ways).clamp(1 << 6, 1 << 16)
-        }
-    }
+    let n_ways = colors.map_or(1, InColor::ways_of_pixel);
+    let n_work = scene.n_objects().max(1) * n_ways;
+    let least = if colors.is_some() { 1 << 6 } else { 1 << 10 };
+    ((1 << 31) / n_work).min((1 << 20) / n_ways).clamp(least, 1 << 16)
 }
 
 /// What the colours of a lit or sampled picture are made from.
@@ -55,17 +51,7 @@ impl InColor {
     fn ways_of_pixel(&self) -> usize {
         self.n_samples.of_pixel() as usize * (1 + self.n_lamps)
     }
-
-    /// Rays that are traced for the colours of a pixel, once for each encoding.
-    fn rays_of_pixel(&self) -> usize {
-        match self.n_samples {
-            Samples::ONE => 0,
-            n => 3 * n.of_pixel() as usize,
-        }
-    }
 }
-
-const WANTS: Wants = Wants { surface: true, level: false };
 
 /// What became of a picture's kernels.
 #[derive(Clone, Debug, Serialize)]
@@ -177,7 +163,7 @@ impl Verification {
     /// Of so many pixels, drawn by `seed`; without a number, as many as take some seconds.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] where that does not fit the memory.
+    /// [`Error::TooLarge`](kugelblitz::Error::TooLarge) where that does not fit the memory.
     pub fn new(
         scene: &Arc<Scene>,
         pixels: &Pixels,
@@ -198,15 +184,20 @@ impl Verification {
     /// Steps of so many kernels, with a GPU or without, that [`Control`] counts.
     pub fn n_steps(&self, n_kernels: usize, has_gpu: bool) -> u64 {
         let n_devices = if has_gpu { 2 } else { 1 };
-        let rays_of_pixel = 1 + self.colors.map_or(0, |colors| colors.rays_of_pixel());
-        let n_truths = self.samples.len() * if self.colors.is_some() { 2 } else { 1 };
-        (self.pixels.len() * rays_of_pixel * n_devices * n_kernels + n_truths) as u64
+        let (n_traced, n_truths) = match self.colors {
+            None => (self.pixels.len() as u64, 1),
+            Some(InColor { n_samples, .. }) => {
+                let is_lit = self.scene.is_lit();
+                (ENCODINGS.len() as u64 * n_steps(&self.pixels, n_samples, is_lit), 2)
+            }
+        };
+        n_traced * n_devices * n_kernels as u64 + n_truths * self.samples.len() as u64
     }
 
     /// What became of each kernel, on the device that `device_of` gives for it and on the CPU.
     ///
     /// # Errors
-    /// Those of the tracers; [`Error::Interrupted`].
+    /// Those of the tracers; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
     pub fn run<'d>(
         &self,
         kernels: &[Kernel],
@@ -251,43 +242,28 @@ impl Verification {
         device: &Device,
         control: &Control,
     ) -> Result<OfKernel> {
-        let (scene, rays) = (|| Arc::clone(&self.scene), Rays::Pixels(self.pixels));
-        let prepared = Arc::new(Prepared::new_with(scene(), kernel, &rays, control)?);
-        let of_samples = match self.colors.map_or(1, |colors| colors.n_samples.across()) {
-            1 => None,
-            n => {
-                let rays = Rays::Pixels(self.pixels.samples(n));
-                let of_samples =
-                    Prepared::renewed(Some(&prepared), scene(), kernel, &rays, control)?;
-                Some(Arc::new(of_samples))
-            }
-        };
         let is_on_gpu = device.facts().is_some();
         let bit_equal = is_on_gpu && device.is_ieee(kernel)?;
-        let mut devices =
-            vec![TracedDevice::new("CPU", &Device::Cpu, &prepared, of_samples.as_ref())?];
-        if is_on_gpu {
-            devices.push(TracedDevice::new("GPU", device, &prepared, of_samples.as_ref())?);
-        }
-        let mut parity = Differences::default();
+        let on = |device: &Device| Session::new(Arc::clone(&self.scene), device.clone(), kernel);
+        let (mut gpu, mut cpu) = (is_on_gpu.then(|| on(device)), on(&Device::Cpu));
+        let mut parity = is_on_gpu.then(Differences::default);
+        let mut exact = OnBoth { gpu: parity.clone(), cpu: Differences::default() };
         let mut first_ray = 0;
         for truth in truths {
-            for traced in &mut devices {
-                traced.trace(truth, self.colors, first_ray, control)?;
-            }
-            if let [cpu, gpu] = devices.as_slice() {
-                parity.rays.see_all(&gpu.hits, &cpu.hits, first_ray);
-                if self.colors.is_some() {
-                    let colors = parity.colors.get_or_insert_default();
-                    colors.see_all(&gpu.shown, &cpu.shown, first_ray);
+            let on_cpu = self.traced(&mut cpu, &truth.band, control)?;
+            exact.cpu.see(&on_cpu, truth, first_ray);
+            if let (Some(gpu), Some(exact), Some(parity)) = (&mut gpu, &mut exact.gpu, &mut parity)
+            {
+                let on_gpu = self.traced(gpu, &truth.band, control)?;
+                exact.see(&on_gpu, truth, first_ray);
+                parity.rays.see_all(&on_gpu.hits, &on_cpu.hits, first_ray);
+                if let (Some(a), Some(b)) = (&on_gpu.colors, &on_cpu.colors) {
+                    parity.colors.get_or_insert_default().see_all(a, b, first_ray);
                 }
             }
             first_ray += truth.band.len();
         }
-        let parity = is_on_gpu.then_some(parity);
-        let exact: Vec<_> =
-            devices.iter().rev().map(|traced| (traced.name, &traced.exact)).collect();
-        let on_both = OnBoth { gpu: devices.get(1), cpu: &devices[0] };
+        let of_devices: Vec<_> = exact.rows().collect();
         let colors = |found: &Differences| found.colors.clone().unwrap_or_default();
         Ok(OfKernel {
             kernel: kernel.name(),
@@ -296,14 +272,43 @@ impl Verification {
             } else {
                 "nothing that the CPU alone can show".into()
             },
-            broken: broken_promises(kernel, bit_equal, parity.as_ref(), &exact),
+            broken: broken_promises(kernel, bit_equal, parity.as_ref(), &of_devices),
             gpu_against_cpu: parity.as_ref().map(|found| Parity::from(&found.rays)),
-            against_exact: on_both.map(|traced| traced.exact.rays.clone()),
+            against_exact: exact.map(|found| found.rays.clone()),
             colors: self.colors.map(|_| ColorsOfKernel {
                 gpu_against_cpu: parity.as_ref().map(colors),
-                against_exact: on_both.map(|traced| colors(&traced.exact)),
+                against_exact: exact.map(colors),
             }),
         })
+    }
+
+    fn traced(&self, session: &mut Session, band: &Pixels, control: &Control) -> Result<Traced> {
+        if let Some(InColor { n_samples, .. }) = self.colors {
+            let (hits, colors) = RenderedColors::kept(session, band, n_samples, control)?;
+            return Ok(Traced { hits, colors: Some(colors) });
+        }
+        let mut hits = Hits::default();
+        session.trace(&Rays::Pixels(*band), WANTS, control, &mut hits)?;
+        Ok(Traced { hits, colors: None })
+    }
+}
+
+/// The results of a band on a device.
+struct Traced {
+    hits: Hits,
+    colors: Option<RenderedColors>,
+}
+
+impl Differences {
+    /// Counts those of a band's results from what is true.
+    fn see(&mut self, traced: &Traced, truth: &TruthOfBand, first_ray: usize) {
+        for (&ray, error) in truth.rays.index.iter().zip(ray_errors(&traced.hits, &truth.rays)) {
+            self.rays.see(first_ray + ray, &error);
+        }
+        if let (Some(shown), Some(truth)) = (&traced.colors, &truth.colors) {
+            let index = truth.index.iter().copied();
+            self.colors.get_or_insert_default().see((shown, index), &truth.colors, first_ray);
+        }
     }
 }
 
@@ -316,58 +321,6 @@ impl<T> OnBoth<T> {
     pub(super) fn rows(&self) -> impl Iterator<Item = (&'static str, &T)> {
         let gpu = self.gpu.as_ref().map(|of| ("GPU", of));
         gpu.into_iter().chain([("CPU", &self.cpu)])
-    }
-}
-
-/// A device with the tracers of the pixels, and of their samples where there are several; the results of its last band,
-/// and what of all of them differs from the exact ones.
-struct TracedDevice {
-    name: &'static str,
-    pixels: Tracer,
-    samples: Option<Tracer>,
-    hits: Hits,
-    shown: RenderedColors,
-    exact: Differences,
-}
-
-impl TracedDevice {
-    fn new(
-        name: &'static str,
-        device: &Device,
-        prepared: &Arc<Prepared>,
-        of_samples: Option<&Arc<Prepared>>,
-    ) -> Result<TracedDevice> {
-        let samples =
-            of_samples.map(|of| Ok::<_, Error>(device.tracer(of, Wants::default())?.tracer));
-        Ok(TracedDevice {
-            name,
-            pixels: device.tracer(prepared, WANTS)?.tracer,
-            samples: samples.transpose()?,
-            hits: Hits::default(),
-            shown: RenderedColors::default(),
-            exact: Differences::default(),
-        })
-    }
-
-    fn trace(
-        &mut self,
-        TruthOfBand { band, rays, colors: true_colors }: &TruthOfBand,
-        colors: Option<InColor>,
-        first_ray: usize,
-        control: &Control,
-    ) -> Result<()> {
-        let TracedDevice { pixels, samples, hits, shown, exact, .. } = self;
-        pixels.trace(&Rays::Pixels(*band), control, hits)?;
-        for (&ray, error) in rays.index.iter().zip(ray_errors(hits, rays)) {
-            exact.rays.see(first_ray + ray, &error);
-        }
-        if let (Some(truth), Some(InColor { n_samples, .. })) = (true_colors, colors) {
-            *shown =
-                RenderedColors::painted(band, n_samples, hits, pixels, samples.as_mut(), control)?;
-            let index = truth.index.iter().copied();
-            exact.colors.get_or_insert_default().see((shown, index), &truth.colors, first_ray);
-        }
-        Ok(())
     }
 }
 
@@ -386,10 +339,9 @@ fn refuse_what_cannot_fit(
     let mut bytes = 2 * hits_bytes(n_rays, WANTS);
     if let Some(colors) = colors {
         sample_bytes += COLOR_BYTES;
-        let encodings = [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear];
-        let color_bytes: usize = encodings.map(Encoding::pixel_bytes).iter().sum();
+        let color_bytes: usize = ENCODINGS.map(Encoding::pixel_bytes).iter().sum();
         bytes = bytes.saturating_add(n_rays.saturating_mul(2 * color_bytes as u64));
-        let n_rays = n_rays.saturating_mul(colors.rays_of_pixel() as u64 / 3);
+        let n_rays = n_rays.saturating_mul(colors.n_samples.of_pixel().into());
         bytes = bytes.saturating_add(hits_bytes(n_rays, Wants::default()));
     }
     let samples = n_samples.min(pixels.len()) as u64 * sample_bytes;
@@ -399,4 +351,79 @@ fn refuse_what_cannot_fit(
         bytes.saturating_add(samples),
         "verify a smaller --size, or fewer --samples",
     )
+}
+
+impl Verified {
+    /// Promises that are broken, one sentence each.
+    pub fn broken(&self) -> Vec<String> {
+        self.kernels.iter().flat_map(|result| result.broken.clone()).collect()
+    }
+
+    /// The results in lines for people.
+    pub fn in_words(&self) -> String {
+        let mut rows = <[String; 4]>::default();
+        for OfKernel { kernel, gpu_against_cpu, against_exact, colors, .. } in &self.kernels {
+            rows[0].extend(gpu_against_cpu.iter().map(|found| found.row(kernel)));
+            rows[1].extend(against_exact.rows().map(|(on, found)| found.row(kernel, on)));
+            if let Some(ColorsOfKernel { gpu_against_cpu, against_exact }) = colors {
+                rows[2].extend(gpu_against_cpu.iter().map(|found| found.row(kernel)));
+                let row = |(on, found): (&str, &ColorDifferences)| {
+                    found.row(&format!("{kernel:<10} {on}"))
+                };
+                rows[3].extend(against_exact.rows().map(row));
+            }
+        }
+        let colors = |differ: &str, title: &str| {
+            let columns = ["in 8 bits", "in 16", "floats"].map(|what| format!("{differ} {what}"));
+            let [srgb8, srgb16, linear] = columns;
+            color_row(title, ["pixels".into(), srgb8, srgb16, linear])
+        };
+        let heads = [
+            "GPU against CPU   rays  hit or miss  other object  t differs  ulp max  normal differs  distance max\n",
+            "against exact     rays   false hits  false misses  wrong object  t error, ulp  normal error\n",
+            &colors("other", "colours, GPU against CPU"),
+            &colors("wrong", "colours against exact"),
+        ];
+        let parts = heads.iter().zip(&rows).filter(|(_, rows)| !rows.is_empty());
+        let mut text: String = parts.map(|(head, rows)| format!("\n{head}{rows}")).collect();
+        text.push('\n');
+        for OfKernel { kernel, promise, broken, .. } in &self.kernels {
+            let kept = if broken.is_empty() { "kept" } else { "BROKEN" };
+            text += &format!("{kernel} promises: {promise}: {kept}\n");
+        }
+        text
+    }
+}
+
+impl Parity {
+    fn row(&self, kernel: &str) -> String {
+        let Parity { rays, hit_or_miss, other_object, t_differs, t_ulp_max, .. } = self;
+        let (normals, distance) = (self.normal_differs, self.normal_distance_max);
+        format!(
+            "{kernel:<10} {rays:>11} {hit_or_miss:>12} {other_object:>13} {t_differs:>10} {t_ulp_max:>8} {normals:>15} \
+             {distance:>13.2e}\n"
+        )
+    }
+}
+
+impl RayDifferences {
+    fn row(&self, kernel: &str, device: &str) -> String {
+        let RayDifferences { rays, false_hits, false_misses, wrong_object, .. } = self;
+        let (ulp, distance) = (self.t_ulp_max, self.normal_distance_max);
+        format!(
+            "{kernel:<10} {device} {rays:>7} {false_hits:>12} {false_misses:>13} {wrong_object:>13} {ulp:>13.2} \
+             {distance:>13.2e}\n"
+        )
+    }
+}
+
+impl ColorDifferences {
+    fn row(&self, name: &str) -> String {
+        let ColorDifferences { pixels, srgb8, srgb16, linear, .. } = self;
+        color_row(name, [pixels, srgb8, srgb16, linear].map(u64::to_string))
+    }
+}
+
+fn color_row(name: &str, [pixels, srgb8, srgb16, linear]: [String; 4]) -> String {
+    format!("{name:<24} {pixels:>7} {srgb8:>16} {srgb16:>12} {linear:>13}\n")
 }

@@ -1,6 +1,7 @@
 //! The exact results of rays, and which rays to compare.
 
 use glam::DVec3;
+use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::exact::{self, ExactHit, ExactPixels, ExactRay, Root, Shape, Side};
 use kugelblitz::num::Scaled;
@@ -8,10 +9,10 @@ use kugelblitz::random::SplitMix;
 use kugelblitz::rays::{Pixels, Rays};
 use kugelblitz::scene::{Object, Scene};
 use kugelblitz::trace::Ray;
-use kugelblitz::{Error, Result};
 use rayon::prelude::*;
 
 use crate::compare::RayResult;
+use crate::wrong_usage;
 
 /// Bytes of a ray that is compared: its index, what is exact about it, and the same once more on the
 /// way.
@@ -78,7 +79,7 @@ impl Truth {
     pub fn of_known(scene: &Scene, rays: &Rays, ids: &[u32], control: &Control) -> Result<Truth> {
         if ids.len() != rays.len() {
             let message = format!("{} ids were given for {} rays", ids.len(), rays.len());
-            return Err(Error::Usage(message));
+            return wrong_usage(message);
         }
         let rays = ExactRays::from(rays);
         Truth::new((0..ids.len()).collect(), control, |i| {

@@ -8,7 +8,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::answer::{answer, price};
 use super::figures::{count, typeset};
 use super::order::SeriesOrder;
-use super::plot::{self, theme};
+use super::plot::{plane, sweep, theme};
 use super::tables::Table;
 use super::{
     Baseline, CLOUD_SIZE, Count, LIGHT_SIZE, MeasuredScene, Of, Report, SWEEPS, Settings, Sweep,
@@ -73,11 +73,12 @@ pub fn html(report: &Report) -> String {
                 }
                 main {
                     @if let Some(baseline) = &report.baseline { (since(baseline, &order)) }
-                    @if plot::has_plane(report) {
+                    @let plane = plane::chart(report);
+                    @if !plane.is_empty() {
                         section {
                             h2 { "Time and error of each kernel" }
                             figure {
-                                div.wide { (PreEscaped(plot::plane(report))) }
+                                div.wide { (PreEscaped(plane.svg())) }
                                 figcaption { (PLANE) }
                             }
                         }
@@ -101,9 +102,7 @@ pub fn html(report: &Report) -> String {
                         " were compared with exact arithmetic. " (LIGHT)
                     }))
                     (pictures::light(report))
-                    @for sweep in SWEEPS.iter().filter(|sweep| plot::has_sweep(report, sweep)) {
-                        (sweep_section(report, sweep, &order))
-                    }
+                    @for sweep in &SWEEPS { (sweep_section(report, sweep, &order)) }
                     (pictures::errors(report))
                     @let overview = tables::overview(report, &order);
                     @if !overview.is_empty() {
@@ -157,15 +156,11 @@ fn n_lit_pixels(report: &Report) -> String {
 
 /// What changed since an earlier report.
 fn since(baseline: &Baseline, order: &SeriesOrder) -> Markup {
-    let tables = [
-        ("Changes beyond noise", tables::changes(baseline, order)),
-        ("Wrong ids that changed", tables::changed_ids(baseline, order)),
-    ];
     html! {
         section {
             h2 { "Since the baseline" }
             @for words in baseline.in_words() { p { (words) } }
-            @for (title, table) in &tables {
+            @for (title, table) in &tables::since(baseline, order) {
                 @if !table.is_empty() {
                     h3 { (title) }
                     (print::html(table))
@@ -175,15 +170,19 @@ fn since(baseline: &Baseline, order: &SeriesOrder) -> Markup {
     }
 }
 
+/// A sweep; nothing where it has no point.
 fn sweep_section(report: &Report, sweep: &Sweep, order: &SeriesOrder) -> Markup {
+    let chart = sweep::chart(report, sweep);
     html! {
-        section {
-            h2 { "Sweep: " (sweep.name) }
-            p { (sweep.title) }
-            figure.wide { (PreEscaped(plot::sweep(report, sweep))) }
-            details {
-                summary { "Its numbers" }
-                (print::html(&tables::sweep(report, sweep, order)))
+        @if !chart.is_empty() {
+            section {
+                h2 { "Sweep: " (sweep.name) }
+                p { (sweep.title) }
+                figure.wide { (PreEscaped(chart.svg())) }
+                details {
+                    summary { "Its numbers" }
+                    (print::html(&tables::sweep(report, sweep, order)))
+                }
             }
         }
     }

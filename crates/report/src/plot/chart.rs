@@ -52,6 +52,13 @@ pub struct Mark {
     pub title: String,
 }
 
+impl Mark {
+    fn places(&self) -> [Point; 3] {
+        let [from, to] = self.range;
+        [self.at, from, to]
+    }
+}
+
 /// Marks of one colour and shape.
 pub struct Line {
     pub name: String,
@@ -106,8 +113,7 @@ impl Chart<'_> {
     /// The picture as an SVG file.
     pub fn svg(&self) -> String {
         let marks = || self.drawn().flat_map(|panel| &panel.lines).flat_map(Line::drawn);
-        let xs = marks().flat_map(|mark| [mark.at, mark.range[0], mark.range[1]]);
-        let x = Scale::new(xs.map(|(x, _)| x), (LEFT, RIGHT));
+        let x = Scale::new(marks().flat_map(Mark::places).map(|(x, _)| x), (LEFT, RIGHT));
         let mut svg = String::new();
         for (i, words) in self.key.iter().enumerate() {
             svg += &text(LEFT, 8.0 + ROW * (i as f64 + 0.7), "start", "ink", words);
@@ -163,7 +169,7 @@ impl<'a> Layout<'a> {
             n => n as f64 * LANE + GAP,
         };
         let marks = panel.lines.iter().flat_map(Line::drawn);
-        let ys = marks.flat_map(|mark| [mark.at, mark.range[0], mark.range[1]]).map(|(_, y)| y);
+        let ys = marks.flat_map(Mark::places).map(|(_, y)| y);
         let ys: Vec<f64> = ys.filter(|y| *y > 0.0 && y.is_finite()).collect();
         let axis_top = top + strip(&above);
         let height = if ys.is_empty() { 0.0 } else { panel.height };

@@ -1,15 +1,22 @@
-//! A [`Report`](super::Report) as SVG pictures.
+//! A [`Report`] as SVG pictures.
 //!
 //! They need nothing beside themselves and fit light and dark pages: `prefers-color-scheme` chooses
 //! the colours. All numbers in them are also in the tables.
 
-mod chart;
-mod plane;
+pub(super) mod chart;
+pub(super) mod plane;
 mod scale;
-mod sweep;
+pub(super) mod sweep;
 pub(super) mod theme;
 
-pub(super) use plane::has_plane;
-pub use plane::plane;
-pub(super) use sweep::has_sweep;
-pub use sweep::sweep;
+use super::{Report, Sweep};
+
+/// The plane of time and error as an SVG file.
+pub fn plane(report: &Report) -> String {
+    plane::chart(report).svg()
+}
+
+/// A sweep as an SVG file.
+pub fn sweep(report: &Report, sweep: &Sweep) -> String {
+    sweep::chart(report, sweep).svg()
+}

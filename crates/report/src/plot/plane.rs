@@ -7,17 +7,8 @@ use crate::order::{Series, SeriesOrder};
 use crate::tables::spread;
 use crate::{Class, Count, Metric, Of, Report, Row, Spread};
 
-/// The plane as an SVG file.
-pub fn plane(report: &Report) -> String {
-    chart(report).svg()
-}
-
-/// True where the plane has a point.
-pub fn has_plane(report: &Report) -> bool {
-    !chart(report).is_empty()
-}
-
-fn chart(report: &Report) -> Chart<'static> {
+/// The plane.
+pub fn chart(report: &Report) -> Chart<'static> {
     let order = SeriesOrder::of(report);
     let lines = Series::each(&report.rows_of(|of| matches!(of, Of::Class { .. })));
     let classes = report.classes();

@@ -25,17 +25,8 @@ const QUANTITIES: [Quantity; 3] = [
     }),
 ];
 
-/// A sweep as an SVG file.
-pub fn sweep(report: &Report, sweep: &Sweep) -> String {
-    chart(report, sweep).svg()
-}
-
-/// True where the sweep has a point.
-pub fn has_sweep(report: &Report, sweep: &Sweep) -> bool {
-    !chart(report, sweep).is_empty()
-}
-
-fn chart(report: &Report, sweep: &Sweep) -> Chart<'static> {
+/// A sweep's panels.
+pub fn chart(report: &Report, sweep: &Sweep) -> Chart<'static> {
     let order = SeriesOrder::of(report);
     let rows = report.rows_along(sweep);
     let lines = Series::shared(&rows);
