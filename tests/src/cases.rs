@@ -12,29 +12,17 @@ pub fn plane(point: DVec3, normal: DVec3) -> Shape {
     Shape::Plane { point, normal }
 }
 
-pub fn any_vector(rng: &mut impl Rng, size: f64) -> DVec3 {
-    dvec3(
-        rng.random_range(-size..size),
-        rng.random_range(-size..size),
-        rng.random_range(-size..size),
-    )
-}
-
-pub fn integer(rng: &mut impl Rng, limit: i32) -> f64 {
+fn integer(rng: &mut impl Rng, limit: i32) -> f64 {
     f64::from(rng.random_range(-limit..=limit))
 }
 
-pub fn nonzero(rng: &mut impl Rng, limit: i32) -> f64 {
+fn nonzero(rng: &mut impl Rng, limit: i32) -> f64 {
     loop {
         let n = integer(rng, limit);
         if n != 0.0 {
             return n;
         }
     }
-}
-
-pub fn integer_vector(rng: &mut impl Rng, limit: i32) -> DVec3 {
-    dvec3(integer(rng, limit), integer(rng, limit), integer(rng, limit))
 }
 
 /// Three orthogonal integer vectors of the same integer length (the columns of a rotation by an
@@ -57,14 +45,4 @@ pub fn nudged(rng: &mut impl Rng, x: f64) -> f64 {
         1 => x.next_down(),
         _ => x,
     }
-}
-
-/// A seed that differs from run to run, or the one that is asked for.
-pub fn seed() -> u64 {
-    if let Ok(text) = std::env::var("KUGELBLITZ_SEED") {
-        return text.parse().expect("KUGELBLITZ_SEED is a number");
-    }
-    std::time::SystemTime::now()
-        .duration_since(std::time::UNIX_EPOCH)
-        .map_or(1, |time| time.as_nanos() as u64)
 }
