@@ -9,6 +9,7 @@
 mod devices;
 mod failures;
 mod files;
+mod finite;
 mod scenes;
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -67,7 +67,7 @@ enum Light {
 pub type Family = fn(&mut Rng) -> Draft;
 type Rng = ChaCha8Rng;
 
-pub const FAMILIES: [(&str, Family); 32] = [
+pub const FAMILIES: [(&str, Family); 33] = [
     ("silhouettes", silhouettes),
     ("eye near a surface", eye_near),
     ("eye on a surface", eye_on),
@@ -100,6 +100,7 @@ pub const FAMILIES: [(&str, Family); 32] = [
     ("planes in one place", planes_in_one_place),
     ("edges of bytes", edges_of_bytes),
     ("extremes", extremes),
+    ("ends of f32", ends_of_f32),
 ];
 
 /// A family's random numbers for a scene: by its name, so that a new family changes no other.
@@ -748,6 +749,38 @@ fn extremes(rng: &mut Rng) -> Draft {
             _ => (DVec3::X * 1e200, 1.0),
         });
     }
+    draft
+}
+
+/// Sizes at the ends of the range in which f32 may decide, a step beyond them and ordinary ones, wherever the camera is.
+fn ends_of_f32(rng: &mut Rng) -> Draft {
+    let size = |rng: &mut Rng| {
+        let exponent = match rng.random_range(0..4) {
+            0 => rng.random_range(-41..-37),
+            1 => rng.random_range(57..62),
+            _ => rng.random_range(-4..5),
+        };
+        nudged(rng, 2f64.powi(exponent)) * [1.0, rng.random_range(1.0..2.0)][rng.random_range(0..2)]
+    };
+    let eye = way(rng) * [0.0, 2f64.powi(rng.random_range(10..50))][rng.random_range(0..2)];
+    let mut draft = draft(eye, eye, 0.0);
+    draft.exponent = Some(0);
+    for _ in 0..rng.random_range(1..5) {
+        let radius = size(rng);
+        let distance = match rng.random_range(0..4) {
+            0 => radius * (1.0 + little(rng)),
+            1 => radius * power_of_ten(rng, 0.0, 9.0),
+            _ => size(rng),
+        };
+        draft.spheres.push((eye + way(rng) * distance, radius));
+    }
+    for _ in 0..rng.random_range(0..3) {
+        let normal = way(rng) * size(rng);
+        draft.planes.push((eye + across(rng, normal) * size(rng) + way(rng) * little(rng), normal));
+    }
+    let (center, radius) = draft.spheres[0];
+    draft.look_at = center + way(rng) * radius;
+    draft.half = draft.look_at.distance(eye) * power_of_ten(rng, -3.0, 0.3);
     draft
 }
 
