@@ -344,12 +344,15 @@ fn plain(case: &Case, kernel: Kernel, gpu: &Arc<Gpu>, n_lit: &mut u64) -> Vec<Fa
     };
     let devices = [Device::Cpu, Device::Gpu(Arc::clone(gpu))];
     let mut sessions = devices.map(|device| Session::new(Arc::clone(&case.scene), device, kernel));
-    let (control, wants) = (Control::default(), Wants { surface: true, level: false });
+    let (control, wants) = (Control::default(), Wants { surface: true, level: true });
     let is_ieee = gpu.is_ieee(kernel).unwrap();
     for (way, rays) in rays_of(case) {
         let [on_cpu, on_gpu] = sessions.each_mut().map(|session| {
             let mut hits = Hits::default();
             session.trace(&rays, wants, &control, &mut hits).unwrap();
+            case.assert_counted(&hits, rays.len(), true);
+            let of_stage = if kernel == Kernel::Double { hits.counts.f64 } else { hits.counts.f32 };
+            assert_eq!(of_stage, rays.len() as u64, "{}", kernel.name());
             hits
         });
         if let Some(what) = broken(kernel, &on_cpu, &on_gpu) {
