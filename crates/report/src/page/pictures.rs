@@ -214,25 +214,3 @@ fn css(color: &[u8]) -> String {
     let digits: String = color.iter().map(|channel| format!("{channel:02x}")).collect();
     format!("#{digits}")
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn each_fault_has_its_own_color() {
-        let [first, .., last] = RAMP;
-        assert_eq!(color(&Fault::Right)[3], 0, "transparent");
-        assert_eq!([0.0, 0.3, 0.5].map(|ulp| color(&Fault::TUlp(ulp))), [first; 3]);
-        assert_eq!([1e6, 1e300, f64::INFINITY].map(|ulp| color(&Fault::TUlp(ulp))), [last; 3]);
-        assert_eq!([1, 64, 255].map(|levels| color(&Fault::Levels(levels))), [first, last, last]);
-        for rising in [[0.5, 10.0, 1e4].map(Fault::TUlp), [1, 4, 32].map(Fault::Levels)] {
-            assert!(rising.map(|fault| color(&fault)[3]).is_sorted_by(|a, b| a < b), "{rising:?}");
-        }
-        let wrong = [Fault::FalseHit, Fault::FalseMiss, Fault::WrongObject];
-        for (fault, [r, g, b]) in wrong.iter().zip([FALSE_HIT, FALSE_MISS, WRONG_OBJECT]) {
-            assert_eq!(color(fault), [r, g, b, 0xff]);
-        }
-        assert_ne!(color(&Fault::FalseShadow), color(&Fault::Leak));
-    }
-}
