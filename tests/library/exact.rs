@@ -3,7 +3,6 @@
 use glam::{DVec3, dvec3};
 use kugelblitz::exact::{ExactRay, Real, Root, Shape, Side, nearest, real, signum, sphere_numbers};
 use kugelblitz::trace::Ray;
-use kugelblitz_tests::cases::{plane, sphere};
 
 /// Would notice a version of dashu that rounds.
 #[test]
@@ -27,6 +26,14 @@ fn sums_and_products_are_exact() {
     assert_eq!(&x(-0.0) * &tiny, zero);
     assert_eq!(signum(&(&x(-0.0) * &tiny)), 0);
     assert!(real(f64::NAN).is_none() && real(f64::INFINITY).is_none());
+}
+
+fn sphere(center: DVec3, radius: f64) -> Shape {
+    Shape::Sphere { center, radius }
+}
+
+fn plane(point: DVec3, normal: DVec3) -> Shape {
+    Shape::Plane { point, normal }
 }
 
 fn list(origin: DVec3, direction: DVec3) -> ExactRay {

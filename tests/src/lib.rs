@@ -3,7 +3,6 @@
 #![allow(missing_docs)]
 
 pub mod adversarial;
-pub mod cases;
 pub mod folder;
 pub mod made_report;
 pub mod oracle;

@@ -6,7 +6,6 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use glam::{DVec3, dvec3};
-use kugelblitz_tests::cases::{integer_frame, nudged};
 use kugelblitz_tests::oracle::{Oracle, edges, scene::read};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -206,6 +205,34 @@ fn way(rng: &mut Rng) -> DVec3 {
         0 => [DVec3::X, DVec3::Y, DVec3::Z][rng.random_range(0..3)] * sign(rng),
         1 => dvec3(0.6, 0.8, 0.0) * sign(rng),
         _ => unit(rng),
+    }
+}
+
+/// Three orthogonal integer vectors of the same integer length (the columns of a rotation by an
+/// integer quaternion, times its norm; Pythagorean quadruples), and that length.
+fn integer_frame(rng: &mut Rng) -> ([DVec3; 3], f64) {
+    let mut integer = || f64::from(rng.random_range(-9..=9));
+    let a = loop {
+        match integer() {
+            0.0 => {}
+            a => break a,
+        }
+    };
+    let [b, c, d] = [(); 3].map(|()| integer());
+    let columns = [
+        dvec3(a * a + b * b - c * c - d * d, 2.0 * (b * c + a * d), 2.0 * (b * d - a * c)),
+        dvec3(2.0 * (b * c - a * d), a * a - b * b + c * c - d * d, 2.0 * (c * d + a * b)),
+        dvec3(2.0 * (b * d + a * c), 2.0 * (c * d - a * b), a * a - b * b - c * c + d * d),
+    ];
+    (columns, a * a + b * b + c * c + d * d)
+}
+
+/// One ulp up or down, or not at all, half of the time.
+fn nudged(rng: &mut Rng, x: f64) -> f64 {
+    match rng.random_range(0..4) {
+        0 => x.next_up(),
+        1 => x.next_down(),
+        _ => x,
     }
 }
 
@@ -576,7 +603,7 @@ fn many_about_eye(rng: &mut Rng) -> Draft {
 /// All things meet a ray at the same fraction `t`: tangent spheres, spheres that it meets head-on, planes, mirrored spheres
 /// that it pierces aside of their middles, and spheres that it starts on; some a step of f64 off.
 fn equal_roots(rng: &mut Rng) -> Draft {
-    let ([u, v, w], length) = integer_frame(rng, 9);
+    let ([u, v, w], length) = integer_frame(rng);
     let most = 1 << rng.random_range(1..31);
     let origin = integers(rng, most);
     let along = f64::from(rng.random_range(1..20));
