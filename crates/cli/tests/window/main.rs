@@ -550,27 +550,6 @@ fn the_window_is_resized_its_panels_hidden_and_it_closes() {
 }
 
 #[test]
-fn the_picture_is_saved_at_full_resolution() {
-    let desk = Desk::new();
-    let path = scene("figure2");
-    let mut seen = Seen::open(&desk, &path, &[]);
-    seen.resize(500, 400);
-    let camera = seen.camera();
-    let size = {
-        let scene = kugelblitz::scene::read_scene(&path).unwrap();
-        scene.image.map(|image| [image.width, image.height]).unwrap()
-    };
-    let expected = render(&path, &camera, size, "certified");
-    for name in ["figure2-1.png", "figure2-2.png"] {
-        seen.key("ctrl+s");
-        let saved = seen.wait(|event| event.name() == "saved");
-        assert!(saved.path().ends_with(name), "{}", saved.path());
-        assert!(Image::open(&seen.folder().join(name)) == expected);
-    }
-    seen.quit();
-}
-
-#[test]
 fn the_camera_is_copied_and_its_steps_are_undone() {
     let desk = Desk::new();
     let path = scene("figure1");
@@ -642,15 +621,19 @@ fn another_scene_is_opened_and_kept_in_mind() {
 }
 
 #[test]
-fn two_saves_at_once_take_two_names() {
+fn two_saves_at_once_have_full_resolution_and_two_names() {
     let desk = Desk::new();
-    let path = scene("figure2");
-    let mut seen = Seen::open(&desk, &path, &["--size", "2000x1500"]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("large.toml");
+    let text = fs::read_to_string(scene("figure2")).unwrap();
+    fs::write(&path, text.replace("= 1280", "= 2000").replace("= 720", "= 1500")).unwrap();
+    let mut seen = Seen::open(&desk, &path, &[]);
+    seen.resize(500, 400);
     let expected = render(&path, &seen.camera(), [2000, 1500], "certified");
     seen.xdotool(&["key", "--delay", "0", "ctrl+s", "ctrl+s"]);
     let mut saved = [(); 2].map(|()| seen.wait(|event| event.name() == "saved").path().to_owned());
     saved.sort();
-    for (path, name) in saved.iter().zip(["figure2-1.png", "figure2-2.png"]) {
+    for (path, name) in saved.iter().zip(["large-1.png", "large-2.png"]) {
         assert!(path.ends_with(name), "{path}");
         assert!(Image::open(&seen.folder().join(name)) == expected, "{path}");
     }
