@@ -1,59 +1,79 @@
 //! What a driver may do and what it may not: spoiled shaders stand in for drivers that contract,
 //! reassociate, flush or round badly. Each is noticed by the self-test, or harmless by the proof of
-//! `src/guard.rs`, and the kernels without a proof are within the bounds of Vulkan's precision where it keeps to that. That
-//! the certified kernel sees the exact objects either way is the matrix's to say.
+//! `src/guard.rs`, and then the kernels without a proof show the lecture's figures all the same. That the certified kernel sees the exact objects either way is the matrix's to say.
 
 use std::sync::Arc;
 
-use glam::{DVec3, dvec3};
 use kugelblitz::gpu::{Arithmetic, Gpu, Pick};
-use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{Scene, read_scene};
-use kugelblitz::trace::{Kernel, Rays};
-use kugelblitz_tests::allowed::{Outside, compare_to_allowed};
-use kugelblitz_tests::{gpu, root, scene, sphere, spoiled, traced};
+use kugelblitz::scene::read_scene;
+use kugelblitz::trace::{Hits, Kernel, Rays};
+use kugelblitz_tests::{gpu, root, spoiled, traced};
 
 fn spoiled(spoil: impl Fn(&[u32]) -> Vec<u32> + Send + Sync + 'static) -> Arc<Gpu> {
     gpu();
     Arc::new(Gpu::open(&Pick::Best).unwrap().edit_spirv(spoil))
 }
 
-/// Scenes with a camera, and a far sphere that f32 leaves open at the outline.
-fn scenes() -> Vec<(Arc<Scene>, Rays)> {
-    let root = root().join("scenes");
-    let named =
-        ["figure1", "figure2", "figure5", "hard/touching", "hard/grazing", "hard/huge_ground"];
-    let mut scenes: Vec<(Arc<Scene>, Rays)> = named
-        .iter()
-        .map(|name| {
-            let scene = read_scene(&root.join(format!("{name}.toml"))).unwrap();
-            let view = View::new(scene.camera.as_ref().unwrap());
-            (Arc::new(scene), Rays::Pixels(Pixels::whole(view, 80, 45)))
-        })
-        .collect();
-    let far = vec![sphere(dvec3(0.0, 3.0, -1e4), 1.0), sphere(dvec3(0.0, 3.0, -9e3), 0.9)];
-    let mut view = View::new(&kugelblitz_tests::camera(DVec3::ZERO, DVec3::NEG_Z));
-    view.h = 1e-3;
-    scenes.push((Arc::new(scene(far, vec![])), Rays::Pixels(Pixels::whole(view, 80, 45))));
-    scenes
+/// What the plain kernels see of the lecture's figures.
+#[derive(Debug)]
+struct Plain {
+    rays: usize,
+    /// Rays with another `t` than on the CPU.
+    otherwise: usize,
+    /// Those that see another object, or whose `t` is off by more than 2⁻¹⁰ of it.
+    apart: usize,
 }
 
-/// What the plain kernels give outside the bounds of Vulkan's precision, and how many rays another `t` than
-/// on the CPU.
-fn plain(gpu: &Arc<Gpu>) -> (Outside, usize) {
-    let (mut outside, mut n_otherwise) = (Outside::default(), 0);
-    for (scene, rays) in scenes() {
-        for kernel in [Kernel::Lecture, Kernel::Stable] {
-            let prepared = Prepared::new(Arc::clone(&scene), kernel, &rays).unwrap();
-            let on_gpu = traced(&scene, kernel, &rays, Some(gpu));
-            let on_cpu = traced(&scene, kernel, &rays, None);
-            let all: Vec<usize> = (0..rays.len()).collect();
-            outside.add(&compare_to_allowed(&prepared, &rays, &on_gpu, &all).unwrap(), 0);
-            n_otherwise += (0..rays.len()).filter(|&i| on_gpu.t[i] != on_cpu.t[i]).count();
+impl Plain {
+    fn on(gpu: &Arc<Gpu>) -> Plain {
+        let mut found = Plain { rays: 0, otherwise: 0, apart: 0 };
+        for name in ["figure1", "figure2", "figure5"] {
+            let scene = read_scene(&root().join(format!("scenes/{name}.toml"))).unwrap();
+            let view = View::new(scene.camera.as_ref().unwrap());
+            let (scene, rays) = (Arc::new(scene), Rays::Pixels(Pixels::whole(view, 80, 45)));
+            for kernel in [Kernel::Lecture, Kernel::Stable] {
+                let [on_cpu, on_gpu] =
+                    [None, Some(gpu)].map(|device| traced(&scene, kernel, &rays, device));
+                found.compare(&on_cpu, &on_gpu);
+            }
+        }
+        found
+    }
+
+    fn compare(&mut self, on_cpu: &Hits, on_gpu: &Hits) {
+        self.rays += on_cpu.id.len();
+        for (i, (cpu, gpu)) in on_cpu.t.iter().zip(&on_gpu.t).enumerate() {
+            let is_near = cpu == gpu || (cpu - gpu).abs() <= cpu.abs() * 2f32.powi(-10);
+            self.otherwise += usize::from(cpu != gpu);
+            self.apart += usize::from(on_cpu.id[i] != on_gpu.id[i] || !is_near);
         }
     }
-    (outside, n_otherwise)
+
+    /// Nothing but roundings differs, which shows near silhouettes alone.
+    fn is_harmless(&self) -> bool {
+        1000 * self.apart < self.rays
+    }
+}
+
+#[test]
+fn what_is_no_rounding_is_seen() {
+    let n = 1000;
+    let all = |id, t| Hits { id: vec![id; n], t: vec![t; n], ..Hits::default() };
+    let right = all(1, 2.0);
+    for (wrong, is_harmless) in [
+        (right.clone(), true),
+        (all(1, 2f32.next_up()), true),
+        (all(2, 2.0), false),
+        (all(1, 2.01), false),
+        (all(1, f32::NAN), false),
+        (all(0, f32::INFINITY), false),
+    ] {
+        let mut found = Plain { rays: 0, otherwise: 0, apart: 0 };
+        found.compare(&right, &wrong);
+        assert_eq!(found.is_harmless(), is_harmless, "{found:?}");
+        assert_eq!(found.otherwise == 0, wrong.t == right.t, "{found:?}");
+    }
 }
 
 #[test]
@@ -61,11 +81,8 @@ fn this_driver_keeps_to_the_precision() {
     let gpu = gpu();
     let found = gpu.arithmetic().unwrap();
     assert!(found.suits_filter(), "{found}");
-    let (outside, n_otherwise) = plain(&gpu);
-    assert_eq!(outside.outside, 0, "{outside:?}");
-    if found.is_ieee() {
-        assert_eq!(n_otherwise, 0);
-    }
+    let plain = Plain::on(&gpu);
+    assert!(plain.is_harmless() && (plain.otherwise == 0 || !found.is_ieee()), "{plain:?}");
     if let Some(found) = gpu.arithmetic_f64().unwrap() {
         let rounds_to_nearest =
             found.sum_ulp == 0 && found.product_ulp == 0 && found.rounded_products;
@@ -83,8 +100,8 @@ fn a_driver_that_contracts_is_noticed_and_harmless() {
     let gpu = spoiled(spoiled::contracts);
     let found = gpu.arithmetic().unwrap();
     assert!(!found.rounded_products && !found.is_ieee() && found.suits_filter(), "{found}");
-    let (outside, n_otherwise) = plain(&gpu);
-    assert!(outside.outside == 0 && n_otherwise > 1000, "{outside:?}, {n_otherwise} otherwise");
+    let plain = Plain::on(&gpu);
+    assert!(plain.is_harmless() && plain.otherwise > 500, "{plain:?}");
 }
 
 #[test]
@@ -99,7 +116,7 @@ fn a_driver_that_flushes_is_noticed_and_harmless() {
     let gpu = spoiled(spoiled::flushes);
     let found = gpu.arithmetic().unwrap();
     assert!(!found.subnormals && !found.is_ieee() && found.suits_filter(), "{found}");
-    assert_eq!(plain(&gpu).0.outside, 0);
+    assert!(Plain::on(&gpu).is_harmless());
 }
 
 #[test]
@@ -107,8 +124,8 @@ fn a_driver_that_rounds_badly_is_noticed() {
     let gpu = spoiled(spoiled::rounds_sums_badly);
     let found = gpu.arithmetic().unwrap();
     assert!(found.sum_ulp > 0 && !found.faithful && !found.suits_filter(), "{found}");
-    let (outside, n_otherwise) = plain(&gpu);
-    assert!(outside.outside > 1000 && n_otherwise > 1000, "{outside:?}, {n_otherwise} otherwise");
+    let plain = Plain::on(&gpu);
+    assert!(plain.otherwise > 500, "{plain:?}");
 }
 
 #[test]
@@ -117,6 +134,6 @@ fn a_driver_that_rounds_quotients_as_it_may_is_harmless() {
     let found: Arithmetic = gpu.arithmetic().unwrap();
     assert!(found.quotient_ulp > 0 && found.reciprocal_ulp > 0 && found.root_ulp > 0, "{found}");
     assert!(found.suits_filter() && !found.is_ieee(), "{found}");
-    let (outside, n_otherwise) = plain(&gpu);
-    assert!(outside.outside == 0 && n_otherwise > 1000, "{outside:?}, {n_otherwise} otherwise");
+    let plain = Plain::on(&gpu);
+    assert!(plain.is_harmless() && plain.otherwise > 500, "{plain:?}");
 }

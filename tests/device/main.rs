@@ -3,7 +3,6 @@
 mod digests;
 mod drivers;
 mod hard_cases;
-mod hard_scenes;
 mod light;
 mod matrix;
 mod scenes;

@@ -3,14 +3,12 @@
 mod clouds;
 mod damaged;
 mod exact;
-mod finite;
 #[cfg(target_arch = "x86_64")]
 mod host;
 mod house;
 mod lemmas;
 mod light_oracle;
 mod picture;
-mod precision;
 mod printed;
 mod report;
 mod report_page;

@@ -1,19 +1,12 @@
 //! The report's measuring: it repeats itself, and it sees a kernel that is wrong.
 
-use std::sync::Arc;
-use std::time::Instant;
-
-use kugelblitz::Result;
 use kugelblitz::control::Control;
-use kugelblitz::device::{Device, Made};
-use kugelblitz::num::V3;
-use kugelblitz::prepare::Prepared;
-use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Wants};
-use kugelblitz::tracer::{Backend, Tracer};
+use kugelblitz::device::Device;
+use kugelblitz::trace::Kernel;
 use kugelblitz_judge::compare::{FALSE_HIT, FALSE_MISS, RAMP, WRONG_OBJECT};
 use kugelblitz_report::{
     Benchmark, CLOUD_SIZE, Case, Class, Count, Environment, Metric, Of, Report, Row, RowKey,
-    SWEEPS, Settings, default_cases, page, plot, text,
+    SWEEPS, Settings, default_cases,
 };
 
 const SETTINGS: Settings = Settings {
@@ -98,6 +91,14 @@ fn errors_repeat_exactly_and_times_have_their_range() {
     let is_far = |row: &&&Row| matches!(&row.key.of, Of::Scene { scene, .. } if scene == "far_1e8");
     let lecture = scenes.iter().find(is_far).expect("a row");
     assert!(lecture.wrong_share() > 0.05, "{lecture:?}");
+    let [false_hits, false_misses] =
+        [Count::FalseHits, Count::FalseMisses].map(|of| lecture.count(of));
+    assert!(false_hits > 0 && false_misses > 0, "{lecture:?}");
+    let picture =
+        first.pictures.iter().find(|picture| picture.key == lecture.key).expect("a picture");
+    for color in [FALSE_HIT, FALSE_MISS, WRONG_OBJECT] {
+        assert!(picture.errors.contains(&color), "{color:?}");
+    }
     assert_eq!(of(|of| matches!(of, Of::Class { .. })).len(), 2 * n);
     // With certified alone, on each device.
     let clouds = of(|of| matches!(of, Of::Cloud { spheres: 3000 }));
@@ -128,97 +129,6 @@ fn errors_repeat_exactly_and_times_have_their_range() {
             assert_eq!(n_rows, n_points + usize::from(has_clouds), "{}", swept.name);
         }
     }
-}
-
-/// The lecture's formulas with one sign flipped: `b = 2·d·(c − o)`.
-struct FlippedSign {
-    prepared: Arc<Prepared>,
-    wants: Wants,
-}
-
-impl Backend for FlippedSign {
-    fn propose(&mut self, rays: &Rays, _: &Control, hits: &mut Hits) -> Result<Option<Timing>> {
-        let start = Instant::now();
-        let Rays::Pixels(pixels) = rays else { unreachable!("only pictures are traced here") };
-        hits.reset(rays.len(), self.wants);
-        let o = V3::<f32>::near(self.prepared.reference);
-        for index in 0..rays.len() {
-            let (x, y) = pixels.xy(index);
-            let d = V3::<f32>::near(pixels.direction(x, y));
-            let mut nearest = f32::INFINITY;
-            for (sphere, id) in self.prepared.scene.spheres.iter().zip(1..) {
-                let c = V3::<f32>::near(sphere.center);
-                let (a, b) = (d.dot(d), 2.0 * d.dot(c - o));
-                let k = (o - c).dot(o - c) - (sphere.radius * sphere.radius) as f32;
-                let discriminant = b * b - 4.0 * a * k;
-                let t = (-b - discriminant.sqrt()) / (2.0 * a);
-                if discriminant >= 0.0 && t > 0.0 && t < nearest {
-                    nearest = t;
-                    hits.id[index] = id;
-                    if self.wants.surface {
-                        (hits.t[index], hits.normal[index]) = (t, [0.0, 1.0, 0.0]);
-                    }
-                }
-            }
-        }
-        hits.counts.f32 = rays.len() as u64;
-        Ok(Some(Timing { trace: start.elapsed(), ..Timing::default() }))
-    }
-
-    fn retarget(&mut self, prepared: &Arc<Prepared>) -> Result<()> {
-        self.prepared = Arc::clone(prepared);
-        Ok(())
-    }
-
-    fn bytes(&self) -> u64 {
-        0
-    }
-}
-
-/// A kernel with one flipped sign, run through the report.
-fn with_a_flipped_sign() -> Report {
-    let flipped = Benchmark {
-        name: "flipped".into(),
-        device: "CPU".into(),
-        kernel: Kernel::Lecture,
-        make: Box::new(|prepared, wants| {
-            let backend = FlippedSign { prepared: Arc::clone(prepared), wants };
-            let tracer = Tracer::on(backend, Arc::clone(prepared), wants);
-            Ok(Made { tracer, compile: Default::default(), upload: Default::default() })
-        }),
-    };
-    let benchmarks = [flipped, Benchmark::new(Kernel::Lecture, &Device::Cpu)];
-    measure(&cases(&["figure2"]), &benchmarks, SETTINGS).0
-}
-
-#[test]
-fn a_flipped_sign_shows() {
-    let report = with_a_flipped_sign();
-    let [flipped, lecture, ..] = &report.rows[..] else { panic!("two rows") };
-    assert_eq!(lecture.wrong_ids(), 0);
-    assert!(flipped.wrong_share() > 0.1, "{flipped:?}");
-    let false_misses = flipped.count(Count::FalseMisses);
-    assert!(false_misses > 0, "{flipped:?}");
-    let picture = &report.pictures[0];
-    assert_eq!(picture.key.kernel, "flipped");
-    assert!(picture.errors.contains(&FALSE_MISS));
-    let table = text::terminal(&report);
-    let row = table.lines().find(|line| line.starts_with("flipped  ")).unwrap();
-    assert!(row.contains('%') && !row.contains("0 of"), "{row}");
-    let row = table.lines().find(|line| line.starts_with("lecture  ")).unwrap();
-    assert!(row.contains("0 of"), "{row}");
-    let plot = plot::plane(&report);
-    let n_rays = 4000;
-    assert!(
-        plot.contains(&format!("lecture, CPU, lecture's scenes: 0 of {n_rays} wrong")),
-        "{plot}"
-    );
-    assert!(plot.contains("flipped, CPU, lecture's scenes: "), "{plot}");
-    assert!(!plot.contains(&format!("flipped, CPU, lecture's scenes: 0 of {n_rays}")), "{plot}");
-    assert!(text::markdown(&report).contains("| flipped | CPU | "));
-    assert!(page::html(&report).contains("flipped was wrong for "));
-    let json = serde_json::to_value(&report).unwrap();
-    assert_eq!(json["rows"][0]["counts"]["false_misses"], false_misses);
 }
 
 /// The light of a kernel with an epsilon in the only scene of a report: what is wrong of so many.

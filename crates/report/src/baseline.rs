@@ -274,17 +274,4 @@ mod tests {
         let [five, later] = [spread(1.0, 2.0, 5), spread(3.0, 4.0, 5)];
         assert_eq!(verdict(&five, &later), Verdict::Slower);
     }
-
-    #[test]
-    fn what_is_no_report_is_told() {
-        let no = |text: &str| Earlier::parse(text).expect_err("no report");
-        assert!(no("{}").contains("report -o NAME.json"), "{}", no("{}"));
-        assert!(no("not json").contains("line 1"), "{}", no("not json"));
-        let other = no("{\"schema\": 2, \"command\": \"render\"}");
-        assert!(other.contains("command `render`"), "{other}");
-        let old = no("{\"schema\": 1, \"command\": \"report\"}");
-        assert!(old.contains("schema 1, and only 2 is read"), "{old}");
-        let part = "{\"schema\": 2, \"command\": \"report\", \"rows\": []}";
-        assert!(no(part).contains("missing field"), "{}", no(part));
-    }
 }

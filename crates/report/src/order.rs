@@ -139,33 +139,3 @@ impl<'a> Series<'a> {
         format!("{}, {}", self.key().kernel, list(&devices))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use std::collections::BTreeMap;
-
-    use super::*;
-    use crate::{Count, Spread};
-
-    #[test]
-    fn alike_to_the_last_bit_alone() {
-        let row = |device: &str, wrong, time: Option<Spread>| Row {
-            key: RowKey {
-                of: Of::Sweep { sweep: "distance".into(), x: 1.0 },
-                kernel: "stable".into(),
-                device: device.into(),
-                epsilon: None,
-            },
-            counts: [(Count::Rays, 10), (Count::WrongObject, wrong)].into(),
-            numbers: time
-                .map(|time| (Metric::TraceNsPerRay, time))
-                .into_iter()
-                .collect::<BTreeMap<_, _>>(),
-        };
-        let n = |rows: [Row; 2]| Series::shared(&rows.iter().collect::<Vec<_>>()).len();
-        assert_eq!(n([row("a", 1, None), row("b", 1, None)]), 1);
-        assert_eq!(n([row("a", 1, None), row("b", 2, None)]), 2);
-        let time = Some(Spread::default());
-        assert_eq!(n([row("a", 1, time), row("b", 1, time)]), 2);
-    }
-}

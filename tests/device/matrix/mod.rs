@@ -9,6 +9,7 @@
 mod devices;
 mod failures;
 mod files;
+mod finite;
 mod scenes;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -179,6 +180,15 @@ impl Case {
         [width / 3, height / 3, width.div_ceil(2), height.div_ceil(2)]
     }
 
+    /// Asserts that the stages are those of the rays.
+    fn assert_counted(&self, hits: &Hits, n_rays: usize, has_levels: bool) {
+        assert_eq!(hits.counts.total(), n_rays as u64, "{}", self.name);
+        let n_of = |level: Level| hits.level.iter().filter(|at| **at == level as u8).count() as u64;
+        let StageCounts { f32, f64, exact } = hits.counts;
+        let of_levels = [Level::F32, Level::F64, Level::Exact].map(n_of);
+        assert!(!has_levels || of_levels == [f32, f64, exact], "{}", self.name);
+    }
+
     fn failure(&self, way: &str, what: String, command: String) -> Failure {
         let (family, text) = (self.family, self.text.clone());
         let (scene, way) = (self.name.clone(), way.to_string());
@@ -274,14 +284,9 @@ impl<'a> Check<'a> {
         found
     }
 
-    /// The stages are those of the rays.
     fn count(&mut self, hits: &Hits, n_rays: usize, has_levels: bool) {
         self.counts.add(hits.counts);
-        assert_eq!(hits.counts.total(), n_rays as u64, "{}", self.case.name);
-        let n_of = |level: Level| hits.level.iter().filter(|at| **at == level as u8).count() as u64;
-        let StageCounts { f32, f64, exact } = hits.counts;
-        let of_levels = [Level::F32, Level::F64, Level::Exact].map(n_of);
-        assert!(!has_levels || of_levels == [f32, f64, exact], "{}", self.case.name);
+        self.case.assert_counted(hits, n_rays, has_levels);
     }
 
     fn list(&mut self, surface: bool) {

@@ -6,7 +6,6 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use glam::{DVec3, dvec3};
-use kugelblitz_tests::cases::{integer_frame, nudged};
 use kugelblitz_tests::oracle::{Oracle, edges, scene::read};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -67,7 +66,7 @@ enum Light {
 pub type Family = fn(&mut Rng) -> Draft;
 type Rng = ChaCha8Rng;
 
-pub const FAMILIES: [(&str, Family); 32] = [
+pub const FAMILIES: [(&str, Family); 33] = [
     ("silhouettes", silhouettes),
     ("eye near a surface", eye_near),
     ("eye on a surface", eye_on),
@@ -100,6 +99,7 @@ pub const FAMILIES: [(&str, Family); 32] = [
     ("planes in one place", planes_in_one_place),
     ("edges of bytes", edges_of_bytes),
     ("extremes", extremes),
+    ("ends of f32", ends_of_f32),
 ];
 
 /// A family's random numbers for a scene: by its name, so that a new family changes no other.
@@ -205,6 +205,34 @@ fn way(rng: &mut Rng) -> DVec3 {
         0 => [DVec3::X, DVec3::Y, DVec3::Z][rng.random_range(0..3)] * sign(rng),
         1 => dvec3(0.6, 0.8, 0.0) * sign(rng),
         _ => unit(rng),
+    }
+}
+
+/// Three orthogonal integer vectors of the same integer length (the columns of a rotation by an
+/// integer quaternion, times its norm; Pythagorean quadruples), and that length.
+fn integer_frame(rng: &mut Rng) -> ([DVec3; 3], f64) {
+    let mut integer = || f64::from(rng.random_range(-9..=9));
+    let a = loop {
+        match integer() {
+            0.0 => {}
+            a => break a,
+        }
+    };
+    let [b, c, d] = [(); 3].map(|()| integer());
+    let columns = [
+        dvec3(a * a + b * b - c * c - d * d, 2.0 * (b * c + a * d), 2.0 * (b * d - a * c)),
+        dvec3(2.0 * (b * c - a * d), a * a - b * b + c * c - d * d, 2.0 * (c * d + a * b)),
+        dvec3(2.0 * (b * d + a * c), 2.0 * (c * d - a * b), a * a - b * b - c * c + d * d),
+    ];
+    (columns, a * a + b * b + c * c + d * d)
+}
+
+/// One ulp up or down, or not at all, half of the time.
+fn nudged(rng: &mut Rng, x: f64) -> f64 {
+    match rng.random_range(0..4) {
+        0 => x.next_up(),
+        1 => x.next_down(),
+        _ => x,
     }
 }
 
@@ -575,7 +603,7 @@ fn many_about_eye(rng: &mut Rng) -> Draft {
 /// All things meet a ray at the same fraction `t`: tangent spheres, spheres that it meets head-on, planes, mirrored spheres
 /// that it pierces aside of their middles, and spheres that it starts on; some a step of f64 off.
 fn equal_roots(rng: &mut Rng) -> Draft {
-    let ([u, v, w], length) = integer_frame(rng, 9);
+    let ([u, v, w], length) = integer_frame(rng);
     let most = 1 << rng.random_range(1..31);
     let origin = integers(rng, most);
     let along = f64::from(rng.random_range(1..20));
@@ -748,6 +776,38 @@ fn extremes(rng: &mut Rng) -> Draft {
             _ => (DVec3::X * 1e200, 1.0),
         });
     }
+    draft
+}
+
+/// Sizes at the ends of the range in which f32 may decide, a step beyond them and ordinary ones, wherever the camera is.
+fn ends_of_f32(rng: &mut Rng) -> Draft {
+    let size = |rng: &mut Rng| {
+        let exponent = match rng.random_range(0..4) {
+            0 => rng.random_range(-41..-37),
+            1 => rng.random_range(57..62),
+            _ => rng.random_range(-4..5),
+        };
+        nudged(rng, 2f64.powi(exponent)) * [1.0, rng.random_range(1.0..2.0)][rng.random_range(0..2)]
+    };
+    let eye = way(rng) * [0.0, 2f64.powi(rng.random_range(10..50))][rng.random_range(0..2)];
+    let mut draft = draft(eye, eye, 0.0);
+    draft.exponent = Some(0);
+    for _ in 0..rng.random_range(1..5) {
+        let radius = size(rng);
+        let distance = match rng.random_range(0..4) {
+            0 => radius * (1.0 + little(rng)),
+            1 => radius * power_of_ten(rng, 0.0, 9.0),
+            _ => size(rng),
+        };
+        draft.spheres.push((eye + way(rng) * distance, radius));
+    }
+    for _ in 0..rng.random_range(0..3) {
+        let normal = way(rng) * size(rng);
+        draft.planes.push((eye + across(rng, normal) * size(rng) + way(rng) * little(rng), normal));
+    }
+    let (center, radius) = draft.spheres[0];
+    draft.look_at = center + way(rng) * radius;
+    draft.half = draft.look_at.distance(eye) * power_of_ten(rng, -3.0, 0.3);
     draft
 }
 

@@ -241,19 +241,33 @@ fn a_command_that_fails_is_found_where_it_stands() {
     assert!(faults.contains("is not the one in"), "{faults}");
 }
 
-/// Links of a page that lead to no file.
+/// Links of a page that lead to no file, or to no heading of it.
 fn dead_links(page: &Page) -> Vec<String> {
     let folder = root().join(&page.path).parent().unwrap().to_owned();
     let mut links = page.links();
     links.retain(|link| {
-        let file = link.split('#').next().unwrap();
-        !link.starts_with("https://") && !file.is_empty() && !folder.join(file).exists()
+        let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
+        let path = folder.join(file);
+        let has_heading = || {
+            let other = (!file.is_empty()).then(|| fs::read_to_string(&path).unwrap_or_default());
+            let text = other.as_ref().unwrap_or(&page.text);
+            let headings = text.lines().filter(|line| line.starts_with('#'));
+            headings.map(anchor_of).any(|heading| heading == anchor)
+        };
+        let is_there = (file.is_empty() || path.exists()) && (anchor.is_empty() || has_heading());
+        !link.starts_with("https://") && !is_there
     });
     links
 }
 
+/// What links call a heading, `two-words` for `## Two words?`.
+fn anchor_of(heading: &str) -> String {
+    let words = heading.trim_start_matches('#').trim().to_lowercase().replace(' ', "-");
+    words.chars().filter(|c| c.is_alphanumeric() || "-_".contains(*c)).collect()
+}
+
 #[test]
-fn every_link_leads_to_a_file() {
+fn every_link_leads_somewhere() {
     let others = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "ci/README.md"];
     let paths = chapters().into_iter().chain(others.map(String::from));
     let pages: Vec<Page> = paths.map(|path| Page::read(&path)).collect();
@@ -261,7 +275,8 @@ fn every_link_leads_to_a_file() {
     for page in &pages {
         assert_eq!(dead_links(page), [""; 0], "{}", page.path);
     }
-    let text =
-        "[a](lib.rs) [b](none.rs) [c](#here) [d](https://example.org) ![e](../none.png)".into();
-    assert_eq!(dead_links(&Page { path: "src/page.md".into(), text }), ["none.rs", "../none.png"]);
+    let text = "# It's here\n[a](lib.rs) [b](none.rs) [c](#its-here) [d](#there) [e](https://example.org) ![f](../none.png)\n\
+                [g](../README.md#five-tasks) [h](../README.md#none) [i](http://example.org)";
+    let dead = ["none.rs", "#there", "../none.png", "../README.md#none", "http://example.org"];
+    assert_eq!(dead_links(&Page { path: "src/page.md".into(), text: text.into() }), dead);
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use kugelblitz::num::V3;
 use kugelblitz::scene::{Samples, Sky, Sphere, parse_scene};
+use kugelblitz_judge::show::{Entry, Show};
 use kugelblitz_tests::text_of;
 
 use crate::calculator;
@@ -93,6 +94,17 @@ fn commands_options_and_exit_codes_are_those_of_the_program() {
     for option in options {
         let option = option.split(' ').next().unwrap();
         assert!(help.contains(option), "{option}\n{help}");
+    }
+}
+
+#[test]
+fn the_guide_has_every_mode_of_show() {
+    let guide = chapter("window");
+    for show in Show::ALL {
+        assert!(guide.contains(&format!("\n| `{show}` | ")), "{show}");
+    }
+    for entry in Entry::all(Show::Discriminant, None).iter().take(3) {
+        assert!(guide.contains(&entry.meaning), "{}", entry.meaning);
     }
 }
 

@@ -230,26 +230,49 @@ fn two_kernels_stand_side_by_side() {
 }
 
 #[test]
-fn numbers_are_seen() {
+fn numbers_are_seen_and_saved() {
     let desk = Desk::new();
-    let path = scene("figure5");
+    let (path, size) = (scene("hard/far_1e8"), [480, 300]);
     let mut seen = Seen::open(&desk, &path, &["--size", SIZE]);
-    log_gpu("numbers_are_seen", &seen);
+    log_gpu("numbers_are_seen_and_saved", &seen);
     let camera = seen.camera();
+    let save = |seen: &mut Seen| {
+        seen.key("ctrl+s");
+        let path = seen.wait(|event| event.name() == "saved").path().to_owned();
+        (Image::open(&seen.folder().join(&path)), path)
+    };
+    // Where no legend lies upon it.
+    let places = || (0..300).flat_map(|y| (0..480).map(move |x| (x, y)));
+    let is_seen = |&(x, y): &(u32, u32)| x >= 420 || y < 90;
     for (i, show) in SHOWS.into_iter().enumerate() {
         seen.key(&format!("F{}", i + 2));
-        let expected = render_show(&path, &camera, [480, 300], "certified", show);
-        // Where no legend lies upon it.
-        let places = (0..300).flat_map(|y| (0..480).map(move |x| (x, y)));
-        let places: Vec<_> = places.filter(|&(x, y)| x >= 420 || y < 90).collect();
-        let is_plain = places.iter().all(|&(x, y)| expected.at(x, y) == expected.at(0, 0));
-        assert_eq!(is_plain, show == "stage", "{show}");
+        let expected = render_show(&path, &camera, size, "certified", show);
+        let is_plain =
+            places().filter(is_seen).all(|(x, y)| expected.at(x, y) == expected.at(0, 0));
+        assert!(!is_plain || show == "stage", "{show}");
         seen.wait_for(show, |image| {
-            places.iter().all(|&(x, y)| image.at(x, y) == expected.at(x, y))
+            places().filter(is_seen).all(|(x, y)| image.at(x, y) == expected.at(x, y))
         });
+        let (saved, name) = save(&mut seen);
+        assert!(name.ends_with(&format!("far_1e8-{show}-1.png")), "{name}");
+        assert!(saved == expected, "{show}");
     }
-    seen.key("F1");
-    seen.wait(|event| event.show() == "colour" && event.is_settled());
+    // Two kernels: each half is its own picture's.
+    seen.key("c");
+    for (key, show) in [("F7", "error"), ("F1", "colour")] {
+        seen.key(key);
+        seen.wait(|event| event.show() == show && event.is_settled() && event.kernels().len() == 2);
+        let (saved, name) = save(&mut seen);
+        assert!(name.contains("lecture-certified"), "{name}");
+        let kernels = ["lecture", "certified"];
+        let halves = kernels.map(|kernel| render_show(&path, &camera, size, kernel, show));
+        assert!(halves[0] != halves[1], "{show} tells them apart");
+        for (x, y) in places() {
+            assert_eq!(saved.at(x, y), halves[usize::from(x >= 240)].at(x, y), "{show} {x} {y}");
+        }
+    }
+    seen.key("c");
+    seen.wait(|event| event.show() == "colour" && event.is_settled() && event.kernels().len() == 1);
     assert_as_rendered(&mut seen, &path, "certified");
     for show in ["depth", "normal"] {
         seen.key("v");
@@ -527,64 +550,6 @@ fn the_window_is_resized_its_panels_hidden_and_it_closes() {
 }
 
 #[test]
-fn the_picture_is_saved_at_full_resolution() {
-    let desk = Desk::new();
-    let path = scene("figure2");
-    let mut seen = Seen::open(&desk, &path, &[]);
-    seen.resize(500, 400);
-    let camera = seen.camera();
-    let size = {
-        let scene = kugelblitz::scene::read_scene(&path).unwrap();
-        scene.image.map(|image| [image.width, image.height]).unwrap()
-    };
-    let expected = render(&path, &camera, size, "certified");
-    for name in ["figure2-1.png", "figure2-2.png"] {
-        seen.key("ctrl+s");
-        let saved = seen.wait(|event| event.name() == "saved");
-        assert!(saved.path().ends_with(name), "{}", saved.path());
-        assert!(Image::open(&seen.folder().join(name)) == expected);
-    }
-    seen.quit();
-}
-
-#[test]
-fn what_is_shown_is_saved_in_every_mode() {
-    let desk = Desk::new();
-    let path = scene("hard/far_1e8");
-    let (size, columns) = ([160, 90], 80);
-    let mut seen = Seen::open(&desk, &path, &["--size", "160x90"]);
-    let camera = seen.camera();
-    let save = |seen: &mut Seen| {
-        seen.key("ctrl+s");
-        let path = seen.wait(|event| event.name() == "saved").path().to_owned();
-        (Image::open(&seen.folder().join(&path)), path)
-    };
-    for (i, show) in SHOWS.into_iter().enumerate() {
-        seen.key(&format!("F{}", i + 2));
-        seen.wait(|event| event.show() == show && event.is_settled());
-        let (saved, name) = save(&mut seen);
-        assert!(name.ends_with(&format!("far_1e8-{show}-1.png")), "{name}");
-        assert!(saved == render_show(&path, &camera, size, "certified", show), "{show}");
-    }
-    // Two kernels: each half is its own picture's.
-    seen.key("c");
-    for (key, show) in [("F1", "colour"), ("F7", "error")] {
-        seen.key(key);
-        seen.wait(|event| event.show() == show && event.is_settled() && event.kernels().len() == 2);
-        let (saved, name) = save(&mut seen);
-        assert!(name.contains("lecture-certified"), "{name}");
-        let kernels = ["lecture", "certified"];
-        let halves = kernels.map(|kernel| render_show(&path, &camera, size, kernel, show));
-        assert!(halves[0] != halves[1], "{show} tells them apart");
-        for (x, y) in (0..90).flat_map(|y| (0..160).map(move |x| (x, y))) {
-            let half = &halves[usize::from(x >= columns)];
-            assert_eq!(saved.at(x, y), half.at(x, y), "{show} {x} {y}");
-        }
-    }
-    seen.quit();
-}
-
-#[test]
 fn the_camera_is_copied_and_its_steps_are_undone() {
     let desk = Desk::new();
     let path = scene("figure1");
@@ -656,15 +621,19 @@ fn another_scene_is_opened_and_kept_in_mind() {
 }
 
 #[test]
-fn two_saves_at_once_take_two_names() {
+fn two_saves_at_once_have_full_resolution_and_two_names() {
     let desk = Desk::new();
-    let path = scene("figure2");
-    let mut seen = Seen::open(&desk, &path, &["--size", "2000x1500"]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("large.toml");
+    let text = fs::read_to_string(scene("figure2")).unwrap();
+    fs::write(&path, text.replace("= 1280", "= 2000").replace("= 720", "= 1500")).unwrap();
+    let mut seen = Seen::open(&desk, &path, &[]);
+    seen.resize(500, 400);
     let expected = render(&path, &seen.camera(), [2000, 1500], "certified");
     seen.xdotool(&["key", "--delay", "0", "ctrl+s", "ctrl+s"]);
     let mut saved = [(); 2].map(|()| seen.wait(|event| event.name() == "saved").path().to_owned());
     saved.sort();
-    for (path, name) in saved.iter().zip(["figure2-1.png", "figure2-2.png"]) {
+    for (path, name) in saved.iter().zip(["large-1.png", "large-2.png"]) {
         assert!(path.ends_with(name), "{path}");
         assert!(Image::open(&seen.folder().join(name)) == expected, "{path}");
     }

@@ -239,34 +239,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_allowed_is_read_and_written() {
-        let [of_rays, of_pictures] = [Allowed::of_rays, Allowed::of_pictures]
-            .map(|of| move |text: &str| of(text).map(|allowed| allowed.to_string()));
-        for (given, all) in [
-            ("", "ids=0,silhouettes=0,t=0.5ulp,normal=2.96e-6"),
-            (
-                "ids=0.01%, silhouettes=5%, t=2ulp, normal=0.1deg",
-                "ids=0.01%,silhouettes=5%,t=2ulp,normal=0.100",
-            ),
-            ("ids=3,t=1e-6", "ids=3,silhouettes=3,t=1e-6,normal=2.96e-6"),
-            ("normal=any,t=any,ids=any", "ids=any,silhouettes=any,t=any,normal=any"),
-        ] {
-            assert_eq!(of_rays(given).unwrap(), all);
-        }
-        let given = "levels=2,pixels=0.1%, difference=1e-6";
-        assert_eq!(of_pictures(given).unwrap(), "levels=2,ulp=0,difference=0.000001,pixels=0.1%");
-        for wrong in
-            ["idz=1", "ids", "ids=-1", "ids=101%", "t=2ulps", "normal=-1", "t=NaN", "levels=1"]
-        {
-            assert_eq!(of_rays(wrong).unwrap_err().exit_code(), 2, "{wrong}");
-        }
-        for wrong in ["ids=1", "levels=-1", "ulp=x", "pixels=1.5", "ulp=1,,"] {
-            assert_eq!(of_pictures(wrong).unwrap_err().exit_code(), 2, "{wrong}");
-        }
-        assert!(of_rays("idz=1").unwrap_err().to_string().contains("did you mean ids?"));
-    }
-
-    #[test]
     fn limits_are_tight() {
         let of = |most, unit| Tolerance { most, unit };
         for (limit, most) in [(of(3.0, Count), 3), (of(0.01, Share), 10), (of(9.0, Ulp), 0)] {

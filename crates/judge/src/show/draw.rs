@@ -313,17 +313,4 @@ mod tests {
             assert!(left != right || show == Show::Stage, "{show} tells the kernels apart");
         }
     }
-
-    #[test]
-    fn what_a_mode_has_no_use_for_is_refused() {
-        let options = PictureOptions::default();
-        let sixteen = PictureOptions { bits: kugelblitz::picture::Bits::Sixteen, ..options };
-        let transparent = PictureOptions { transparent: true, ..options };
-        let why = |format, options| Show::Depth.check(format, options).unwrap_err().to_string();
-        assert!(why(Format::Exr, options).contains(".png or .ppm"));
-        assert!(why(Format::Npy, options).starts_with("--show depth"));
-        assert!(why(Format::Ppm, sixteen).contains("--bits"));
-        assert!(why(Format::Png, transparent).contains("--transparent"));
-        assert!(Show::Color.check(Format::Exr, transparent).is_ok());
-    }
 }

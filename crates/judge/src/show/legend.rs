@@ -100,16 +100,4 @@ mod tests {
         assert_eq!((tally.count(1), tally.count(7)), (Some(0), Some(0)));
         assert_eq!(Tally::default().count(0), None);
     }
-
-    #[test]
-    fn the_legend_of_the_discriminant_is_said_of_the_line() {
-        let words = |show| Entry::all(show, None).into_iter().map(|entry| entry.meaning);
-        let discriminant: Vec<String> = words(Show::Discriminant).collect();
-        assert!(discriminant[0].contains("no real solution"), "{discriminant:?}");
-        assert!(discriminant[..3].iter().all(|meaning| meaning.contains("line")));
-        assert!(Show::Discriminant.explanation().contains("the ray, t > 0, may have fewer"));
-        let depth = Entry::all(Show::Depth, Some([0.5, 24.0]));
-        assert_eq!(depth[1].meaning, "far: t = 24");
-        assert!(words(Show::Color).len() == 0 && words(Show::Id).len() == 0);
-    }
 }

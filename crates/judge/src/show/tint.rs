@@ -292,33 +292,6 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_told_apart() {
-        let (scene, pixels) = (figure5().0, middle());
-        let (_, mut hits) = traced(Arc::clone(&scene), Kernel::Certified, pixels);
-        let all = (0..pixels.len()).collect();
-        let truth = Truth::of_pixels(&scene, &pixels, all, &Control::default()).unwrap();
-        let on = |id| truth.id.iter().position(|&other| other == id).unwrap();
-        let (hit, miss) = (on(2), on(0));
-        let entry =
-            |hits: &Hits, k| ray_errors(hits, &truth).nth(k).map_or(99, |e| super::entry(&e));
-        assert_eq!((entry(&hits, hit), entry(&hits, miss)), (0, RIGHTLY_NOTHING));
-        for (ulps, expected) in [(1, 1), (9, 2), (999, 3), (99_999, 4)] {
-            let right = hits.t[hit];
-            hits.t[hit] = f32::from_bits(right.to_bits() + ulps);
-            assert_eq!(entry(&hits, hit), expected, "{ulps}");
-            hits.t[hit] = right;
-        }
-        hits.t[hit] = f32::NAN;
-        assert_eq!(entry(&hits, hit), 4);
-        hits.id[hit] = 3;
-        assert_eq!(entry(&hits, hit), OTHER);
-        hits.id[hit] = 0;
-        assert_eq!(entry(&hits, hit), MISSED);
-        hits.id[miss] = 1;
-        assert_eq!(entry(&hits, miss), INVENTED);
-    }
-
-    #[test]
     fn entries_name_the_colours_of_the_legend() {
         for show in Show::ALL {
             let swatches = swatches(show);
