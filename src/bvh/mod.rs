@@ -147,6 +147,9 @@ impl Bvh {
 
     /// No ray with `|d| ≥ 1` that starts between two points, relative to the reference point, meets a box at a larger `t`.
     pub fn end(&self, [low, high]: [DVec3; 2]) -> f64 {
+        if self.nodes.is_empty() {
+            return 0.0;
+        }
         let [first, last] = self.around.map(|corner| DVec3::from_array(corner.map(f64::from)));
         // No test sees the 1.01, which is for the roundings.
         1.01 * (last - low).abs().max((high - first).abs()).element_sum()

@@ -21,31 +21,28 @@ impl Stage<'_> {
     ///
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled.
-    pub fn decide(
-        &self,
-        rays: &[u32],
-        control: &Control,
-        timing: &mut Timing,
-    ) -> Result<Vec<Decided>> {
+    pub fn decide(&self, rays: &[u32], control: &Control, timing: &mut Timing) -> Result<Decided> {
         let start = Instant::now();
         let mut ids = vec![OPEN; rays.len()];
         self.decide_f64(rays, control, &mut ids)?;
         timing.refine += start.elapsed();
 
         let start = Instant::now();
-        let one = |candidates: &mut Candidates, (&ray, &id): (&u32, &u32)| match id {
-            OPEN => {
-                host::check()?;
-                control.check()?;
-                let (id, level) = self.settle(ray as usize, candidates);
-                Ok(Decided { ray, id, level })
-            }
-            id => Ok(Decided { ray, id, level: Level::F64 }),
+        let mut exactly: Vec<usize> = (0..ids.len()).filter(|&at| ids[at] == OPEN).collect();
+        let settle = |candidates: &mut Candidates, &at: &usize| {
+            host::check()?;
+            control.check()?;
+            Ok(self.settle(rays[at] as usize, candidates))
         };
-        let both = rays.par_iter().zip(&ids);
-        let decided = both.map_init(Candidates::default, one).collect::<Result<Vec<_>>>()?;
+        let open = exactly.par_iter();
+        let settled = open.map_init(Candidates::default, settle).collect::<Result<Vec<_>>>()?;
+        for (&at, &(id, _)) in exactly.iter().zip(&settled) {
+            ids[at] = id;
+        }
+        let mut levels = settled.iter().map(|&(_, level)| level);
+        exactly.retain(|_| levels.next() == Some(Level::Exact));
         timing.decide += start.elapsed();
-        Ok(decided)
+        Ok(Decided { ids, exactly })
     }
 
     /// The ids of some rays in f64, [`OPEN`] where they are left open.

@@ -17,7 +17,7 @@ use crate::guard;
 use crate::prepare::{Hierarchy, Prepared, exponent_of};
 use crate::rays::Pixels;
 use crate::scene::Scene;
-use crate::trace::{Level, Ray, Rays};
+use crate::trace::{Ray, Rays, StageCounts};
 use surfaces::MISS;
 pub(crate) use surfaces::{Pack, PackF64, Surfaces, is_id};
 
@@ -26,15 +26,21 @@ pub fn is_ordinary(ray: &Ray) -> bool {
     exponent_of(ray.direction).abs() <= guard::LARGEST_EXPONENT && ray.direction != DVec3::ZERO
 }
 
-/// The object of a ray that f32 left undecided.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The objects of rays that f32 left undecided.
+#[derive(Debug)]
 pub struct Decided {
-    /// Index of the ray.
-    pub ray: u32,
-    /// Its object; 0 is the background.
-    pub id: u32,
-    /// The stage that decided it.
-    pub level: Level,
+    /// Of each ray; 0 is the background.
+    pub ids: Vec<u32>,
+    /// Places among them of those that exact arithmetic decided. The others were decided in f64.
+    pub exactly: Vec<usize>,
+}
+
+impl Decided {
+    /// How many rays each stage decided.
+    pub fn counts(&self) -> StageCounts {
+        let exact = self.exactly.len() as u64;
+        StageCounts { f64: self.ids.len() as u64 - exact, exact, ..StageCounts::default() }
+    }
 }
 
 /// The rays, as they are and exactly.

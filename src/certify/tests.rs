@@ -29,7 +29,7 @@ fn pixels(width: u32, height: u32) -> Pixels {
     Pixels::whole(View::new(&camera), width, height)
 }
 
-fn decide(stage: &Stage, n_rays: usize) -> Vec<Decided> {
+fn decide(stage: &Stage, n_rays: usize) -> Decided {
     let rays: Vec<u32> = (0..n_rays as u32).collect();
     stage.decide(&rays, &Control::default(), &mut Timing::default()).unwrap()
 }
@@ -53,7 +53,7 @@ fn of_equal_objects_the_first_is_the_only_candidate() {
         let rays = Rays::Pixels(pixels(8, 6));
         let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
         let all = decide(&Stage::new(&prepared, &rays), 48);
-        assert!(all.iter().all(|one| one.id == 1 && one.level == Level::F64));
+        assert!(all.ids.iter().all(|&id| id == 1) && all.exactly.is_empty());
     }
 }
 
@@ -146,9 +146,7 @@ fn case_of(n_spheres: usize, seed: u64, bundle: Bundle) -> (Scene, Rays) {
 fn decided(stage: &Stage, n_rays: usize) -> Hits {
     let mut hits = Hits::default();
     hits.make_room(n_rays, Wants { surface: true, level: false });
-    for Decided { ray, id, .. } in decide(stage, n_rays) {
-        hits.id[ray as usize] = id;
-    }
+    hits.id = decide(stage, n_rays).ids;
     hits
 }
 

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use crate::certify::{Decided, PackF64, Stage, Surfaces, is_ordinary};
+use crate::certify::{PackF64, Stage, Surfaces, is_ordinary};
 use crate::control::Control;
 use crate::engine::{self, LARGEST, ListSearch, Search};
 use crate::error::Result;
@@ -237,14 +237,16 @@ impl Stages<'_> {
         }
         let mut counts = StageCounts::of((ids.len() - open.len()) as u64, Level::F32);
         if !open.is_empty() {
-            for Decided { ray, id, level: by } in self.stage.decide(open, control, &mut timing)? {
-                let at = ray as usize - first;
-                ids[at] = id;
-                if let Some(level) = level.get_mut(at) {
-                    *level = by as u8;
-                }
-                counts.add(StageCounts::of(1, by));
+            let decided = self.stage.decide(open, control, &mut timing)?;
+            for (&ray, &id) in open.iter().zip(&decided.ids) {
+                ids[ray as usize - first] = id;
             }
+            if !level.is_empty() {
+                open.iter().for_each(|&ray| level[ray as usize - first] = Level::F64 as u8);
+                let exactly = decided.exactly.iter().map(|&at| open[at] as usize - first);
+                exactly.for_each(|at| level[at] = Level::Exact as u8);
+            }
+            counts.add(decided.counts());
         }
         if let Some(surfaces) = &self.surfaces {
             let start = Instant::now();
@@ -296,10 +298,9 @@ pub fn trace_samples(
         };
         let open: Vec<u32> = places.iter().map(ray).collect();
         let mut counts = StageCounts::of((whole.len() * n * n - open.len()) as u64, Level::F32);
-        for (at, decided) in places.into_iter().zip(stage.decide(&open, control, &mut timing)?) {
-            ids[at] = decided.id;
-            counts.add(StageCounts::of(1, decided.level));
-        }
+        let decided = stage.decide(&open, control, &mut timing)?;
+        places.iter().zip(&decided.ids).for_each(|(&at, &id)| ids[at] = id);
+        counts.add(decided.counts());
         control.advance((whole.len() * n * n) as u64);
         Ok(((mixed, ids), Done { counts, timing }))
     };
