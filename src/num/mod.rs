@@ -32,18 +32,27 @@ pub fn ulp_distance(a: f32, b: f32) -> u64 {
     ordered(a).abs_diff(ordered(b))
 }
 
+/// The number so many steps away in the order of all f32, where `−0` comes before `0`. No branch, which would be mispredicted.
+#[inline(always)]
+fn stepped(x: f32, steps: i32) -> f32 {
+    // A function and its inverse: of negative numbers the larger bits are the smaller number.
+    let ordered = |bits: i32| bits ^ ((bits >> 31).cast_unsigned() >> 1).cast_signed();
+    let place = ordered(x.to_bits().cast_signed()) + steps;
+    f32::from_bits(ordered(place).cast_unsigned())
+}
+
 /// The largest f32 not above `x`.
 #[inline(always)]
 pub fn round_down(x: f64) -> f32 {
     let nearest = x as f32;
-    if f64::from(nearest) > x { nearest.next_down() } else { nearest }
+    stepped(nearest, -i32::from(f64::from(nearest) > x))
 }
 
 /// The smallest f32 not below `x`.
 #[inline(always)]
 pub fn round_up(x: f64) -> f32 {
     let nearest = x as f32;
-    if f64::from(nearest) < x { nearest.next_up() } else { nearest }
+    stepped(nearest, i32::from(f64::from(nearest) < x))
 }
 
 /// What a comparison of [`Real`] numbers gives: a truth, or one a lane.
@@ -415,5 +424,27 @@ impl<R: Real> Div<R> for V3<R> {
     fn div(self, divisor: R) -> V3<R> {
         let V3([a, b, c]) = self;
         V3([a / divisor, b / divisor, c / divisor])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::SplitMix;
+
+    #[test]
+    fn the_nearest_numbers_on_both_sides() {
+        let mut random = SplitMix::new(1126);
+        let edges = [0.0, 1e-300, 1e-46, 1e-45, 1e-38, 1.0, f32::MAX.into(), 1e39, f64::INFINITY];
+        let any = (0..100_000).map(|_| f64::from_bits(random.bits())).filter(|x| !x.is_nan());
+        let words = any.flat_map(|x| [x, f64::from(x as f32)]);
+        for x in edges.into_iter().chain(words).flat_map(|x| [x, -x]) {
+            let [low, high] = [round_down(x), round_up(x)].map(f64::from);
+            assert!(low <= x && x <= high, "{x:e}: {low:e} {high:e}");
+            let within = [(low as f32).next_up(), (high as f32).next_down()].map(f64::from);
+            let is_end = x.is_infinite();
+            assert!(is_end || within[0] > x && within[1] < x, "{x:e}: {low:e} {high:e}");
+        }
+        assert!(round_down(f64::NAN).is_nan() && round_up(f64::NAN).is_nan());
     }
 }
