@@ -18,8 +18,8 @@ pub struct InSpace {
     pub beside: f32,
 }
 
-/// Bytes a sphere: a box, some of those above, and its numbers.
-const BYTES: u64 = 3 * size_of::<FlatBox>() as u64;
+/// Bytes a sphere: a box and its share of those above, both twice while parts are put together, and its numbers.
+const BYTES: u64 = 4 * size_of::<FlatBox>() as u64;
 
 impl Prepared {
     /// What a device needs to trace rays into many spheres; `None` for all else, and where

@@ -328,6 +328,25 @@ mod tests {
     }
 
     #[test]
+    fn sabotage_of_shading_is_noticed() {
+        let (scene, pixels) = scene();
+        let [mut bright, mut moved] = [(); 2].map(|()| (*scene).clone());
+        bright.lights.iter_mut().for_each(|light| light.shadows = false);
+        moved.lights[0].source = Source::Point(DVec3::new(3.0, 4.0, 2.0 + 1e-6));
+        let sabotages = [
+            ("no shadows", painted(&Arc::new(bright), &pixels, 1), 1, 20),
+            ("a moved light", painted(&Arc::new(moved), &pixels, 1), 1, 0),
+            ("one sample", painted(&scene, &pixels, 1), 2, 20),
+        ];
+        for (what, shown, n_samples, n_bytes) in sabotages {
+            let truth = truth(&scene, &pixels, n_samples);
+            let [_, found] = found(&shown, &truth);
+            assert!(found.srgb8 >= n_bytes && found.linear > n_bytes, "{what}: {found:?}");
+            assert!(broken(&shown, &truth).iter().all(|broken| broken.len() == 2), "{what}");
+        }
+    }
+
+    #[test]
     fn what_is_not_promised_is_not_broken_and_nothing_is_not_success() {
         let wrong = ColorDifferences { pixels: 9, srgb8: 3, first: Some(1), ..Default::default() };
         let n_broken = |kernel, bit_equal, found: &ColorDifferences| {
