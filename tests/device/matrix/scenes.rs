@@ -807,7 +807,9 @@ fn ends_of_f32(rng: &mut Rng) -> Draft {
     }
     let (center, radius) = draft.spheres[0];
     draft.look_at = center + way(rng) * radius;
-    draft.half = draft.look_at.distance(eye) * power_of_ten(rng, -3.0, 0.3);
+    // Far from the origin a small sphere may be where the camera is.
+    let distance = draft.look_at.distance(eye);
+    draft.half = if distance > 0.0 { distance } else { radius } * power_of_ten(rng, -3.0, 0.3);
     draft
 }
 
