@@ -74,7 +74,7 @@
 //! # Nothing rests on ∞ or NaN
 //! Vulkan lets a compiler assume that there are none (without `SignedZeroInfNanPreserve`, which is
 //! declared nowhere here). So no operation of the f32 stage takes or gives one, not even where its
-//! result is selected away; `tests/library/finite.rs` looks at each of them in the formulas that shaders find objects by, and
+//! result is selected away; `tests/device/matrix/finite.rs` looks at each of them in the formulas that shaders find objects by, and
 //! `src/seen/tests.rs` at surfaces and shadow rays, in numbers that refuse ∞:
 //! - Radii squared are at most `2¹²¹`, and so are `k` and its error. Of an object in range `k ≤ ℓ²` and the slack is above
 //!   `14ε(ℓ + r)`, so that `k/a` over a number that is at least the slack is below `2⁸⁰`. One that is out of range has a slack

@@ -1,4 +1,5 @@
-//! The tree for walks without a stack, as devices take it: boxes in depth-first order, each with the way to what follows all that it holds.
+//! The tree for walks without a stack, as devices take it: boxes in depth-first order, each with the way to what follows all
+//! that it holds.
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -11,8 +12,8 @@ use crate::guard::{round_down, round_up};
 /// Set in the link of a leaf's [`FlatBox`], on the device too.
 pub const IS_LEAF: u32 = 1 << 31;
 
-/// Boxes that a ray of a device looks at before it is left open. Of 10⁶ spheres in a cube, rays from outside looked at 470 at
-/// most, at 22 on average; without an end those into many nested spheres would hold the device until its driver takes it for
+/// Boxes that a ray of a device looks at before it is left open. Of 10⁶ spheres in a cube, rays from outside looked at less
+/// than 500, at 22 on average; without an end those into many nested spheres would hold the device until its driver takes it for
 /// dead.
 pub const MOST_BOXES: u32 = 1 << 13;
 

@@ -1,9 +1,8 @@
 //! The light on pixels, in lanes: bounds of their colours in numbers of `F`, and what these say of what is written.
 //!
 //! Lanes are neighbouring pixels, and a pack of them has one sample of each; where spheres are many, samples that see one of them
-//! are put side by side. A light goes through stages, each a small loop
-//! over packs in memory: how steep it falls, balls of the points of each object that it may shine on, what is in the way of
-//! these balls, and what of that is in the way of the points.
+//! are put side by side. A light goes through stages, each a small loop over packs in memory: how steep it falls, balls of the
+//! points of each object that it may shine on, what is in the way of these balls, and what of that is in the way of the points.
 //!
 //! # Bounds
 //! A colour is `c·(A + Σ wᵢgᵢ)` with the light `A` from nowhere, the lamps' weights and what is given of them between two
