@@ -14,6 +14,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
+mod order;
 mod shadows;
 
 use pulp::{Simd, WithSimd};
@@ -34,6 +35,7 @@ use crate::rays::Pixels;
 use crate::scene::Linear;
 use crate::seen::shadow::{Aim, Origin};
 use crate::seen::{Bounds, Light, Met, ShadowRay, Surface, Verdict};
+use order::Order;
 use shadows::{Ball, Extent, Way};
 
 /// Roundings of a colour beside one for each lamp and each sample. No test sees it cut: each cosine is granted as much, and
@@ -178,27 +180,6 @@ pub struct Scratch<F: Float, const N: usize> {
     walk: Walk,
 }
 
-/// How samples are put side by side that see one object.
-#[derive(Default)]
-struct Order<F: Float, const N: usize> {
-    /// Ids and offsets in the order of pixels.
-    before: Vec<([u32; N], [Lanes<F, N>; 2])>,
-    /// Ids, and behind each the lane in the order of pixels; none where lanes are in that order.
-    from: Vec<u64>,
-    /// Where each lane went.
-    to: Vec<u32>,
-    /// Shades in this order.
-    shades: Vec<Shade<F, N>>,
-}
-
-impl<F: Float, const N: usize> Order<F, N> {
-    /// The pack and the lane where a lane of the order of pixels is.
-    fn place(&self, at: usize) -> (usize, usize) {
-        let at = self.to.get(at).map_or(at, |&to| to as usize);
-        (at / N, at % N)
-    }
-}
-
 /// The pixels of a call, and where what is found of them goes.
 pub struct Part<'a, C> {
     /// Indices of pixels,
@@ -338,6 +319,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
             }
         }
         dispatch(Tint(self, scratch));
+        scratch.order.restore(&mut scratch.shades);
         dispatch(Write(self, scratch, &mut part));
         Ok(())
     }
@@ -396,51 +378,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
     /// Puts samples side by side that see one object.
     #[inline(always)]
     fn sort<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
-        let Scratch { packs, order: Order { before, from, to, .. }, .. } = scratch;
-        from.clear();
-        to.clear();
-        let first = packs[0].ids[0];
-        if packs.iter().all(|pack| pack.is_uniform() && pack.ids[0] == first) {
-            return;
-        }
-        before.clear();
-        for (number, pack) in packs.iter().enumerate() {
-            before.push((pack.ids, pack.offset));
-            for lane in 0..N {
-                from.push(u64::from(pack.ids[lane]) << 32 | (number * N + lane) as u64);
-            }
-        }
-        from.sort_unstable();
-        to.resize(from.len(), 0);
-        let n_spheres = self.occluders.scene.spheres.len() as u32;
-        for (number, (pack, from)) in packs.iter_mut().zip(from.chunks_exact(N)).enumerate() {
-            let mut seen = [0; N];
-            for lane in 0..N {
-                let at = from[lane] as u32 as usize;
-                let (ids, offset) = &before[at / N];
-                seen[lane] = ids[at % N];
-                for axis in 0..2 {
-                    pack.offset[axis].0[lane] = offset[axis].0[at % N];
-                }
-                to[at] = (number * N + lane) as u32;
-            }
-            pack.see(&seen, n_spheres);
-        }
-    }
-
-    /// Puts shades into the order of pixels again.
-    #[inline(always)]
-    fn restore<const N: usize>(scratch: &mut Scratch<F, N>) {
-        let Scratch { shades, order, .. } = scratch;
-        if order.to.is_empty() {
-            return;
-        }
-        std::mem::swap(shades, &mut order.shades);
-        shades.resize(order.shades.len(), Shade::none());
-        for (at, &to) in order.to.iter().enumerate() {
-            let (from, into) = (&order.shades[to as usize / N], &mut shades[at / N]);
-            into.set_lane(at % N, from, to as usize % N);
-        }
+        scratch.order.sort(&mut scratch.packs, self.occluders.scene.spheres.len() as u32);
     }
 
     /// Finds the surfaces that samples see.
@@ -541,7 +479,6 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                 Light { low: V3::select(nothing, one, low), high: V3::select(nothing, one, high) };
             shade.light = sum.on(shade.light.low);
         }
-        Self::restore(scratch);
     }
 
     /// Writes means of samples.
