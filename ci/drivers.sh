@@ -96,7 +96,7 @@ each() {
 of_driver() { local value; value=$(fact "$2" "$1"); echo "${value:--}"; }
 adapter() { head -n 1 "$scratch/$1.probe"; }
 count() { local found; found=$(sed -n "s/^$1 //p" "$scratch/$2.counts" | head -n 1); echo "${found:--}"; }
-n_digests() { count digests "$1" | sed "s/^[0-9]*$/all $(wc -l <tests/digests.toml)/"; }
+n_digests() { count digests "$1" | sed "s/^[0-9]*$/all $(wc -l <tests/digests.txt)/"; }
 
 ran=()
 for name in "${names[@]}"; do [ ! -f "$scratch/$name.counts" ] || ran+=("$name"); done
@@ -105,7 +105,7 @@ mkdir -p "$(dirname "$table")"
     echo "# Drivers"
     echo
     echo "Written by \`ci/drivers.sh\`: what each Vulkan driver is and does by the self-test, how many tests"
-    echo "passed on it, and whether the pictures of all scenes have the digests of \`tests/digests.toml\`. Tests"
+    echo "passed on it, and whether the pictures of all scenes have the digests of \`tests/digests.txt\`. Tests"
     echo "in f64 ask nothing of a device that has none."
     echo
     each "" adapter

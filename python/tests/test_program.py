@@ -10,7 +10,10 @@ from conftest import ROOT, cloud, refuses
 
 SCENES = ROOT / "scenes"
 SIZE = (96, 54)
-DIGESTS = dict(re.findall(r'^"(.+)" = "(.+)"$', (ROOT / "tests/digests.toml").read_text(), re.M))
+DIGESTS = {
+    name: digest
+    for digest, name in re.findall(r"^(\S+)  .*  scenes/(.+)\.toml$", (ROOT / "tests/digests.txt").read_text(), re.M)
+}
 
 
 def scene(name):

@@ -7,7 +7,6 @@ use clap::{ArgGroup, Args, Parser, Subcommand, value_parser};
 use kugelblitz::device::DeviceChoice;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
-use kugelblitz::scene::Samples;
 use kugelblitz::trace::{Kernel, Ray};
 use kugelblitz_judge::explain::{DEFAULT_DIGITS, Lang, MAX_DIGITS};
 use kugelblitz_judge::export::Language;
@@ -15,10 +14,10 @@ use kugelblitz_judge::show::Show;
 
 use crate::options::{
     DEFAULT_KERNEL, parse_crop, parse_epsilon, parse_number, parse_pixel, parse_ray, parse_size,
-    parser_of, samples_parser,
+    parser_of,
 };
 use crate::show::show_parser;
-use crate::{compare, figure, film, info, judge, man, picture, version};
+use crate::{compare, digest, figure, film, info, judge, man, new, picture, version};
 
 pub const EXIT_CODES: &str = "\
 Exit codes:
@@ -58,8 +57,9 @@ pub enum Command {
     Export(ExportArgs),
     Figure(figure::FigureArgs),
     View(ViewArgs),
+    New(new::NewArgs),
     Generate(GenerateArgs),
-    Digest(DigestArgs),
+    Digest(digest::DigestArgs),
     /// List the Vulkan adapters and their limits
     Probe,
     Completions(CompletionsArgs),
@@ -76,7 +76,6 @@ impl Command {
             | Command::Check(_)
             | Command::Explain(_)
             | Command::Info(_)
-            | Command::Digest(_)
             | Command::Probe
             | Command::Completions(_) => false,
             _ => true,
@@ -120,7 +119,7 @@ pub struct DeviceArgs {
 }
 
 /// The size of a whole picture.
-#[derive(Args)]
+#[derive(Args, Clone, Copy)]
 pub struct WholeArgs {
     /// Size of the picture, in pixels [default: the scene's [image], else 1280x720]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -137,7 +136,7 @@ pub struct LangArgs {
 }
 
 /// Which pixels are traced.
-#[derive(Args)]
+#[derive(Args, Clone, Copy)]
 pub struct SizeArgs {
     #[command(flatten)]
     pub whole: WholeArgs,
@@ -417,24 +416,6 @@ pub struct GenerateCloudArgs {
     /// Also write a scene file with the cloud and a camera that sees all of it
     #[arg(long, value_name = "SCENE.toml")]
     pub scene: Option<PathBuf>,
-}
-
-/// Print one hash of a picture's exact content
-///
-/// Of ids, t, normals and 8-bit colours by the kernel certified: the same on every device, with every
-/// driver and number of threads. A project can keep it in place of a reference picture and its
-/// tolerances.
-#[derive(Args)]
-pub struct DigestArgs {
-    /// Scene file (TOML)
-    pub scene: PathBuf,
-    /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1]
-    #[arg(long, value_name = "N", value_parser = samples_parser())]
-    pub samples: Option<Samples>,
-    #[command(flatten)]
-    pub device: DeviceArgs,
-    #[command(flatten)]
-    pub size: SizeArgs,
 }
 
 /// Print a completion script for a shell

@@ -1,43 +1,208 @@
 //! `kugelblitz digest`
 
-use kugelblitz::Result;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use kugelblitz::input::read_text;
+use kugelblitz::output;
+use kugelblitz::plain::Shown;
 use kugelblitz::render::n_steps;
+use kugelblitz::scene::Samples;
 use kugelblitz::trace::Kernel;
+use kugelblitz::words::count;
+use kugelblitz::{Error, Result};
 use kugelblitz_judge::compare::ObjectCounts;
+use kugelblitz_judge::markup::{document, escaped};
 use serde::Serialize;
 
-use crate::args::DigestArgs;
-use crate::device;
-use crate::head::{Done, On};
+use crate::args::{DeviceArgs, SizeArgs, WholeArgs};
+use crate::head::{Done, On, failed};
+use crate::options::{parse_size, samples_parser};
+use crate::output::written;
 use crate::progress::Progress;
-use crate::{Run, scene};
+use crate::{Run, device, scene, wrong_usage};
 
+/// Print one hash of a picture's exact content
+///
+/// Of ids, t, normals and 8-bit colours by the kernel certified: the same on every device, with every
+/// driver and number of threads. A project can keep it in place of a reference picture and its
+/// tolerances.
+#[derive(Args)]
+pub struct DigestArgs {
+    /// Scene files (TOML)
+    #[arg(value_name = "SCENE", required_unless_present = "check", conflicts_with = "check")]
+    pub scenes: Vec<PathBuf>,
+    /// Also write the digests into this text file, a line for each scene
+    #[arg(long, value_name = "DIGESTS.txt", conflicts_with_all = ["check", "crop"])]
+    pub write: Option<PathBuf>,
+    /// Compare with the digests of such a file, whose scenes are drawn at the size and with the samples that it
+    /// says; exit code 6 where one is another
+    #[arg(long, value_name = "DIGESTS.txt", conflicts_with_all = ["size", "crop", "samples"])]
+    pub check: Option<PathBuf>,
+    /// Also write what --check finds as a JUnit report (.xml), which CI systems show
+    #[arg(long, value_name = "REPORT.xml", requires = "check", conflicts_with = "scenes")]
+    pub junit: Option<PathBuf>,
+    /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1]
+    #[arg(long, value_name = "N", value_parser = samples_parser())]
+    pub samples: Option<Samples>,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    #[command(flatten)]
+    pub size: SizeArgs,
+}
+
+/// A picture, and what its digest is to be.
+struct Picture {
+    scene: PathBuf,
+    size: SizeArgs,
+    samples: Option<Samples>,
+    expected: Option<String>,
+}
+
+/// One picture's digest; its text is a line of the file of `--write`.
 #[derive(Serialize)]
-pub struct Summary {
+pub struct Digested {
     #[serde(flatten)]
     on: On,
+    scene: String,
     size: [u32; 2],
     samples: u32,
     objects: ObjectCounts,
     digest: String,
+    /// The digest that `--check` has for it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    expected: Option<String>,
 }
 
-/// Prints the digest of one picture.
+#[derive(Serialize)]
+#[serde(untagged)]
+pub enum Summary {
+    One(Digested),
+    Many { digests: Vec<Digested> },
+}
+
+impl fmt::Display for Digested {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Digested { scene, size: [width, height], samples, digest, .. } = self;
+        writeln!(f, "{digest}  {width}x{height}  {samples}  {scene}")
+    }
+}
+
+impl Digested {
+    /// What is wrong with it.
+    fn fault(&self) -> Option<String> {
+        let expected = self.expected.as_ref().filter(|expected| **expected != self.digest)?;
+        Some(format!("{}: {}, expected {expected}", self.scene.shown(), self.digest))
+    }
+}
+
+/// Prints the digests of pictures, or compares them with those of a file.
 pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
-    let scene = scene::read(&args.scene, run)?;
-    let pixels = args.size.pixels(&scene, &args.scene)?;
-    let samples = args.samples.or(scene.samples).unwrap_or_default();
-    let mut session = device::session(&args.device, Kernel::Certified, &scene, pixels.len(), run)?;
+    let outputs: Vec<&Path> = args.write.iter().chain(&args.junit).map(PathBuf::as_path).collect();
+    let inputs: Vec<&Path> = args.scenes.iter().chain(&args.check).map(PathBuf::as_path).collect();
+    run.refuse_json_beside(&outputs, "the digests", "write them to a file")?;
+    output::refuse_overwriting(&outputs, &inputs)?;
+    let DigestArgs { size, samples, .. } = *args;
+    let picture = |scene: PathBuf| Picture { scene, size, samples, expected: None };
+    let pictures = match &args.check {
+        Some(path) => pictures_of(path)?,
+        None => args.scenes.iter().cloned().map(picture).collect(),
+    };
+    let digested = |picture: &Picture| digest(picture, &args.device, run);
+    let mut digests = pictures.iter().map(digested).collect::<Result<Vec<_>>>()?;
+    let lines: String = digests.iter().map(Digested::to_string).collect();
+    let mut files = Vec::new();
+    if let Some(path) = &args.write {
+        files.push(written(path, lines.as_bytes())?);
+    }
+    if let Some(path) = &args.junit {
+        files.push(written(path, junit(&digests).as_bytes())?);
+    }
+    let faults: Vec<String> = digests.iter().filter_map(Digested::fault).collect();
+    let words = match (&args.check, &digests[..]) {
+        (Some(path), _) => {
+            let wrong: String = faults.iter().map(|fault| format!("{fault}\n")).collect();
+            let n_equal = digests.len() - faults.len();
+            let all = count(digests.len(), "digest");
+            format!("{wrong}{n_equal} of {all} are those of {}\n", path.shown())
+        }
+        (None, [one]) => format!("{}\n", one.digest),
+        (None, _) => lines,
+    };
+    let failure = match faults.len() {
+        0 => None,
+        n => failed(&[format!("{} of {} differ", n, count(digests.len(), "digest"))]),
+    };
+    let summary = match args.check.is_none() && digests.len() == 1 {
+        true => Summary::One(digests.remove(0)),
+        false => Summary::Many { digests },
+    };
+    Ok(Done { files, failure, ..Done::in_words(summary, words) })
+}
+
+/// The pictures that a file of `--write` has.
+fn pictures_of(path: &Path) -> Result<Vec<Picture>> {
+    let text = read_text(path, "digests", "check them in parts")?;
+    let picture = |(number, line): (usize, &str)| {
+        let wrong = || Error::Input {
+            path: path.to_owned(),
+            message: format!(
+                "line {number}: expected a digest, a size, samples and a scene with two spaces between them, e.g. \
+                 `kb2:…  96x54  1  scene.toml`; `kugelblitz digest SCENE… --write` writes such a file"
+            ),
+        };
+        let parts: Vec<&str> = line.splitn(4, "  ").collect();
+        let &[digest, size, samples, scene] = &parts[..] else { return Err(wrong()) };
+        let size = parse_size(size).map_err(|_| wrong())?;
+        let samples = samples.parse().ok().and_then(|n| Samples::new(n).ok()).ok_or_else(wrong)?;
+        Ok(Picture {
+            scene: scene.into(),
+            size: SizeArgs { whole: WholeArgs { size: Some(size) }, crop: None },
+            samples: Some(samples),
+            expected: Some(digest.into()),
+        })
+    };
+    let pictures = (1..).zip(text.lines()).map(picture).collect::<Result<Vec<_>>>()?;
+    match pictures.is_empty() {
+        true => wrong_usage(format!("{}: there is no digest in it", path.shown())),
+        false => Ok(pictures),
+    }
+}
+
+fn digest(picture: &Picture, device: &DeviceArgs, run: &Run) -> Result<Digested> {
+    let Picture { scene: path, size, samples, expected } = picture;
+    let scene = scene::read(path, run)?;
+    let pixels = size.pixels(&scene, path)?;
+    let samples = samples.or(scene.samples).unwrap_or_default();
+    let mut session = device::session(device, Kernel::Certified, &scene, pixels.len(), run)?;
     let n_steps = n_steps(&pixels, samples, scene.is_lit());
     let digest = || session.digest(&pixels, samples, &run.control);
     let digest = Progress::start(run, n_steps).during(digest)?;
-    let words = format!("{digest}\n");
-    let summary = Summary {
+    Ok(Digested {
         on: On::from(session.device()),
+        scene: path.display().to_string(),
         size: [pixels.width, pixels.height],
         samples: samples.across(),
         objects: ObjectCounts::of(&scene),
         digest,
+        expected: expected.clone(),
+    })
+}
+
+/// A JUnit report: a test case for each picture.
+fn junit(digests: &[Digested]) -> String {
+    let case = |digested: &Digested| {
+        let failure = digested
+            .fault()
+            .map_or(String::new(), |fault| format!("<failure message=\"{}\"/>", escaped(&fault)));
+        let name = escaped(&digested.scene);
+        format!("<testcase classname=\"digest\" name=\"{name}\">{failure}</testcase>\n")
     };
-    Ok(Done::in_words(summary, words))
+    let cases: String = digests.iter().map(case).collect();
+    let n_failed = digests.iter().filter(|digested| digested.fault().is_some()).count();
+    document(&format!(
+        "<testsuite name=\"kugelblitz digest\" tests=\"{}\" failures=\"{n_failed}\">\n{cases}</testsuite>\n",
+        digests.len()
+    ))
 }

@@ -19,6 +19,7 @@ mod info;
 mod judge;
 mod man;
 mod manual;
+mod new;
 mod options;
 mod output;
 mod picture;
@@ -115,6 +116,7 @@ fn dispatch(command: Command, run: &Run) -> Result<()> {
             generate::run(&args, run)?.finish("generate", run)
         }
         Command::Digest(args) => digest::run(&args, run)?.finish("digest", run),
+        Command::New(args) => new::run(&args, run)?.finish("new", run),
         Command::Probe => probe::run(run)?.finish("probe", run),
         Command::Completions(_) | Command::Man(_) if run.talk.json => {
             wrong_usage("--json: this command has no summary; leave it out")

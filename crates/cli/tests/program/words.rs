@@ -72,10 +72,12 @@ fn unwritable_streams_end_as_they_must() {
 fn paths_are_shown_one_way() {
     let raw = [
         ("crates/cli/src/compare.rs", 1),
+        ("crates/cli/src/digest.rs", 1),
         ("crates/cli/src/film.rs", 1),
         ("crates/cli/src/generate.rs", 1),
         ("crates/cli/src/head.rs", 1),
         ("crates/cli/src/judge.rs", 1),
+        ("crates/cli/src/new.rs", 1),
         ("crates/cli/src/report.rs", 1),
         ("crates/view/src/recent.rs", 1),
         ("src/cost.rs", 1),

@@ -1,0 +1,46 @@
+//! `kugelblitz new`
+
+use std::path::PathBuf;
+
+use clap::Args;
+use kugelblitz::Result;
+use serde::Serialize;
+
+use crate::head::Done;
+use crate::output::{check_ending, is_stdout, name, shell_quoted, written};
+use crate::{Run, wrong_usage};
+
+/// Write a small lit scene to start from
+#[derive(Args)]
+pub struct NewArgs {
+    /// The file (.toml), which must not be there yet. `-` is standard output
+    pub scene: PathBuf,
+}
+
+#[derive(Serialize)]
+pub struct Summary {
+    file: String,
+}
+
+const SCENE: &str = include_str!("new.toml");
+
+/// Writes the scene.
+pub fn run(args: &NewArgs, run: &Run) -> Result<Done<Summary>> {
+    let path = &*args.scene;
+    run.refuse_json_beside(&[path], "the scene", "write it to a file")?;
+    if !is_stdout(path) {
+        check_ending(path, "toml", "a scene is")?;
+        if path.symlink_metadata().is_ok() {
+            return wrong_usage(format!("{}: it is there already; name another file", name(path)));
+        }
+    }
+    let file = written(path, SCENE.as_bytes())?;
+    let shown = name(path);
+    let line = match is_stdout(path) {
+        true => format!("{shown}: a scene to start from"),
+        false => {
+            format!("{shown}: `kugelblitz render {} -o picture.png` draws it", shell_quoted(path))
+        }
+    };
+    Ok(Done::with_files(Summary { file: path.display().to_string() }, [file], line))
+}
