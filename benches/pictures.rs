@@ -10,7 +10,7 @@ use kugelblitz::picture::{Format, PictureOptions, PictureWriter};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::Scene;
-use kugelblitz::shade::{Colors, Shader, Style};
+use kugelblitz::shade::{Colors, Palette, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::tracer::Tracer;
 
@@ -20,7 +20,7 @@ fn write(format: Format, pixels: &Pixels, scene: &Scene, hits: &Hits) -> Result<
     let options = PictureOptions::default();
     let encoding = format.encoding(options.bits);
     let mut colors = Colors::new(encoding);
-    Shader::new(scene, &Style::new(encoding)).shade(&hits.id, &mut colors)?;
+    Palette::new(scene, &Style::new(encoding)).shade(&hits.id, &mut colors)?;
     let sink = Cursor::new(Vec::new());
     let mut writer = PictureWriter::create(format, options, pixels, sink, "memory")?;
     writer.rows(&colors, hits, pixels.height)?;

@@ -7,7 +7,7 @@ use criterion::Throughput;
 use kugelblitz::control::Control;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants, WorldRay};
 use kugelblitz::tracer::Tracer;
 use kugelblitz::{Error, Result};
 
@@ -43,11 +43,11 @@ fn main() -> Result<()> {
     let center = scene.spheres[2].center;
     let ray = |i: usize| {
         let at = pixels.xy(i);
-        Ray { origin: pixels.view.position, direction: center + pixels.direction(at.0, at.1) }
+        WorldRay { origin: pixels.view.position, direction: center + pixels.direction(at.0, at.1) }
     };
-    let rays: Vec<Ray> = (0..N_RAYS).map(ray).collect();
+    let rays: Vec<WorldRay> = (0..N_RAYS).map(ray).collect();
     // So long a direction that the f32 stage leaves it alone.
-    let long = |ray: &Ray| Ray { direction: ray.direction * 2f64.powi(40), ..*ray };
+    let long = |ray: &WorldRay| WorldRay { direction: ray.direction * 2f64.powi(40), ..*ray };
     let long = Rays::List(rays.iter().map(long).collect());
     let rays = Rays::List(rays);
 

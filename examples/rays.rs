@@ -6,7 +6,7 @@ use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::scene::{Scene, Spheres};
-use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants, WorldRay};
 
 fn main() -> kugelblitz::Result<()> {
     // x, y, z and radius.
@@ -16,7 +16,7 @@ fn main() -> kugelblitz::Result<()> {
     // The second one touches its sphere, the third one misses by less than f32 can tell.
     let directions = [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [1e8, 1.000_000_1, 0.0]];
     let origins = [[0.0; 3], [0.0, 1.0, 0.0], [0.0; 3]];
-    let ray = |(origin, direction): ([f64; 3], [f64; 3])| Ray {
+    let ray = |(origin, direction): ([f64; 3], [f64; 3])| WorldRay {
         origin: origin.into(),
         direction: direction.into(),
     };

@@ -9,7 +9,7 @@ struct Lamp {
 
 struct Lighting {
     @align(16) lengths: Lengths,
-    @align(16) ambient: Light,
+    @align(16) ambient: LightBounds,
     @align(16) width: Bounds,
 }
 
@@ -121,7 +121,7 @@ fn byte_of(low: f32, high: f32) -> u32 {
 }
 
 // With a sample of a pixel, by its column and row among all samples of the tile. One that is left open may have any colour.
-fn with_sample_at(sum: Light, place: vec2u) -> Light {
+fn with_sample_at(sum: LightBounds, place: vec2u) -> LightBounds {
     let ray = ray_at(place);
     let id = decide(nearest_listed(ray));
     var surface = surface_of(id, ray);
@@ -141,17 +141,17 @@ fn with_sample_at(sum: Light, place: vec2u) -> Light {
     //#end
     let is_open = !is_none & !is_known;
     let one = vec3f(1.0);
-    light = Light(select(light.low, one, is_none), select(light.high, one, is_none));
+    light = LightBounds(select(light.low, one, is_none), select(light.high, one, is_none));
     light = light_on(light, color);
     // Then the mean is beyond the last byte's end.
     let low = select(light.low, vec3f(0.0), is_open);
-    return light_plus(sum, Light(low, select(light.high, vec3f(BEYOND), is_open)));
+    return light_plus(sum, LightBounds(low, select(light.high, vec3f(BEYOND), is_open)));
 }
 
 @compute @workgroup_size(WORKGROUP_WIDTH, WORKGROUP_HEIGHT)
 fn render(@builtin(global_invocation_id) pixel: vec3u) {
     let index = pixel.y * params.width + pixel.x;
-    var sum = Light(vec3f(0.0), vec3f(0.0));
+    var sum = LightBounds(vec3f(0.0), vec3f(0.0));
     // No loop around loops, here and over lamps, where they are few: that takes twice as long on lavapipe.
     //#each sample
     sum = with_sample_at(sum, pixel.xy * N_SAMPLES + vec2u(INDEX % N_SAMPLES, INDEX / N_SAMPLES));

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::memory::Available;
 use crate::picture::{Format, PictureOptions};
 use crate::prepare::{Hierarchy, Prepared, record_bytes};
-use crate::rays::{Pixels, Ray, Rays};
+use crate::rays::{Pixels, Rays, WorldRay};
 use crate::render::plan;
 use crate::scene::{Cloud, Samples, Scene};
 use crate::trace::Kernel;
@@ -97,7 +97,7 @@ impl Cost {
     /// # Errors
     /// Those of [`Prepared::new_with`].
     pub fn new(scene: &Arc<Scene>, pixels: Option<&Pixels>, control: &Control) -> Result<Cost> {
-        let anywhere = Ray { origin: DVec3::ZERO, direction: DVec3::NEG_Z };
+        let anywhere = WorldRay { origin: DVec3::ZERO, direction: DVec3::NEG_Z };
         let rays =
             pixels.map_or_else(|| Rays::List(vec![anywhere]), |pixels| Rays::Pixels(*pixels));
         // All but one have a record an object, and need not be made to be counted.

@@ -17,11 +17,11 @@ use crate::error::{Error, Result};
 use crate::guard::{self, Reach};
 use crate::host;
 use crate::kernel::coordinates::Coordinates;
-use crate::kernel::{Float, Kernel};
+use crate::kernel::{FloatType, Kernel};
 use crate::memory;
 use crate::num::Float as _;
 use crate::num::fields::words;
-use crate::rays::{Bundle, Pixels, Ray, Rays, View, look_at_all};
+use crate::rays::{Bundle, Pixels, Rays, View, WorldRay, look_at_all};
 use crate::scene::{Object, Plane, Scene, Sphere};
 use crate::seen::{Eye, PlaneSeen, Record as _, Seen as _, SphereSeen};
 use crate::shape::PlanePlace;
@@ -29,7 +29,7 @@ use crate::trace::Wants;
 
 pub use crate::kernel::certified::{FEW_SPHERES, LISTED_SPHERES};
 pub use crate::kernel::coordinates::split;
-pub use crate::kernel::{Lists, Objects};
+pub use crate::kernel::{Lists, ObjectRecords};
 pub use crate::num::{Scaled, exponent_of, power_of_two};
 pub use certified_light::{CertifiedLamp, CertifiedLighting};
 pub use hierarchy::Hierarchy;
@@ -47,7 +47,7 @@ pub struct ShaderKey {
     /// How the rays lie to each other.
     pub bundle: Bundle,
     /// How spheres are found.
-    pub spheres: Finding,
+    pub spheres: SphereSearch,
     /// Number of spheres that are tested one after the other.
     pub n_spheres: usize,
     /// Whether one of these is so close and so large that its size hides its distance.
@@ -83,7 +83,7 @@ pub enum LightKey {
 
 /// How a shader finds spheres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Finding {
+pub enum SphereSearch {
     /// One after the other.
     Listed,
     /// By the kernel `certified`, through the boxes of a tree, but for those that f32 has no box for.
@@ -101,7 +101,7 @@ pub struct Prepared {
     /// middle of the origins, or the world's origin for a kernel in f64.
     pub reference: DVec3,
     /// The objects.
-    pub objects: Objects,
+    pub objects: ObjectRecords,
     /// True where the bounds of the certified kernel's f32 stage hold for these rays.
     pub in_range: bool,
     /// For the certified kernel and many spheres. `objects` then has only those that are not in the tree.
@@ -250,7 +250,7 @@ impl Prepared {
 
     /// The records of the objects that a device tests one after the other: of many spheres those of [`Hierarchy::rest`], and
     /// behind them some that stand for none. None where f32 has no say.
-    fn records(&self) -> Objects {
+    fn records(&self) -> ObjectRecords {
         let n_spheres = match &self.hierarchy {
             Some(hierarchy) => hierarchy.n_places_of_rest(),
             None if self.in_range => self.scene.spheres.len(),
@@ -279,7 +279,7 @@ impl Prepared {
             }
             None => self.seen_objects().for_each(|(id, object)| put(id as usize - 1, id, object)),
         }
-        Objects::Certified { lists, any_close }
+        ObjectRecords::Certified { lists, any_close }
     }
 
     /// Whether the plane with this index is in the place of an earlier one, however long their normals are: no ray sees it, and
@@ -376,7 +376,7 @@ impl Prepared {
     /// Spheres that a device tests one after the other.
     pub fn n_listed_spheres(&self) -> usize {
         match &self.objects {
-            Objects::Certified { lists, .. } => lists.spheres.len(),
+            ObjectRecords::Certified { lists, .. } => lists.spheres.len(),
             _ => self.scene.spheres.len(),
         }
     }
@@ -400,11 +400,11 @@ impl Prepared {
             kernel: self.kernel,
             bundle: self.bundle(),
             spheres: match &self.hierarchy {
-                Some(_) => Finding::Tree,
-                None => Finding::Listed,
+                Some(_) => SphereSearch::Tree,
+                None => SphereSearch::Listed,
             },
             n_spheres: self.n_listed_spheres(),
-            close: matches!(self.objects, Objects::Certified { any_close: true, .. }),
+            close: matches!(self.objects, ObjectRecords::Certified { any_close: true, .. }),
             n_planes: self.scene.planes.len(),
             // The certified kernel's f32 only proposes objects; t and normals come from f64.
             surface: wants.surface && !is_certified,
@@ -438,8 +438,8 @@ fn is_in_range(rays: &Rays, eye: &Eye) -> bool {
 }
 
 /// Largest distance of an origin from the reference point.
-fn farthest_origin(rays: &[Ray], reference: DVec3) -> f64 {
-    let distance = |ray: &Ray| guard::length_bound(ray.origin - reference);
+fn farthest_origin(rays: &[WorldRay], reference: DVec3) -> f64 {
+    let distance = |ray: &WorldRay| guard::length_bound(ray.origin - reference);
     look_at_all(rays, 0.0, distance, f64::max)
 }
 
@@ -456,11 +456,11 @@ fn most_listed(rays: &Rays) -> usize {
     }
 }
 
-fn reference_of_list(rays: &[Ray], kernel: Kernel) -> DVec3 {
+fn reference_of_list(rays: &[WorldRay], kernel: Kernel) -> DVec3 {
     match kernel.about().float {
         // In f64, c − o straight from the scene's numbers is rounded only once.
-        Float::F64 => DVec3::ZERO,
-        Float::F32 => middle_of_origins(rays),
+        FloatType::F64 => DVec3::ZERO,
+        FloatType::F32 => middle_of_origins(rays),
     }
 }
 
@@ -468,7 +468,7 @@ fn reference_of_list(rays: &[Ray], kernel: Kernel) -> DVec3 {
 fn farthest_of(rays: &Rays, reference: DVec3) -> Result<f64> {
     let Rays::List(list) = rays else { return Ok(0.0) };
     // One look at each ray, unless one of them is far beyond all that is ordinary.
-    let distance = |ray: &Ray| match is_finite(ray) {
+    let distance = |ray: &WorldRay| match is_finite(ray) {
         true => guard::length_bound(ray.origin - reference),
         false => f64::INFINITY,
     };
@@ -479,7 +479,7 @@ fn farthest_of(rays: &Rays, reference: DVec3) -> Result<f64> {
     }
 }
 
-fn is_finite(ray: &Ray) -> bool {
+fn is_finite(ray: &WorldRay) -> bool {
     ray.origin.is_finite() && ray.direction.is_finite()
 }
 
@@ -498,9 +498,9 @@ fn refuse_not_finite(rays: &Rays) -> Result<()> {
 }
 
 /// Anywhere, where there are none.
-fn middle_of_origins(rays: &[Ray]) -> DVec3 {
+fn middle_of_origins(rays: &[WorldRay]) -> DVec3 {
     let Some(first) = rays.first() else { return DVec3::ZERO };
-    let range = |ray: &Ray| (ray.origin, ray.origin);
+    let range = |ray: &WorldRay| (ray.origin, ray.origin);
     let join = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
     let (low, high) = look_at_all(rays, range(first), range, join);
     low / 2.0 + high / 2.0

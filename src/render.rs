@@ -9,7 +9,7 @@ use crate::memory::Available;
 use crate::picture::{Format, PictureOptions, PictureWriter, writer_bytes};
 use crate::rays::Pixels;
 use crate::scene::Samples;
-use crate::shade::{Background, ColorCounts, Colors, Encoding, Painted, Painter, Shader, Style};
+use crate::shade::{Background, ColorCounts, Colors, Encoding, Painted, Painter, Palette, Style};
 use crate::trace::{Coverage, Hits, Rays, StageCounts, Timing, Wants};
 
 /// Bytes of [`Hits`] of a band. With ids alone that is twice a picture of 1920 × 1080; with `t` and
@@ -99,7 +99,7 @@ pub(crate) fn band_bytes(n_pixels: u64, style: &Style, wants: Wants, n_objects: 
     let coverage = if style.background == Background::Shown { 0 } else { size_of::<u16>() as u64 };
     hits_bytes(n_pixels, wants)
         .saturating_add(hits_bytes(n_pixels.saturating_mul(n_each), Wants::default()))
-        .saturating_add(Shader::bytes(style.encoding, n_objects, n_pixels))
+        .saturating_add(Palette::bytes(style.encoding, n_objects, n_pixels))
         .saturating_add(n_pixels.saturating_mul(coverage))
 }
 

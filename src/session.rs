@@ -10,7 +10,7 @@ use crate::digest::{Digest, scene_hash};
 use crate::error::Result;
 use crate::memory::{self, Available};
 use crate::output::{self, OutputFile};
-use crate::picture::{Format, Metadata, Origin, PictureOptions, PictureWriter};
+use crate::picture::{Format, Metadata, PictureOptions, PictureWriter, Provenance};
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, View};
 use crate::render::{
@@ -334,7 +334,7 @@ impl Session {
         let hashed = self.hashed.take_if(|(scene, _)| Arc::ptr_eq(scene, &self.scene));
         let new = || (Arc::clone(&self.scene), scene_hash(&self.scene));
         let (_, scene) = self.hashed.insert(hashed.unwrap_or_else(new));
-        Metadata::new(&Origin {
+        Metadata::new(&Provenance {
             scene,
             camera: self.camera.as_ref(),
             pixels,
@@ -436,7 +436,7 @@ mod tests {
     use crate::error::Error;
     use crate::render::bands;
     use crate::scene::{Color, Sphere, parse_scene};
-    use crate::trace::Ray;
+    use crate::trace::WorldRay;
 
     fn ball() -> Scene {
         let camera = Camera::new(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO);
@@ -471,7 +471,7 @@ mod tests {
     #[test]
     fn a_list_gets_the_numbers_of_its_own() {
         let list = |x: f64| {
-            let ray = |x| Ray { origin: DVec3::new(x, 0.0, 3.0), direction: DVec3::NEG_Z };
+            let ray = |x| WorldRay { origin: DVec3::new(x, 0.0, 3.0), direction: DVec3::NEG_Z };
             Rays::List(vec![ray(0.0), ray(x)])
         };
         let trace = |session: &mut Session, rays: &Rays| {
@@ -489,11 +489,11 @@ mod tests {
     fn a_ray_that_is_not_finite_is_refused() {
         let mut session = session();
         let (wants, control, mut hits) = (Wants::default(), Control::default(), Hits::default());
-        let good = Ray { origin: DVec3::Z * 3.0, direction: DVec3::NEG_Z };
+        let good = WorldRay { origin: DVec3::Z * 3.0, direction: DVec3::NEG_Z };
         for number in [f64::NAN, f64::INFINITY] {
             for bad in [
-                Ray { origin: DVec3::new(0.0, number, 0.0), ..good },
-                Ray { direction: DVec3::new(number, 1.0, 0.0), ..good },
+                WorldRay { origin: DVec3::new(0.0, number, 0.0), ..good },
+                WorldRay { direction: DVec3::new(number, 1.0, 0.0), ..good },
             ] {
                 let rays = Rays::List(vec![good, bad]);
                 let refused = session.trace(&rays, wants, &control, &mut hits).unwrap_err();
@@ -587,7 +587,7 @@ mod tests {
     #[test]
     fn lists_and_pictures_take_turns() {
         let mut session = session();
-        let list = Rays::List(vec![Ray { origin: DVec3::Z * 3.0, direction: DVec3::NEG_Z }]);
+        let list = Rays::List(vec![WorldRay { origin: DVec3::Z * 3.0, direction: DVec3::NEG_Z }]);
         for _ in 0..2 {
             let (mut hits, wants) = (Hits::default(), Wants { surface: true, level: false });
             session.trace(&list, wants, &Control::default(), &mut hits).unwrap();

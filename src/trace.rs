@@ -5,10 +5,10 @@ use std::time::Duration;
 use bytemuck::Zeroable;
 use rayon::prelude::*;
 
-use crate::kernel::Float;
+use crate::kernel::FloatType;
 pub use crate::kernel::Kernel;
 use crate::num::OPEN;
-pub use crate::rays::{Ray, Rays};
+pub use crate::rays::{Rays, WorldRay};
 
 /// The outputs that the caller will look at beyond the ids. The others are not computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -35,8 +35,8 @@ impl Level {
     /// The stage that decides all rays of a kernel without a proof.
     pub fn of(kernel: Kernel) -> Level {
         match kernel.about().float {
-            Float::F32 => Level::F32,
-            Float::F64 => Level::F64,
+            FloatType::F32 => Level::F32,
+            FloatType::F64 => Level::F64,
         }
     }
 }
@@ -82,7 +82,7 @@ impl StageCounts {
 pub struct Hits {
     /// Object id; 0 is the background.
     pub id: Vec<u32>,
-    /// Ray parameter, +∞ on the background; empty unless [`Wants::surface`].
+    /// WorldRay parameter, +∞ on the background; empty unless [`Wants::surface`].
     pub t: Vec<f32>,
     /// Unit normal that faces the ray, zero on the background; empty unless [`Wants::surface`].
     pub normal: Vec<[f32; 3]>,

@@ -4,7 +4,7 @@ use std::iter;
 
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{self, Scene, schema};
-use kugelblitz::trace::{Ray, Rays};
+use kugelblitz::trace::{Rays, WorldRay};
 use numpy::ndarray::Dimension;
 use numpy::{Element, PyReadonlyArray, PyReadonlyArrayDyn};
 use pyo3::Borrowed;
@@ -171,7 +171,7 @@ pub fn one_ray(
         (None, Some((origin, direction))) => {
             let origin = value_of("ray", &origin, schema::point)?;
             let direction = value_of("ray", &direction, schema::direction)?;
-            Ok(Rays::List(vec![Ray { origin, direction }]))
+            Ok(Rays::List(vec![WorldRay { origin, direction }]))
         }
         _ => wrong_type("give a pixel (column, row) of a camera, or a ray (origin, direction)"),
     }
@@ -181,9 +181,12 @@ pub fn one_ray(
 ///
 /// # Errors
 /// `ValueError` names the first row that is no ray.
-pub fn rays_of(origins: &Bound<'_, PyAny>, directions: &Bound<'_, PyAny>) -> PyResult<Vec<Ray>> {
+pub fn rays_of(
+    origins: &Bound<'_, PyAny>,
+    directions: &Bound<'_, PyAny>,
+) -> PyResult<Vec<WorldRay>> {
     let rays = helpers(origins.py())?.call_method1("rays", (origins, directions))?;
     let (origins, directions): (Floats<'_>, Floats<'_>) = rays.extract()?;
     let rays = iter::zip(in_rows(&origins)?, in_rows(&directions)?);
-    Ok(rays.map(|(&o, &d)| Ray { origin: o.into(), direction: d.into() }).collect())
+    Ok(rays.map(|(&o, &d)| WorldRay { origin: o.into(), direction: d.into() }).collect())
 }

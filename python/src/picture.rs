@@ -9,7 +9,7 @@ use kugelblitz::control::Control;
 use kugelblitz::digest::Digest;
 use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
-use kugelblitz::picture::{Bits, Format, Image, PictureOptions, PictureWriter};
+use kugelblitz::picture::{ChannelBits, Format, Image, PictureOptions, PictureWriter};
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::{Kept, Plan, Sink, plan};
 use kugelblitz::scene::Camera;
@@ -247,8 +247,8 @@ impl Picture {
         progress: Given<'_>,
     ) -> PyResult<()> {
         let bits = match bits {
-            8 => Bits::Eight,
-            16 => Bits::Sixteen,
+            8 => ChannelBits::Eight,
+            16 => ChannelBits::Sixteen,
             other => {
                 return wrong_value(format!("bits: {other}, but a channel has 8 or 16"));
             }

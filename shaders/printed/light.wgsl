@@ -60,7 +60,7 @@ struct Verdict {
     clear: f32,
 }
 
-struct Light {
+struct LightBounds {
     low: vec3f,
     high: vec3f,
 }
@@ -254,26 +254,26 @@ fn behind(given: Bounds, verdict: Verdict) -> Bounds {
     return Bounds(low, high);
 }
 
-fn light_with(light: Light, weight: vec3f, given: Bounds) -> Light {
+fn light_with(light: LightBounds, weight: vec3f, given: Bounds) -> LightBounds {
     let low = light.low + weight * given.low;
     let high = light.high + weight * given.high;
-    return Light(low, high);
+    return LightBounds(low, high);
 }
 
-fn light_on(light: Light, color: vec3f) -> Light {
+fn light_on(light: LightBounds, color: vec3f) -> LightBounds {
     let low = color * light.low;
     let high = color * light.high;
-    return Light(low, high);
+    return LightBounds(low, high);
 }
 
-fn light_plus(light: Light, other: Light) -> Light {
+fn light_plus(light: LightBounds, other: LightBounds) -> LightBounds {
     let low = light.low + other.low;
     let high = light.high + other.high;
-    return Light(low, high);
+    return LightBounds(low, high);
 }
 
-fn light_mean(sum: Light, n: f32, width: Bounds) -> Light {
+fn light_mean(sum: LightBounds, n: f32, width: Bounds) -> LightBounds {
     let low = sum.low * width.low / n;
     let high = sum.high * width.high / n;
-    return Light(low, high);
+    return LightBounds(low, high);
 }

@@ -10,7 +10,7 @@ use std::array::from_fn;
 use super::surfaces::{TAndNormal, unit_f32};
 use super::{Stage, StageRays};
 use crate::exact::Ball;
-use crate::rays::{Lens, Pixels, Ray};
+use crate::rays::{Lens, Pixels, WorldRay};
 use crate::scene::Object;
 use glam::DVec3;
 
@@ -64,7 +64,7 @@ impl Sight {
         }
     }
 
-    fn of_ray(&Ray { origin, direction }: &Ray, point: DVec3) -> Sight {
+    fn of_ray(&WorldRay { origin, direction }: &WorldRay, point: DVec3) -> Sight {
         let direction = from_fn(|axis| Ball::from(direction[axis]));
         Sight { to_point: difference(point, origin), direction, world_scale: 1.0, t_factor: 1.0 }
     }

@@ -17,12 +17,12 @@ use crate::guard;
 use crate::prepare::{Hierarchy, Prepared, exponent_of};
 use crate::rays::Pixels;
 use crate::scene::Scene;
-use crate::trace::{Ray, Rays, StageCounts};
+use crate::trace::{Rays, StageCounts, WorldRay};
 use surfaces::MISS;
 pub(crate) use surfaces::{Pack, PackF64, Surfaces, is_id};
 
 /// Whether the `t` of a ray's hits surely stays in f32's range.
-pub fn is_ordinary(ray: &Ray) -> bool {
+pub fn is_ordinary(ray: &WorldRay) -> bool {
     exponent_of(ray.direction).abs() <= guard::LARGEST_EXPONENT && ray.direction != DVec3::ZERO
 }
 
@@ -46,7 +46,7 @@ impl Decided {
 /// The rays, as they are and exactly.
 enum StageRays<'a> {
     Pixels { pixels: &'a Pixels, exact: Box<ExactPixels> },
-    List(&'a [Ray]),
+    List(&'a [WorldRay]),
 }
 
 /// The stages after f32 for one scene and its rays.

@@ -59,7 +59,7 @@ pub struct Surfaces<'a, F: Float> {
 /// The same rays as [`StageRays`].
 enum SurfaceRays<'a, F> {
     Pixels(&'a Pixels, Frame<F>),
-    List(&'a [crate::rays::Ray]),
+    List(&'a [crate::rays::WorldRay]),
 }
 
 /// What the rays of a pack see.

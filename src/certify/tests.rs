@@ -93,7 +93,7 @@ impl Hitting {
     }
 
     /// A ray at `target`, `away` from it.
-    fn ray(&mut self, origin: DVec3, target: &Sphere) -> Ray {
+    fn ray(&mut self, origin: DVec3, target: &Sphere) -> WorldRay {
         let to_center = target.center - origin;
         let aside = to_center.cross(self.vector()).normalize();
         let off = match self.rng.bits() % 3 {
@@ -102,7 +102,7 @@ impl Hitting {
             _ => 1.0,
         };
         let length = 2f64.powi((self.rng.bits() % 80) as i32 - 40);
-        Ray { origin, direction: (to_center + aside * (off * target.radius)) * length }
+        WorldRay { origin, direction: (to_center + aside * (off * target.radius)) * length }
     }
 }
 

@@ -9,7 +9,7 @@ use super::{Part, parts};
 use crate::control::Control;
 use crate::error::Result;
 use crate::kernel::plain::{Plain, PlainRays};
-use crate::kernel::{Lists, Objects};
+use crate::kernel::{Lists, ObjectRecords};
 use crate::num::{Bits, Float, dispatch};
 use crate::prepare::Prepared;
 use crate::rays::Rays;
@@ -18,10 +18,14 @@ use crate::trace::Hits;
 /// Finds all objects, and `t` and normals where they are wanted.
 pub fn trace(prepared: &Prepared, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<()> {
     match &prepared.objects {
-        Objects::Lecture(lists) => trace_with::<_, _, 16>(lists, prepared, rays, control, hits),
-        Objects::Stable(lists) => trace_with::<_, _, 16>(lists, prepared, rays, control, hits),
-        Objects::Double(lists) => trace_with::<_, _, 8>(lists, prepared, rays, control, hits),
-        Objects::Certified { .. } => Ok(()),
+        ObjectRecords::Lecture(lists) => {
+            trace_with::<_, _, 16>(lists, prepared, rays, control, hits)
+        }
+        ObjectRecords::Stable(lists) => {
+            trace_with::<_, _, 16>(lists, prepared, rays, control, hits)
+        }
+        ObjectRecords::Double(lists) => trace_with::<_, _, 8>(lists, prepared, rays, control, hits),
+        ObjectRecords::Certified { .. } => Ok(()),
     }
 }
 

@@ -21,7 +21,7 @@ use crate::seen::{Eye, Nearest, Objects, Ray};
 use crate::trace::Mixed;
 
 /// The beams of a picture's rays, relative to a tree.
-pub struct Aim {
+pub struct TreeAim {
     /// The camera's position.
     position: DVec3,
     forward: DVec3,
@@ -32,12 +32,12 @@ pub struct Aim {
     end: f64,
 }
 
-impl Aim {
+impl TreeAim {
     /// Those of a picture.
-    pub fn new(bvh: &Bvh, pixels: &Pixels) -> Aim {
+    pub fn new(bvh: &Bvh, pixels: &Pixels) -> TreeAim {
         let view = &pixels.view;
         let step = view.h / f64::from(pixels.image_height);
-        let mut aim = Aim {
+        let mut aim = TreeAim {
             position: view.position - bvh.reference,
             forward: view.forward,
             right_step: view.right * step,
@@ -86,7 +86,7 @@ struct Sight<'a> {
     bvh: &'a Bvh,
     leaves: &'a Leaves,
     beside: &'a Objects<f32>,
-    aim: &'a Aim,
+    aim: &'a TreeAim,
     camera: &'a Frame<f32>,
     /// How far the rays reach for which one stands, in half pixels.
     reach: f32,
@@ -213,9 +213,9 @@ fn wider([low, high]: [f32; 2], reach: f32) -> [f32; 2] {
     [low - reach, high + reach]
 }
 
-/// Room for the squares of a picture of many spheres.
+/// CloudScratch for the squares of a picture of many spheres.
 #[derive(Default)]
-pub struct Room {
+pub struct CloudScratch {
     tile: Tile,
     /// The pixels of the tile, by their places among those of the rows.
     index: Vec<u32>,
@@ -227,7 +227,7 @@ pub struct Room {
 /// A tile, compiled for each instruction set that the processor may have.
 struct Find<'a> {
     sight: &'a Sight<'a>,
-    room: &'a mut Room,
+    room: &'a mut CloudScratch,
 }
 
 impl WithSimd for Find<'_> {
@@ -235,7 +235,7 @@ impl WithSimd for Find<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Find { sight, room: Room { tile, cut, walk, packs, .. } } = self;
+        let Find { sight, room: CloudScratch { tile, cut, walk, packs, .. } } = self;
         let tile::Packs { across, up, ids } = tile.packs::<LANES>();
         let together = across.chunks(TOGETHER).zip(up.chunks(TOGETHER));
         for ((across, up), ids) in together.zip(ids.chunks_mut(TOGETHER)) {
@@ -291,7 +291,7 @@ pub struct CloudSearch<'a> {
     /// Samples across and down a pixel.
     n: u32,
     bvh: &'a Bvh,
-    aim: Aim,
+    aim: TreeAim,
     camera: Frame<f32>,
     /// As one ray a pixel stands for all its samples; not of one sample, nor where pixels are too large for the bounds.
     of_pixels: Option<Seen>,
@@ -323,7 +323,7 @@ impl<'a> CloudSearch<'a> {
         Some(CloudSearch {
             n,
             bvh,
-            aim: Aim::new(bvh, &samples),
+            aim: TreeAim::new(bvh, &samples),
             camera: Frame::of_pixels(&samples),
             of_pixels,
             of_rays: sight(Arc::clone(&hierarchy.leaves), Reach::default()),
@@ -336,7 +336,7 @@ impl<'a> CloudSearch<'a> {
     }
 
     /// [`Search::look`](super::Search::look)
-    pub fn look(&self, pixels: &Pixels, whole: &mut [u32], room: &mut Room) -> Mixed {
+    pub fn look(&self, pixels: &Pixels, whole: &mut [u32], room: &mut CloudScratch) -> Mixed {
         let &Pixels { width, height, .. } = pixels;
         let (mut mixed, mut ids) = Mixed::default();
         // Squares in which pixels are not worth a look before their samples.
@@ -374,7 +374,7 @@ impl<'a> CloudSearch<'a> {
         (mixed, ids)
     }
 
-    /// Finds what the pixels of a square see; of several samples those that are left are in [`Room::index`].
+    /// Finds what the pixels of a square see; of several samples those that are left are in [`CloudScratch::index`].
     fn look_at_square(
         &self,
         pixels: &Pixels,
@@ -382,7 +382,7 @@ impl<'a> CloudSearch<'a> {
         size: [u32; 2],
         of_pixels: Option<&Seen>,
         whole: &mut [u32],
-        room: &mut Room,
+        room: &mut CloudScratch,
     ) {
         let ([left, top], [columns, rows], width) = (corner, size, pixels.width as usize);
         let reach = (self.n - 1) as f32;
@@ -434,9 +434,9 @@ impl<'a> CloudSearch<'a> {
         pixels: &Pixels,
         [left, top]: [u32; 2],
         [columns, rows]: [u32; 2],
-        room: &mut Room,
+        room: &mut CloudScratch,
     ) {
-        let Room { tile, index, .. } = room;
+        let CloudScratch { tile, index, .. } = room;
         let (width, step) = (pixels.width, 2.0 * self.n as f32);
         let in_order = if self.n == 1 { &BY_ROWS } else { &BY_SQUARES };
         tile.clear();
@@ -483,12 +483,12 @@ impl<'a> CloudSearch<'a> {
         &self,
         pixels: &Pixels,
         whole: &mut [u32],
-        room: &mut Room,
+        room: &mut CloudScratch,
         mixed: &mut Vec<u32>,
         ids: &mut Vec<u32>,
     ) {
         let (n, samples) = (self.n, pixels.samples(self.n));
-        let Room { tile, index, .. } = &mut *room;
+        let CloudScratch { tile, index, .. } = &mut *room;
         tile.clear();
         for &at in &*index {
             let (x, y) = pixels.xy(at as usize);

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::cloud::Aim;
+use super::cloud::TreeAim;
 use super::list::beam_of;
 use super::tile::Tile;
 use crate::bvh::{Bvh, Enter, Node, Visitor, WIDTH, Walk, above};
@@ -25,7 +25,7 @@ pub struct Find64<'a> {
 /// The rays in f64.
 enum Rays64<'a> {
     Pixels(Box<OfPixels<'a>>),
-    List(&'a [rays::Ray]),
+    List(&'a [rays::WorldRay]),
     /// The bounds don't hold for them.
     Unknown,
 }
@@ -38,7 +38,7 @@ struct OfPixels<'a> {
     /// The objects beside the tree, or all where they are few.
     objects: Objects<f64>,
     /// Where there is a tree.
-    aim: Option<Aim>,
+    aim: Option<TreeAim>,
 }
 
 /// Up to so many objects are looked at one after the other also where there is a tree.
@@ -116,7 +116,7 @@ impl<'a> Find64<'a> {
                     }
                     _ => Objects::new(prepared.seen_objects(), &eye),
                 };
-                let aim = tree.map(|bvh| Aim::new(bvh, pixels));
+                let aim = tree.map(|bvh| TreeAim::new(bvh, pixels));
                 let camera = Frame::of_pixels(pixels);
                 Rays64::Pixels(Box::new(OfPixels { pixels, camera, eye, objects, aim }))
             }
@@ -176,7 +176,7 @@ impl<'a> Find64<'a> {
                 1.0
             }
             Rays64::List(rays) => {
-                let rays::Ray { origin, direction } = rays[index];
+                let rays::WorldRay { origin, direction } = rays[index];
                 if direction == DVec3::ZERO {
                     return Said::Sees(0);
                 }

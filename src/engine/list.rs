@@ -38,7 +38,7 @@ impl<'a> ListSearch<'a> {
     }
 
     /// Finds what rays see in f32: ids, or [`OPEN`](crate::num::OPEN).
-    pub fn look(&self, rays: &[rays::Ray], ids: &mut [u32]) {
+    pub fn look(&self, rays: &[rays::WorldRay], ids: &mut [u32]) {
         let list = List::new(rays, self.reference);
         dispatch(FindList { search: self, list, ids });
     }

@@ -35,13 +35,13 @@ pub struct Search<'a> {
     cloud: Option<CloudSearch<'a>>,
 }
 
-/// Room for the squares of a block.
+/// Scratch for the squares of a block.
 #[derive(Default)]
-pub struct Room {
+pub struct Scratch {
     open: Vec<[u32; 2]>,
     next: Vec<[u32; 2]>,
     tile: Tile,
-    cloud: cloud::Room,
+    cloud: cloud::CloudScratch,
 }
 
 impl<'a> Search<'a> {
@@ -85,7 +85,7 @@ impl<'a> Search<'a> {
 
     /// Finds what some of the pixels see in f32: of each the object that all its samples see, or [`OPEN`]; and of those with
     /// several samples that are left, these.
-    pub fn look(&self, pixels: &Pixels, whole: &mut [u32], room: &mut Room) -> Mixed {
+    pub fn look(&self, pixels: &Pixels, whole: &mut [u32], room: &mut Scratch) -> Mixed {
         if let Some(cloud) = &self.cloud {
             return cloud.look(pixels, whole, &mut room.cloud);
         }
@@ -109,10 +109,10 @@ impl<'a> Search<'a> {
         [left, top]: [u32; 2],
         [columns, rows]: [u32; 2],
         whole: &mut [u32],
-        room: &mut Room,
+        room: &mut Scratch,
     ) {
         let width = pixels.width;
-        let Room { open, next, tile, .. } = room;
+        let Scratch { open, next, tile, .. } = room;
         let (right, bottom) = (left + columns, top + rows);
         let split = |[x, y]: [u32; 2], [columns, rows]: [u32; 2], step: u32, to: &mut Vec<_>| {
             for y in (y..(y + rows).min(bottom)).step_by(step as usize) {
@@ -172,7 +172,7 @@ impl<'a> Search<'a> {
     }
 
     /// What f32 sees of the samples of those pixels of some rows that are left.
-    fn sample(&self, pixels: &Pixels, whole: &[u32], room: &mut Room) -> Mixed {
+    fn sample(&self, pixels: &Pixels, whole: &[u32], room: &mut Scratch) -> Mixed {
         let samples = pixels.samples(self.n);
         let tile = &mut room.tile;
         tile.clear();

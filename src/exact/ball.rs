@@ -172,9 +172,9 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::exact::{Real, Root, real, signum};
+    use crate::exact::{Dyadic, Root, real, signum};
 
-    fn exact(x: &Ball) -> Real {
+    fn exact(x: &Ball) -> Dyadic {
         real(x.high).unwrap() + real(x.low).unwrap()
     }
 
@@ -192,16 +192,22 @@ mod tests {
         Ball { high: high * scale, low: low * scale, error: 0.0 }
     }
 
-    type Operation = (&'static str, f64, fn(Ball, Ball) -> Ball, fn(Real, Real) -> Root, f64);
+    type Operation = (&'static str, f64, fn(Ball, Ball) -> Ball, fn(Dyadic, Dyadic) -> Root, f64);
 
     const OPERATIONS: [Operation; 4] = [
         ("sum", SUM, |x, y| x + y, |x, y| Root::from(x + y), 0.3),
         ("product", PRODUCT, |x, y| x * y, |x, y| Root::from(x * y), 0.5),
         ("quotient", QUOTIENT, Ball::over, quotient, 0.4),
-        ("root", ROOT, |x, _| x.sqrt(), |x, _| Root::new(Real::zero(), 1, x, Real::one(), 1), 0.5),
+        (
+            "root",
+            ROOT,
+            |x, _| x.sqrt(),
+            |x, _| Root::new(Dyadic::zero(), 1, x, Dyadic::one(), 1),
+            0.5,
+        ),
     ];
 
-    fn quotient(x: Real, y: Real) -> Root {
+    fn quotient(x: Dyadic, y: Dyadic) -> Root {
         match signum(&y) {
             1 => Root::quotient(x, y, 1),
             _ => Root::quotient(-x, -y, 1),

@@ -1,27 +1,27 @@
-//! Real numbers between two dyadic ones, for what has no simple sign rule.
+//! Dyadic numbers between two dyadic ones, for what has no simple sign rule.
 
 use dashu_int::ops::{BitTest, SquareRoot};
 
-use super::number::{Real, power_of_two, signum};
+use super::number::{Dyadic, power_of_two, signum};
 
 /// A number of which only bounds are known: `low ≤ x ≤ high`, both at least 0.
 #[derive(Clone, Debug)]
 pub struct Enclosure {
     /// Lower bound.
-    pub low: Real,
+    pub low: Dyadic,
     /// Upper bound.
-    pub high: Real,
+    pub high: Dyadic,
 }
 
 impl Enclosure {
     /// A number that is known exactly; a negative one counts as 0.
-    pub fn of(x: &Real) -> Enclosure {
+    pub fn of(x: &Dyadic) -> Enclosure {
         Enclosure::between(x.clone(), x.clone())
     }
 
     /// Numbers from `low` to `high`; what is below 0 is cut off.
-    pub fn between(low: Real, high: Real) -> Enclosure {
-        let positive = |x: Real| if signum(&x) < 0 { Real::zero() } else { x };
+    pub fn between(low: Dyadic, high: Dyadic) -> Enclosure {
+        let positive = |x: Dyadic| if signum(&x) < 0 { Dyadic::zero() } else { x };
         Enclosure { low: positive(low), high: positive(high) }
     }
 
@@ -57,36 +57,36 @@ impl Enclosure {
 }
 
 /// The neighbours of `x ≥ 0` with up to `n_bits` bits, `x` itself where it has no more.
-fn cut(x: &Real, n_bits: usize) -> (Real, Real) {
+fn cut(x: &Dyadic, n_bits: usize) -> (Dyadic, Dyadic) {
     let excess = x.mantissa.bit_len().saturating_sub(n_bits);
     if excess == 0 {
         return (x.clone(), x.clone());
     }
-    let low = Real::new(&x.mantissa >> excess, x.exponent + excess as isize);
+    let low = Dyadic::new(&x.mantissa >> excess, x.exponent + excess as isize);
     let high = &low + &power_of_two(low.exponent);
     (low, high)
 }
 
 /// Bounds of `x/y`, one unit of the last of about `n_bits` bits apart; `x ≥ 0`, `y > 0`.
-pub(super) fn quotient(x: &Real, y: &Real, n_bits: usize) -> (Real, Real) {
+pub(super) fn quotient(x: &Dyadic, y: &Dyadic, n_bits: usize) -> (Dyadic, Dyadic) {
     if signum(x) == 0 {
-        return (Real::zero(), Real::zero());
+        return (Dyadic::zero(), Dyadic::zero());
     }
     let shift = (n_bits + y.mantissa.bit_len()).saturating_sub(x.mantissa.bit_len());
     let quotient = (&x.mantissa << shift) / &y.mantissa;
-    let low = Real::new(quotient, x.exponent - y.exponent - shift as isize);
+    let low = Dyadic::new(quotient, x.exponent - y.exponent - shift as isize);
     let high = &low + &power_of_two(low.exponent);
     (low, high)
 }
 
 /// Bounds of `√x`, one unit of the last of about `n_bits` bits apart; `x ≥ 0`.
-pub(super) fn square_root(x: &Real, n_bits: usize) -> (Real, Real) {
+pub(super) fn square_root(x: &Dyadic, n_bits: usize) -> (Dyadic, Dyadic) {
     if signum(x) == 0 {
-        return (Real::zero(), Real::zero());
+        return (Dyadic::zero(), Dyadic::zero());
     }
     let mut shift = (2 * n_bits).saturating_sub(x.mantissa.bit_len());
     shift += usize::from((x.exponent - shift as isize) % 2 != 0);
-    let low = Real::new((&x.mantissa << shift).sqrt().into(), (x.exponent - shift as isize) / 2);
+    let low = Dyadic::new((&x.mantissa << shift).sqrt().into(), (x.exponent - shift as isize) / 2);
     let high = &low + &power_of_two(low.exponent);
     (low, high)
 }
@@ -111,7 +111,7 @@ mod tests {
     #[test]
     fn bounds_hold_and_are_narrow() {
         let mut rng = ChaCha8Rng::seed_from_u64(1401);
-        let all = |x: &Real| Enclosure::of(x);
+        let all = |x: &Dyadic| Enclosure::of(x);
         for _ in 0..20_000 {
             let n_bits = [53, 64, 200][rng.random_range(0..3)];
             let (x, y) = (number(&mut rng), number(&mut rng));

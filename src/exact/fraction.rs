@@ -6,17 +6,17 @@ use dashu_int::IBig;
 use dashu_int::ops::{Gcd, SquareRoot};
 
 use super::enclosure::Enclosure;
-use super::number::{Real, signum};
+use super::number::{Dyadic, signum};
 
 /// A rational number: a dyadic one over a positive odd integer, in lowest terms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fraction {
-    numerator: Real,
+    numerator: Dyadic,
     denominator: IBig,
 }
 
-impl From<&Real> for Fraction {
-    fn from(x: &Real) -> Fraction {
+impl From<&Dyadic> for Fraction {
+    fn from(x: &Dyadic) -> Fraction {
         Fraction { numerator: x.clone(), denominator: IBig::ONE }
     }
 }
@@ -24,11 +24,11 @@ impl From<&Real> for Fraction {
 impl Fraction {
     /// 0.
     pub fn zero() -> Fraction {
-        Fraction::from(&Real::zero())
+        Fraction::from(&Dyadic::zero())
     }
 
     /// `numerator/denominator`; `denominator > 0`.
-    pub(super) fn new(numerator: &Real, denominator: &Real) -> Fraction {
+    pub(super) fn new(numerator: &Dyadic, denominator: &Dyadic) -> Fraction {
         let zeros = denominator.mantissa.trailing_zeros().unwrap_or(0);
         let odd = &denominator.mantissa >> zeros;
         let exponent = numerator.exponent - denominator.exponent - zeros as isize;
@@ -37,23 +37,23 @@ impl Fraction {
 
     fn reduced(mantissa: IBig, exponent: isize, odd: IBig) -> Fraction {
         if odd == IBig::ONE {
-            return Fraction { numerator: Real::new(mantissa, exponent), denominator: odd };
+            return Fraction { numerator: Dyadic::new(mantissa, exponent), denominator: odd };
         }
         let common = IBig::from((&mantissa).gcd(&odd));
-        Fraction { numerator: Real::new(mantissa / &common, exponent), denominator: odd / common }
+        Fraction { numerator: Dyadic::new(mantissa / &common, exponent), denominator: odd / common }
     }
 
     /// The product with a dyadic number.
-    pub fn times(&self, x: &Real) -> Fraction {
-        let Real { mantissa, exponent } = &self.numerator * x;
+    pub fn times(&self, x: &Dyadic) -> Fraction {
+        let Dyadic { mantissa, exponent } = &self.numerator * x;
         Fraction::reduced(mantissa, exponent, self.denominator.clone())
     }
 
     /// The sum.
     pub fn plus(&self, other: &Fraction) -> Fraction {
-        let over = |x: &Fraction, by: &IBig| &x.numerator * &Real::new(by.clone(), 0);
+        let over = |x: &Fraction, by: &IBig| &x.numerator * &Dyadic::new(by.clone(), 0);
         if self.denominator == other.denominator {
-            let Real { mantissa, exponent } = &self.numerator + &other.numerator;
+            let Dyadic { mantissa, exponent } = &self.numerator + &other.numerator;
             return Fraction::reduced(mantissa, exponent, self.denominator.clone());
         }
         let sum = over(self, &other.denominator) + over(other, &self.denominator);
@@ -62,7 +62,7 @@ impl Fraction {
     }
 
     /// The order of this number and `x`.
-    pub fn cmp_real(&self, x: &Real) -> Ordering {
+    pub fn cmp_real(&self, x: &Dyadic) -> Ordering {
         self.numerator.cmp(&(x * &self.denominator()))
     }
 
@@ -76,20 +76,20 @@ impl Fraction {
         quotient.unwrap_or(numerator)
     }
 
-    fn denominator(&self) -> Real {
-        Real::new(self.denominator.clone(), 0)
+    fn denominator(&self) -> Dyadic {
+        Dyadic::new(self.denominator.clone(), 0)
     }
 }
 
 /// `√x` where it is dyadic; `x ≥ 0`.
-pub(super) fn dyadic_root(x: &Real) -> Option<Real> {
+pub(super) fn dyadic_root(x: &Dyadic) -> Option<Dyadic> {
     if signum(x) == 0 {
-        return Some(Real::zero());
+        return Some(Dyadic::zero());
     }
     let odd = x.exponent.rem_euclid(2) as usize;
     let radicand = &x.mantissa << odd;
     let root = IBig::from(radicand.sqrt());
-    (&root * &root == radicand).then(|| Real::new(root, (x.exponent - odd as isize) / 2))
+    (&root * &root == radicand).then(|| Dyadic::new(root, (x.exponent - odd as isize) / 2))
 }
 
 #[cfg(test)]
@@ -126,6 +126,6 @@ mod tests {
                 assert_eq!(dyadic_root(&(&square * &other)), None);
             }
         }
-        assert_eq!(dyadic_root(&Real::zero()), Some(Real::zero()));
+        assert_eq!(dyadic_root(&Dyadic::zero()), Some(Dyadic::zero()));
     }
 }

@@ -11,20 +11,20 @@ use glam::DVec3;
 
 use super::enclosure::Enclosure;
 use super::fraction::{Fraction, dyadic_root};
-use super::number::{Real, power_of_two, product3, real, real3, signum};
+use super::number::{Dyadic, power_of_two, product3, real, real3, signum};
 use super::root::sign_of_sum;
 use super::{ExactHit, ExactRay, Shape, Side};
 
 /// `x + y·√D`, with a radicand `D` that all numbers of one point share.
 #[derive(Clone, Debug)]
 struct Surd<'a> {
-    x: Real,
-    y: Real,
-    radicand: &'a Real,
+    x: Dyadic,
+    y: Dyadic,
+    radicand: &'a Dyadic,
 }
 
 impl<'a> Surd<'a> {
-    fn new(x: Real, y: Real, radicand: &'a Real) -> Surd<'a> {
+    fn new(x: Dyadic, y: Dyadic, radicand: &'a Dyadic) -> Surd<'a> {
         Surd { x, y, radicand }
     }
 
@@ -34,12 +34,12 @@ impl<'a> Surd<'a> {
         sign_of_sum(&self.x, sign, &square)
     }
 
-    fn scaled(&self, by: &Real) -> Surd<'a> {
+    fn scaled(&self, by: &Dyadic) -> Surd<'a> {
         Surd::new(&self.x * by, &self.y * by, self.radicand)
     }
 
     /// The number, where it has no root.
-    fn rational(&self) -> Option<&Real> {
+    fn rational(&self) -> Option<&Dyadic> {
         (signum(&self.y) == 0 || signum(self.radicand) == 0).then_some(&self.x)
     }
 
@@ -58,12 +58,12 @@ impl<'a> Surd<'a> {
         let (x, y) = (magnitude(&self.x), magnitude(&self.y));
         let apart = magnitude(&(&x * &x - &y * &y * self.radicand));
         let sum = Enclosure::of(&x).plus(&root.times(&Enclosure::of(&y), n_bits));
-        Enclosure::of(&apart).over(&sum, n_bits).unwrap_or_else(|| Enclosure::of(&Real::zero()))
+        Enclosure::of(&apart).over(&sum, n_bits).unwrap_or_else(|| Enclosure::of(&Dyadic::zero()))
     }
 }
 
 /// `|x|`
-fn magnitude(x: &Real) -> Real {
+fn magnitude(x: &Dyadic) -> Dyadic {
     if signum(x) < 0 { -x.clone() } else { x.clone() }
 }
 
@@ -106,7 +106,7 @@ fn dot<'a>(u: &Surd3<'a>, v: &Surd3<'a>) -> Surd<'a> {
     &(&x + &y) + &z
 }
 
-fn dot_real<'a>(u: &Surd3<'a>, n: &[Real; 3]) -> Surd<'a> {
+fn dot_real<'a>(u: &Surd3<'a>, n: &[Dyadic; 3]) -> Surd<'a> {
     let [x, y, z] = std::array::from_fn(|axis| u[axis].scaled(&n[axis]));
     &(&x + &y) + &z
 }
@@ -114,11 +114,11 @@ fn dot_real<'a>(u: &Surd3<'a>, n: &[Real; 3]) -> Surd<'a> {
 /// The point of an object that a ray sees: `(base + root·√radicand)/scale`.
 #[derive(Clone, Debug)]
 pub struct ExactPoint {
-    base: [Real; 3],
-    root: [Real; 3],
-    radicand: Real,
+    base: [Dyadic; 3],
+    root: [Dyadic; 3],
+    radicand: Dyadic,
     /// Positive.
-    scale: Real,
+    scale: Dyadic,
     side: Side,
 }
 
@@ -131,15 +131,15 @@ impl ExactPoint {
         let base = |axis: usize| {
             &origin[axis] * root.denominator() + &direction[axis] * root.rational_part()
         };
-        let base: [Real; 3] = std::array::from_fn(base);
-        let sign = Real::new(root.sign().into(), 0);
+        let base: [Dyadic; 3] = std::array::from_fn(base);
+        let sign = Dyadic::new(root.sign().into(), 0);
         let part = |axis: usize| &direction[axis] * &sign;
         // A point with rational coordinates has no root.
         let (base, root_part, radicand) = match dyadic_root(root.radicand()) {
             Some(known) => (
                 std::array::from_fn(|axis| &base[axis] + part(axis) * &known),
-                std::array::from_fn(|_| Real::zero()),
-                Real::zero(),
+                std::array::from_fn(|_| Dyadic::zero()),
+                Dyadic::zero(),
             ),
             None => (base, std::array::from_fn(part), root.radicand().clone()),
         };
@@ -155,7 +155,7 @@ impl ExactPoint {
     /// `scale²·(v·v − r²)`, where `v` is `scale` times as long already.
     fn off_sphere<'a>(&'a self, v: &Surd3<'a>, radius: f64) -> Option<Surd<'a>> {
         let r = real(radius)? * &self.scale;
-        Some(&dot(v, v) - &Surd::new(&r * &r, Real::zero(), &self.radicand))
+        Some(&dot(v, v) - &Surd::new(&r * &r, Dyadic::zero(), &self.radicand))
     }
 
     /// Whether the point is at most `distance` away from another one. `None` where a number is not
@@ -166,7 +166,7 @@ impl ExactPoint {
     }
 
     /// `scale·(p − point)`
-    fn offset_from(&self, point: &[Real; 3]) -> Surd3<'_> {
+    fn offset_from(&self, point: &[Dyadic; 3]) -> Surd3<'_> {
         std::array::from_fn(|axis| {
             let base = &self.base[axis] - &(&point[axis] * &self.scale);
             Surd::new(base, self.root[axis].clone(), &self.radicand)
@@ -201,7 +201,7 @@ impl<'a> ExactBeam<'a> {
     pub fn against(point: &'a ExactPoint, direction: DVec3) -> Option<ExactBeam<'a>> {
         let direction = real3(direction)?;
         let way = std::array::from_fn(|axis| {
-            Surd::new(-(&direction[axis] * &point.scale), Real::zero(), &point.radicand)
+            Surd::new(-(&direction[axis] * &point.scale), Dyadic::zero(), &point.radicand)
         });
         Some(ExactBeam::new(point, way, true))
     }
@@ -344,9 +344,9 @@ impl ExactCosine<'_> {
     pub fn enclose(&self, n_bits: usize) -> Enclosure {
         let divisor = self.denominator2.enclose(n_bits).sqrt(n_bits);
         let quotient = self.numerator.enclose(n_bits).over(&divisor, n_bits);
-        let one = Real::one();
+        let one = Dyadic::one();
         debug_assert!(quotient.is_some(), "a way without a length");
-        let (low, high) = quotient.map_or((Real::zero(), one.clone()), |e| (e.low, e.high));
+        let (low, high) = quotient.map_or((Dyadic::zero(), one.clone()), |e| (e.low, e.high));
         Enclosure::between(low, if high > one { one } else { high })
     }
 }
@@ -359,17 +359,17 @@ mod tests {
     #[test]
     fn what_cancels_is_enclosed_narrowly() {
         for (k, n) in [(10, 1), (100, 3), (5000, 1), (5000, 0)] {
-            let radicand = &power_of_two(2 * k) + &Real::one();
-            let large = &power_of_two(k) + &Real::new(n.into(), 0);
+            let radicand = &power_of_two(2 * k) + &Dyadic::one();
+            let large = &power_of_two(k) + &Dyadic::new(n.into(), 0);
             let surd = match n {
-                0 => Surd::new(-large, Real::one(), &radicand),
-                _ => Surd::new(large, -Real::one(), &radicand),
+                0 => Surd::new(-large, Dyadic::one(), &radicand),
+                _ => Surd::new(large, -Dyadic::one(), &radicand),
             };
             let Enclosure { low, high } = surd.enclose(64);
             let half_step = power_of_two(-k - 1);
             let [least, most] = match n {
                 0 => [&half_step - &power_of_two(-3 * k - 3), half_step],
-                _ => [&Real::new(n.into(), 0) - &half_step, Real::new(n.into(), 0)],
+                _ => [&Dyadic::new(n.into(), 0) - &half_step, Dyadic::new(n.into(), 0)],
             };
             assert!(low <= most && least <= high, "{k} {n}");
             assert!(&high - &low <= &low * &power_of_two(-32), "{k} {n}");

@@ -23,7 +23,7 @@ pub use ball::Ball;
 pub use enclosure::Enclosure;
 pub use fraction::Fraction;
 pub use light::{ExactBeam, ExactCosine, ExactPoint};
-pub use number::{Real, exact, integer, real, signum};
+pub use number::{Dyadic, exact, integer, real, signum};
 pub(crate) use number::{double, primitive, product3, real3};
 pub use ray::{ExactPixels, ExactRay};
 pub use root::Root;

@@ -15,13 +15,13 @@ use glam::DVec3;
 /// A number has many representations (only those that come from f64 are the shortest). Exponents
 /// of the polynomials here stay within `±2^20`, so sums of exponents can't overflow.
 #[derive(Clone, Debug)]
-pub struct Real {
+pub struct Dyadic {
     pub(super) mantissa: IBig,
     pub(super) exponent: isize,
 }
 
 /// The exact value of an f64, or `None` if it is not finite.
-pub fn real(value: f64) -> Option<Real> {
+pub fn real(value: f64) -> Option<Dyadic> {
     if !value.is_finite() {
         return None;
     }
@@ -31,23 +31,23 @@ pub fn real(value: f64) -> Option<Real> {
     // Subnormal numbers have no hidden bit and the exponent of field 1.
     let magnitude = if field == 0 { fraction } else { fraction | (1 << 52) };
     if magnitude == 0 {
-        return Some(Real::zero());
+        return Some(Dyadic::zero());
     }
     let zeros = magnitude.trailing_zeros();
     let magnitude = (magnitude >> zeros) as i64;
-    Some(Real {
+    Some(Dyadic {
         mantissa: IBig::from(if value < 0.0 { -magnitude } else { magnitude }),
         exponent: field.max(1) as isize - 1075 + zeros as isize,
     })
 }
 
 /// The exact value of a number of a scene, which is finite; else 0.
-pub fn exact(x: f64) -> Real {
-    real(x).unwrap_or_else(Real::zero)
+pub fn exact(x: f64) -> Dyadic {
+    real(x).unwrap_or_else(Dyadic::zero)
 }
 
 /// -1, 0 or 1.
-pub fn signum(x: &Real) -> i32 {
+pub fn signum(x: &Dyadic) -> i32 {
     if x.mantissa.is_zero() {
         0
     } else if x.mantissa.sign() == Sign::Negative {
@@ -57,20 +57,20 @@ pub fn signum(x: &Real) -> i32 {
     }
 }
 
-impl Real {
+impl Dyadic {
     /// 0.
-    pub fn zero() -> Real {
-        Real::new(IBig::ZERO, 0)
+    pub fn zero() -> Dyadic {
+        Dyadic::new(IBig::ZERO, 0)
     }
 
     /// 1.
-    pub fn one() -> Real {
-        Real::new(IBig::ONE, 0)
+    pub fn one() -> Dyadic {
+        Dyadic::new(IBig::ONE, 0)
     }
 
     /// `mantissa·2^exponent`.
-    pub(super) fn new(mantissa: IBig, exponent: isize) -> Real {
-        Real { mantissa, exponent }
+    pub(super) fn new(mantissa: IBig, exponent: isize) -> Dyadic {
+        Dyadic { mantissa, exponent }
     }
 
     /// An f64 near this number.
@@ -95,7 +95,7 @@ impl Real {
 
 /// Brings two mantissas to the lower exponent and combines them. A zero takes part with the other
 /// one's exponent, whatever its own is.
-fn aligned(x: &Real, y: &Real, combine: impl FnOnce(&IBig, &IBig) -> IBig) -> Real {
+fn aligned(x: &Dyadic, y: &Dyadic, combine: impl FnOnce(&IBig, &IBig) -> IBig) -> Dyadic {
     let (exponent, mantissa) = match x.exponent.cmp(&y.exponent) {
         Ordering::Equal => (x.exponent, combine(&x.mantissa, &y.mantissa)),
         _ if x.is_zero() => (y.exponent, combine(&x.mantissa, &y.mantissa)),
@@ -109,27 +109,27 @@ fn aligned(x: &Real, y: &Real, combine: impl FnOnce(&IBig, &IBig) -> IBig) -> Re
             (x.exponent, combine(&x.mantissa, &shifted))
         }
     };
-    Real { mantissa, exponent }
+    Dyadic { mantissa, exponent }
 }
 
-impl Add for &Real {
-    type Output = Real;
-    fn add(self, other: &Real) -> Real {
+impl Add for &Dyadic {
+    type Output = Dyadic;
+    fn add(self, other: &Dyadic) -> Dyadic {
         aligned(self, other, |x, y| x + y)
     }
 }
 
-impl Sub for &Real {
-    type Output = Real;
-    fn sub(self, other: &Real) -> Real {
+impl Sub for &Dyadic {
+    type Output = Dyadic;
+    fn sub(self, other: &Dyadic) -> Dyadic {
         aligned(self, other, |x, y| x - y)
     }
 }
 
-impl Mul for &Real {
-    type Output = Real;
-    fn mul(self, other: &Real) -> Real {
-        Real {
+impl Mul for &Dyadic {
+    type Output = Dyadic;
+    fn mul(self, other: &Dyadic) -> Dyadic {
+        Dyadic {
             mantissa: &self.mantissa * &other.mantissa,
             exponent: self.exponent + other.exponent,
         }
@@ -139,21 +139,21 @@ impl Mul for &Real {
 /// The operators for operands that are not borrowed.
 macro_rules! forward {
     ($($operator:ident $function:ident),*) => {$(
-        impl $operator<Real> for Real {
-            type Output = Real;
-            fn $function(self, other: Real) -> Real {
+        impl $operator<Dyadic> for Dyadic {
+            type Output = Dyadic;
+            fn $function(self, other: Dyadic) -> Dyadic {
                 (&self).$function(&other)
             }
         }
-        impl $operator<&Real> for Real {
-            type Output = Real;
-            fn $function(self, other: &Real) -> Real {
+        impl $operator<&Dyadic> for Dyadic {
+            type Output = Dyadic;
+            fn $function(self, other: &Dyadic) -> Dyadic {
                 (&self).$function(other)
             }
         }
-        impl $operator<Real> for &Real {
-            type Output = Real;
-            fn $function(self, other: Real) -> Real {
+        impl $operator<Dyadic> for &Dyadic {
+            type Output = Dyadic;
+            fn $function(self, other: Dyadic) -> Dyadic {
                 self.$function(&other)
             }
         }
@@ -162,15 +162,15 @@ macro_rules! forward {
 
 forward!(Add add, Sub sub, Mul mul);
 
-impl Neg for Real {
-    type Output = Real;
-    fn neg(self) -> Real {
-        Real { mantissa: -self.mantissa, ..self }
+impl Neg for Dyadic {
+    type Output = Dyadic;
+    fn neg(self) -> Dyadic {
+        Dyadic { mantissa: -self.mantissa, ..self }
     }
 }
 
-impl Ord for Real {
-    fn cmp(&self, other: &Real) -> Ordering {
+impl Ord for Dyadic {
+    fn cmp(&self, other: &Dyadic) -> Ordering {
         if self.exponent == other.exponent {
             return self.mantissa.cmp(&other.mantissa);
         }
@@ -178,33 +178,33 @@ impl Ord for Real {
     }
 }
 
-impl PartialOrd for Real {
-    fn partial_cmp(&self, other: &Real) -> Option<Ordering> {
+impl PartialOrd for Dyadic {
+    fn partial_cmp(&self, other: &Dyadic) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl PartialEq for Real {
-    fn eq(&self, other: &Real) -> bool {
+impl PartialEq for Dyadic {
+    fn eq(&self, other: &Dyadic) -> bool {
         self.cmp(other) == Ordering::Equal
     }
 }
 
-impl Eq for Real {}
+impl Eq for Dyadic {}
 
 /// The components of a vector.
-pub(crate) fn real3(v: DVec3) -> Option<[Real; 3]> {
+pub(crate) fn real3(v: DVec3) -> Option<[Dyadic; 3]> {
     Some([real(v.x)?, real(v.y)?, real(v.z)?])
 }
 
 /// An integer.
-pub fn integer(value: i64) -> Real {
-    Real::new(IBig::from(value), 0)
+pub fn integer(value: i64) -> Dyadic {
+    Dyadic::new(IBig::from(value), 0)
 }
 
 /// Whole numbers without a common divisor in the ratio of these, the first of which that is not 0 is positive; `None` where all
 /// are 0.
-pub(crate) fn primitive(numbers: &[Real; 3]) -> Option<[IBig; 3]> {
+pub(crate) fn primitive(numbers: &[Dyadic; 3]) -> Option<[IBig; 3]> {
     let exponent = numbers.iter().filter(|x| !x.is_zero()).map(|x| x.exponent).min()?;
     let whole = numbers.each_ref().map(|x| match x.is_zero() {
         true => IBig::ZERO,
@@ -218,29 +218,29 @@ pub(crate) fn primitive(numbers: &[Real; 3]) -> Option<[IBig; 3]> {
     Some(whole.map(|x| x / &divisor))
 }
 
-impl From<IBig> for Real {
-    fn from(x: IBig) -> Real {
-        Real::new(x, 0)
+impl From<IBig> for Dyadic {
+    fn from(x: IBig) -> Dyadic {
+        Dyadic::new(x, 0)
     }
 }
 
 /// `2^exponent`.
-pub(super) fn power_of_two(exponent: isize) -> Real {
-    Real::new(IBig::ONE, exponent)
+pub(super) fn power_of_two(exponent: isize) -> Dyadic {
+    Dyadic::new(IBig::ONE, exponent)
 }
 
 /// `2x`.
-pub(crate) fn double(x: &Real) -> Real {
-    Real { mantissa: x.mantissa.clone(), exponent: x.exponent + 1 }
+pub(crate) fn double(x: &Dyadic) -> Dyadic {
+    Dyadic { mantissa: x.mantissa.clone(), exponent: x.exponent + 1 }
 }
 
 /// The dot product.
-pub(crate) fn product3(u: &[Real; 3], v: &[Real; 3]) -> Real {
+pub(crate) fn product3(u: &[Dyadic; 3], v: &[Dyadic; 3]) -> Dyadic {
     &u[0] * &v[0] + &u[1] * &v[1] + &u[2] * &v[2]
 }
 
 /// The smallest number that rounds (to nearest, ties to even) beyond the largest f32: half an ulp
 /// above it, `2^128 − 2^103`; the tie goes up because the last bit of the largest f32 is 1.
-pub(super) fn f32_overflow() -> Real {
+pub(super) fn f32_overflow() -> Dyadic {
     power_of_two(128) - power_of_two(103)
 }

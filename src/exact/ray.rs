@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::number::{Real, integer, product3, real, real3};
-use crate::rays::{Lens, Pixels, Ray};
+use super::number::{Dyadic, integer, product3, real, real3};
+use crate::rays::{Lens, Pixels, WorldRay};
 
 /// A ray in exact numbers: `o + t·d`, kept as the multiples `S·o` of its origin and `F·d` of its
 /// direction for which all numbers are dyadic. It then stands in a world that is `S` times as
@@ -13,20 +13,20 @@ use crate::rays::{Lens, Pixels, Ray};
 /// number that is not finite gets a zero direction and hits nothing.
 #[derive(Clone, Debug)]
 pub struct ExactRay {
-    origin: [Real; 3],
-    direction: [Real; 3],
-    norm_squared: Real,
+    origin: [Dyadic; 3],
+    direction: [Dyadic; 3],
+    norm_squared: Dyadic,
     world_scale: u32,
     direction_scale: u32,
 }
 
-fn zero3() -> [Real; 3] {
-    std::array::from_fn(|_| Real::zero())
+fn zero3() -> [Dyadic; 3] {
+    std::array::from_fn(|_| Dyadic::zero())
 }
 
 impl ExactRay {
     /// A ray as it stands: `S = F = 1`.
-    pub fn new(ray: &Ray) -> ExactRay {
+    pub fn new(ray: &WorldRay) -> ExactRay {
         match (real3(ray.origin), real3(ray.direction)) {
             (Some(origin), Some(direction)) => ExactRay::from_parts(origin, direction, 1, 1),
             _ => ExactRay::from_parts(zero3(), zero3(), 1, 1),
@@ -41,8 +41,8 @@ impl ExactRay {
 
     /// `direction_scale` is a multiple of `world_scale`.
     fn from_parts(
-        origin: [Real; 3],
-        direction: [Real; 3],
+        origin: [Dyadic; 3],
+        direction: [Dyadic; 3],
         world_scale: u32,
         direction_scale: u32,
     ) -> ExactRay {
@@ -51,17 +51,17 @@ impl ExactRay {
     }
 
     /// `S·o`.
-    pub fn origin(&self) -> &[Real; 3] {
+    pub fn origin(&self) -> &[Dyadic; 3] {
         &self.origin
     }
 
     /// `F·d`.
-    pub fn direction(&self) -> &[Real; 3] {
+    pub fn direction(&self) -> &[Dyadic; 3] {
         &self.direction
     }
 
     /// `‖F·d‖²`.
-    pub fn norm_squared(&self) -> &Real {
+    pub fn norm_squared(&self) -> &Dyadic {
         &self.norm_squared
     }
 
@@ -81,7 +81,7 @@ impl ExactRay {
     }
 
     /// `S·x`
-    pub(crate) fn to_scale(&self, x: Real) -> Real {
+    pub(crate) fn to_scale(&self, x: Dyadic) -> Dyadic {
         match self.world_scale {
             1 => x,
             scale => x * integer(i64::from(scale)),
@@ -89,7 +89,7 @@ impl ExactRay {
     }
 
     /// `S·(p − o)`, or `None` where a number is not finite.
-    pub(crate) fn to_point(&self, point: DVec3) -> Option<[Real; 3]> {
+    pub(crate) fn to_point(&self, point: DVec3) -> Option<[Dyadic; 3]> {
         let [px, py, pz] = real3(point)?.map(|p| self.to_scale(p));
         let [ox, oy, oz] = &self.origin;
         Some([px - ox, py - oy, pz - oz])
@@ -108,10 +108,10 @@ impl ExactRay {
 pub struct ExactPixels {
     pixels: Pixels,
     /// Origin and direction of the ray through the picture's centre, scaled as all of them.
-    origin: [Real; 3],
-    direction: [Real; 3],
-    right: [Real; 3],
-    up: [Real; 3],
+    origin: [Dyadic; 3],
+    direction: [Dyadic; 3],
+    right: [Dyadic; 3],
+    up: [Dyadic; 3],
     finite: bool,
 }
 
@@ -147,7 +147,7 @@ impl ExactPixels {
         }
         let (i, j) = self.pixels.offset2(x, y);
         let (i, j) = (integer(i), integer(j));
-        let moved = |from: &[Real; 3]| {
+        let moved = |from: &[Dyadic; 3]| {
             std::array::from_fn(|axis| &from[axis] + &self.right[axis] * &i + &self.up[axis] * &j)
         };
         let height = self.pixels.image_height;

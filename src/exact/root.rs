@@ -7,7 +7,7 @@ use dashu_int::ops::{Abs, BitTest};
 
 use super::enclosure::{quotient, square_root};
 use super::fraction::dyadic_root;
-use super::number::{Real, double, integer, power_of_two, real, signum};
+use super::number::{Dyadic, double, integer, power_of_two, real, signum};
 
 /// Bits of a number that is no [`Root`] and is taken for one.
 const ENOUGH_BITS: usize = 1024;
@@ -21,31 +21,31 @@ const ENOUGH_BITS: usize = 1024;
 /// Order and equality are those of the numbers, not of the way they are written.
 #[derive(Clone, Debug)]
 pub struct Root {
-    b: Real,
+    b: Dyadic,
     s: i32,
-    d: Real,
-    a: Real,
+    d: Dyadic,
+    a: Dyadic,
     factor: u32,
 }
 
-impl From<Real> for Root {
-    fn from(x: Real) -> Root {
-        Root::quotient(x, Real::one(), 1)
+impl From<Dyadic> for Root {
+    fn from(x: Dyadic) -> Root {
+        Root::quotient(x, Dyadic::one(), 1)
     }
 }
 
 impl Root {
     /// `factor·(b + sign·√d)/a`; `a > 0`, `d ≥ 0`, `factor > 0`.
-    pub(crate) fn new(b: Real, sign: i32, d: Real, a: Real, factor: u32) -> Root {
+    pub(crate) fn new(b: Dyadic, sign: i32, d: Dyadic, a: Dyadic, factor: u32) -> Root {
         debug_assert!(signum(&a) > 0 && signum(&d) >= 0 && factor > 0);
         let s = if signum(&d) == 0 { 0 } else { sign };
-        let d = if s == 0 { Real::zero() } else { d };
+        let d = if s == 0 { Dyadic::zero() } else { d };
         Root { b, s, d, a, factor }
     }
 
     /// `factor·numerator/denominator`; `denominator > 0`.
-    pub(crate) fn quotient(numerator: Real, denominator: Real, factor: u32) -> Root {
-        Root::new(numerator, 0, Real::zero(), denominator, factor)
+    pub(crate) fn quotient(numerator: Dyadic, denominator: Dyadic, factor: u32) -> Root {
+        Root::new(numerator, 0, Dyadic::zero(), denominator, factor)
     }
 
     /// The number with the other sign.
@@ -53,15 +53,15 @@ impl Root {
         Root { b: -self.b, s: -self.s, ..self }
     }
 
-    pub(crate) fn rational_part(&self) -> &Real {
+    pub(crate) fn rational_part(&self) -> &Dyadic {
         &self.b
     }
 
-    pub(crate) fn radicand(&self) -> &Real {
+    pub(crate) fn radicand(&self) -> &Dyadic {
         &self.d
     }
 
-    pub(crate) fn denominator(&self) -> &Real {
+    pub(crate) fn denominator(&self) -> &Dyadic {
         &self.a
     }
 
@@ -75,7 +75,7 @@ impl Root {
     }
 
     /// The numerator `f·B` and the radicand `f²·D` that goes with it.
-    fn folded(&self) -> (Real, Real) {
+    fn folded(&self) -> (Dyadic, Dyadic) {
         if self.factor == 1 {
             return (self.b.clone(), self.d.clone());
         }
@@ -84,18 +84,18 @@ impl Root {
     }
 
     /// The order of this number and `x`: the sign of `(f·B − x·A) + s·√(f²D)`, as `A > 0`.
-    pub fn cmp_real(&self, x: &Real) -> Ordering {
+    pub fn cmp_real(&self, x: &Dyadic) -> Ordering {
         let (b, d) = self.folded();
         sign_of_sum(&(b - x * &self.a), self.s, &d).cmp(&0)
     }
 
     /// `numerator/denominator`; a denominator of 0 counts as 1.
-    pub fn ratio(numerator: Real, denominator: u32) -> Root {
+    pub fn ratio(numerator: Dyadic, denominator: u32) -> Root {
         Root::quotient(numerator, integer(i64::from(denominator.max(1))), 1)
     }
 
     /// This number less `x`.
-    pub fn minus(&self, x: &Real) -> Root {
+    pub fn minus(&self, x: &Dyadic) -> Root {
         let (b, d) = self.folded();
         Root::new(b - x * &self.a, self.s, d, self.a.clone(), 1)
     }
@@ -125,7 +125,7 @@ impl Root {
     pub fn plus(&self, other: &Root) -> Root {
         let (x, y) = (self.simple(), other.simple());
         let [by_x, by_y] =
-            if x.a == y.a { [Real::one(), Real::one()] } else { [y.a.clone(), x.a.clone()] };
+            if x.a == y.a { [Dyadic::one(), Dyadic::one()] } else { [y.a.clone(), x.a.clone()] };
         let surds = [(x.s, &x.d * &by_x * &by_x), (y.s, &y.d * &by_y * &by_y)];
         match sum_of_surds(surds) {
             Some((s, d)) => Root::new(&x.b * &by_x + &y.b * &by_y, s, d, &x.a * &by_x, 1),
@@ -152,9 +152,9 @@ impl Root {
         let y = divisor.simple();
         let norm = &y.b * &y.b - &y.d;
         let inverse =
-            |b: Real, s: i32, norm: Real| Root::new(b * &y.a, s, &y.d * &y.a * &y.a, norm, 1);
+            |b: Dyadic, s: i32, norm: Dyadic| Root::new(b * &y.a, s, &y.d * &y.a * &y.a, norm, 1);
         match signum(&norm) {
-            0 => Root::from(Real::zero()),
+            0 => Root::from(Dyadic::zero()),
             1 => self.times(&inverse(y.b.clone(), -y.s, norm)),
             _ => self.times(&inverse(-y.b.clone(), y.s, -norm)),
         }
@@ -163,7 +163,7 @@ impl Root {
     /// The square root of a number that is not negative, as exact as a [sum](Root::plus).
     pub fn sqrt(&self) -> Root {
         let x = self.simple().rational();
-        Root::new(Real::zero(), 1, &x.b * &x.a, x.a, 1)
+        Root::new(Dyadic::zero(), 1, &x.b * &x.a, x.a, 1)
     }
 
     /// The number that is printed so: `-12.5`, `1.25e-30`; `None` for what is none, and for exponents beyond those of an
@@ -173,7 +173,7 @@ impl Root {
         let (whole, part) = mantissa.split_once('.').unwrap_or((mantissa, ""));
         let digits: IBig = format!("{whole}{part}").parse().ok()?;
         let exponent = isize::from(exponent.parse::<i16>().ok()?) - part.len() as isize;
-        Some(Root::from(Real::from(digits)).times_power_of_ten(exponent))
+        Some(Root::from(Dyadic::from(digits)).times_power_of_ten(exponent))
     }
 
     /// An approximation of a positive number, with a relative error below `2^(4 − n_bits)`; 0 for 0 only.
@@ -181,8 +181,8 @@ impl Root {
     /// Where `B` and `s` have opposite signs the numerator is rewritten as
     /// `B + s√D = (B² − D)/(B − s√D)` with an exact `B² − D`, so nothing cancels: what is left are
     /// one square root, a quotient and a sum of terms of one sign, each within `2^(1 − n_bits)`.
-    fn approximate(&self, n_bits: usize) -> Real {
-        let abs = |x: &Real| Real::new((&x.mantissa).abs(), x.exponent);
+    fn approximate(&self, n_bits: usize) -> Dyadic {
+        let abs = |x: &Dyadic| Dyadic::new((&x.mantissa).abs(), x.exponent);
         let sum = abs(&self.b) + square_root(&self.d, n_bits).0;
         let factor = integer(i64::from(self.factor));
         let is_difference = self.s != 0 && signum(&self.b) == -self.s;
@@ -198,7 +198,7 @@ impl Root {
         let value = |bits: u64| match f32::from_bits(bits as u32) {
             // The number that would follow the largest one if exponents went on.
             f if f.is_infinite() => power_of_two(128),
-            f => real(f64::from(f)).unwrap_or_else(Real::zero),
+            f => real(f64::from(f)).unwrap_or_else(Dyadic::zero),
         };
         let guess = |x: f64| u64::from((x as f32).to_bits());
         let infinity = u64::from(f32::INFINITY.to_bits());
@@ -211,7 +211,7 @@ impl Root {
     pub fn to_f64(&self) -> f64 {
         let value = |bits: u64| match f64::from_bits(bits) {
             f if f.is_infinite() => power_of_two(1024),
-            f => real(f).unwrap_or_else(Real::zero),
+            f => real(f).unwrap_or_else(Dyadic::zero),
         };
         let infinity = f64::INFINITY.to_bits();
         let (sign, bits) = self.to_nearest(value, f64::to_bits, infinity);
@@ -227,7 +227,7 @@ impl Root {
     /// guessed. A guess that fails, as of subnormal numbers, costs a bisection.
     fn to_nearest(
         &self,
-        value: impl Fn(u64) -> Real,
+        value: impl Fn(u64) -> Dyadic,
         guess: impl Fn(f64) -> u64,
         infinity: u64,
     ) -> (i32, u64) {
@@ -297,7 +297,7 @@ impl Root {
     }
 
     fn times_power_of_ten(&self, exponent: isize) -> Root {
-        let power = Real::new(IBig::from(10).pow(exponent.unsigned_abs()), 0);
+        let power = Dyadic::new(IBig::from(10).pow(exponent.unsigned_abs()), 0);
         if exponent < 0 {
             Root { a: &self.a * power, ..self.clone() }
         } else {
@@ -307,7 +307,7 @@ impl Root {
 
     /// The nearest integer, half to even.
     fn to_integer(&self, precision: usize) -> IBig {
-        let Real { mantissa, exponent } = self.approximate(precision);
+        let Dyadic { mantissa, exponent } = self.approximate(precision);
         let mut q = match exponent {
             0.. => mantissa << exponent as usize,
             _ => mantissa >> exponent.unsigned_abs(),
@@ -315,7 +315,7 @@ impl Root {
         let half = power_of_two(-1);
         let even = |q: &IBig| q.trailing_zeros() != Some(0);
         loop {
-            let here = Real::new(q.clone(), 0);
+            let here = Dyadic::new(q.clone(), 0);
             match self.cmp_real(&(&here + &half)) {
                 Ordering::Greater => q += 1,
                 Ordering::Equal if !even(&q) => q += 1,
@@ -350,7 +350,7 @@ fn layout(negative: bool, mantissa: &str, leading: isize, digits: usize) -> Stri
 }
 
 /// `s·√x + t·√y` as one square root with a sign, where it is one.
-fn sum_of_surds([(s, x), (t, y)]: [(i32, Real); 2]) -> Option<(i32, Real)> {
+fn sum_of_surds([(s, x), (t, y)]: [(i32, Dyadic); 2]) -> Option<(i32, Dyadic)> {
     if s == 0 || t == 0 {
         return Some(if s == 0 { (t, y) } else { (s, x) });
     }
@@ -376,7 +376,7 @@ fn lowest(last: u64, holds: impl Fn(u64) -> bool) -> u64 {
 ///
 /// If `p` is 0 or has the sign `s`, that is the sign; else the larger magnitude decides, and
 /// magnitudes compare as their squares do: `p²` with `x`.
-pub(super) fn sign_of_sum(p: &Real, s: i32, x: &Real) -> i32 {
+pub(super) fn sign_of_sum(p: &Dyadic, s: i32, x: &Dyadic) -> i32 {
     let sign_p = signum(p);
     if s == 0 || sign_p == s {
         return sign_p;
@@ -395,7 +395,7 @@ pub(super) fn sign_of_sum(p: &Real, s: i32, x: &Real) -> i32 {
 /// 3. Else the larger magnitude does: the sign is `sgn(p)·sgn(p² − q²)`, and with
 ///    `e = p² − x − y`, `p² − q² = e − 2·s·u·√(xy)`: the sign of a sum with one square root,
 ///    `e + (−su)·√(4xy)`, as above.
-fn sign_of_sum2(p: &Real, s: i32, x: &Real, u: i32, y: &Real) -> i32 {
+fn sign_of_sum2(p: &Dyadic, s: i32, x: &Dyadic, u: i32, y: &Dyadic) -> i32 {
     let sign_q = if s == 0 || u == 0 || s == u { (s + u).signum() } else { s * order(x, y) };
     let sign_p = signum(p);
     if sign_q == 0 || sign_p == sign_q {
@@ -417,7 +417,7 @@ fn sign_of_sum2(p: &Real, s: i32, x: &Real, u: i32, y: &Real) -> i32 {
 }
 
 /// The sign of `x − y`.
-fn order(x: &Real, y: &Real) -> i32 {
+fn order(x: &Dyadic, y: &Dyadic) -> i32 {
     x.cmp(y) as i32
 }
 
@@ -477,10 +477,10 @@ mod tests {
             let [d, a, b] = [whole(0), whole(1), whole(-90)];
             let (sign, c, e, f) =
                 (if signum(&b) < 0 { 1 } else { -1 }, whole(1), whole(-90), whole(1));
-            let of = |b, y: &Real, a| Root::new(b, sign, &d * y * y, a, 3);
+            let of = |b, y: &Dyadic, a| Root::new(b, sign, &d * y * y, a, 3);
             let x = of(b, &a, f.clone());
             let y = match round % 4 {
-                0 => of(e, &Real::zero(), c),
+                0 => of(e, &Dyadic::zero(), c),
                 1 => Root::new(e, 1, whole(0), c, 1),
                 _ => of(e, &whole(0), c),
             };
@@ -515,9 +515,9 @@ mod tests {
             for d in [1, 2, 3, 5, 0xfff_ffff] {
                 for (b, s) in [(0, 1), (-1, 1), (100_000, -1), (7, 0)] {
                     let root = Root::new(
-                        Real::new(b.into(), exponent),
+                        Dyadic::new(b.into(), exponent),
                         s,
-                        Real::new(d.into(), 2 * exponent),
+                        Dyadic::new(d.into(), 2 * exponent),
                         integer(3),
                         5,
                     );

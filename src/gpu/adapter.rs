@@ -1,7 +1,7 @@
 //! The Vulkan adapters of this machine.
 
 use crate::error::{Error, Result};
-use crate::kernel::{Float, Kernel};
+use crate::kernel::{FloatType, Kernel};
 use crate::plain::Shown;
 
 /// Advice where no device is there.
@@ -78,7 +78,7 @@ impl AdapterFacts {
     /// # Errors
     /// [`Error::NoAdapter`] when they need what it lacks.
     pub fn check_kernel(&self, kernel: Kernel) -> Result<()> {
-        if kernel.about().float == Float::F64 && !self.f64 {
+        if kernel.about().float == FloatType::F64 && !self.f64 {
             return Err(Error::NoAdapter(format!(
                 "`{}` has no f64 in its shaders, which the kernel `{}` needs: use `--device cpu`, \
                  or another kernel",

@@ -10,20 +10,20 @@ use super::self_test::NUMERATOR;
 use super::texture::TEXELS_PER_ROW;
 use crate::bvh::{IS_LEAF, MOST_BOXES};
 use crate::error::{Error, Result};
-use crate::kernel::{About, Float, Kernel, Part, SHARED_PARTS, Space, part};
+use crate::kernel::{About, FloatType, Kernel, SHARED_PARTS, ShaderPart, Space, part};
 use crate::num::{Float as _, OPEN};
-use crate::prepare::{Finding, LightKey, ShaderKey, lamp_kind};
+use crate::prepare::{LightKey, ShaderKey, SphereSearch, lamp_kind};
 use crate::rays::Bundle;
 
 /// Invocations of one workgroup, columns × rows of the tile.
 pub const WORKGROUP: [u32; 2] = [8, 8];
 
-const RENDER: Part = part!("render.wgsl");
-const PLAIN_LIGHT: Part = part!("plain_light.wgsl");
-const PRINTED_LIGHT: Part = part!("printed/light.wgsl");
-const LIT: Part = part!("lit.wgsl");
-const TREE: Part = part!("tree.wgsl");
-const SELF_TEST: Part = part!("self_test.wgsl");
+const RENDER: ShaderPart = part!("render.wgsl");
+const PLAIN_LIGHT: ShaderPart = part!("plain_light.wgsl");
+const PRINTED_LIGHT: ShaderPart = part!("printed/light.wgsl");
+const LIT: ShaderPart = part!("lit.wgsl");
+const TREE: ShaderPart = part!("tree.wgsl");
+const SELF_TEST: ShaderPart = part!("self_test.wgsl");
 
 /// A validated shader.
 pub struct Shader {
@@ -55,7 +55,7 @@ pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Sha
         Some(LightKey::Certified { .. }) => parts.extend([PRINTED_LIGHT, LIT]),
         None => parts.push(RENDER),
     }
-    if key.spheres == Finding::Tree {
+    if key.spheres == SphereSearch::Tree {
         parts.push(TREE);
     }
     compile_parts(&parts, &Choices { edit, ..Choices::new(key) })
@@ -158,10 +158,10 @@ fn flags(key: &ShaderKey) -> Vec<(bool, &'static str)> {
         (is_moved || !is_point, "anywhere"),
         (is_point, "point"),
         (key.bundle == Bundle::Free, "free"),
-        (key.kernel.about().float == Float::F64, "double"),
+        (key.kernel.about().float == FloatType::F64, "double"),
         (is_certified, "certified"),
         (key.close, "close"),
-        (key.spheres == Finding::Tree, "tree"),
+        (key.spheres == SphereSearch::Tree, "tree"),
     ]
     .into()
 }
@@ -180,7 +180,7 @@ fn constants(key: &ShaderKey) -> String {
         }
     }
     let mut constants = Vec::new();
-    if key.spheres == Finding::Tree {
+    if key.spheres == SphereSearch::Tree {
         constants.extend([
             ("IS_LEAF", format!("{IS_LEAF}u")),
             ("MOST_BOXES", format!("{MOST_BOXES}u")),
@@ -203,8 +203,8 @@ fn constants(key: &ShaderKey) -> String {
                 unsigned("N_MET_SPHERES", n_spheres),
                 unsigned("N_MET_PLANES", n_planes),
                 unsigned("OPEN", OPEN as usize),
-                ("KNOWN", Float::F32.literal(f32::KNOWN)),
-                ("BEYOND", Float::F32.literal(f32::BEYOND)),
+                ("KNOWN", FloatType::F32.literal(f32::KNOWN)),
+                ("BEYOND", FloatType::F32.literal(f32::BEYOND)),
             ]);
         }
         None => {}
@@ -217,7 +217,7 @@ fn constants(key: &ShaderKey) -> String {
     if key.bundle == Bundle::Free {
         text += &RayRecord::declaration();
     }
-    if key.spheres == Finding::Tree {
+    if key.spheres == SphereSearch::Tree {
         text += &Walk::declaration();
     }
     if matches!(key.light, Some(LightKey::Plain { .. })) {
@@ -231,7 +231,7 @@ fn aliases(real: &str) -> String {
     format!("alias Real = {real};\nalias Vec3 = vec3<{real}>;\n")
 }
 
-fn compile_parts(parts: &[Part], choices: &Choices) -> Result<Shader> {
+fn compile_parts(parts: &[ShaderPart], choices: &Choices) -> Result<Shader> {
     let mut wgsl = choices.constants.clone();
     let mut starts = vec![("constants", 1)];
     for part in parts {
@@ -291,7 +291,7 @@ enum Block {
 /// - `//#if flag` … `//#else` … `//#end` keeps the lines that the flags ask for; a flag that is not one of
 ///   [`flags`] is an error;
 /// - `//#each lamp` … `//#end` repeats its lines for each lamp, `INDEX` standing for its index.
-fn expand(part: &Part, choices: &Choices) -> Result<String> {
+fn expand(part: &ShaderPart, choices: &Choices) -> Result<String> {
     let mut open: Vec<Block> = Vec::new();
     let mut text = String::new();
     for (index, line) in part.text.lines().enumerate() {
@@ -420,7 +420,7 @@ mod tests {
     use super::*;
 
     fn error_of(part: &'static str) -> String {
-        let part = Part { file: "shaders/broken.wgsl", text: part };
+        let part = ShaderPart { file: "shaders/broken.wgsl", text: part };
         let flags = ["spheres", "surface"].map(|flag| (false, flag)).into();
         let counts = vec![("lamp", [2, 2])];
         let choices = Choices { flags, counts, constants: aliases("f32"), edit: None };

@@ -7,7 +7,7 @@ use super::slabs::LEAST_SLACK;
 use super::texture::{TEXEL_BYTES, TEXELS_PER_ROW, texture};
 use crate::bvh::FlatBox;
 use crate::error::{Error, Result};
-use crate::kernel::Float;
+use crate::kernel::FloatType;
 use crate::prepare::{InSpace, Prepared};
 
 /// The tree over many spheres.
@@ -35,7 +35,7 @@ impl DeviceHierarchy {
         let mut texels: Vec<[u32; 4]> = bytemuck::cast_vec(boxes);
         texels.extend(rest.into_iter().map(|id| [id, 0, 0, 0]));
         let leaves = hierarchy.leaves.words();
-        let walk = Walk { n_boxes, beside }.bytes(Float::F32);
+        let walk = Walk { n_boxes, beside }.bytes(FloatType::F32);
         let list = |name, bytes| texture(gpu, name, bytes).map(Resource::Texture);
         let bound = [
             ("walk", gpu.filled("walk", &walk).into()),

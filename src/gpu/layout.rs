@@ -1,34 +1,34 @@
 //! The structs that shaders have besides the records of objects, each said once: its text in WGSL and its bytes come from here.
 //! A test compares where its members lie with where naga has them.
 
-use crate::kernel::Float;
+use crate::kernel::FloatType;
 use crate::kernel::coordinates::{Coordinates, split};
-use crate::rays::Ray;
+use crate::rays::WorldRay;
 
 /// A number, three of them, or a whole number. In WGSL a number is a `Real`, which a kernel says what that is.
 pub trait Member {
     /// Its type in WGSL.
     fn wgsl(&self) -> &'static str;
     /// It begins at a multiple of so many bytes.
-    fn align(&self, real: Float) -> usize;
+    fn align(&self, real: FloatType) -> usize;
     /// Appends its bytes.
-    fn put(&self, real: Float, bytes: &mut Vec<u8>);
+    fn put(&self, real: FloatType, bytes: &mut Vec<u8>);
 }
 
 impl Member for f64 {
     fn wgsl(&self) -> &'static str {
         "Real"
     }
-    fn align(&self, real: Float) -> usize {
+    fn align(&self, real: FloatType) -> usize {
         match real {
-            Float::F32 => size_of::<f32>(),
-            Float::F64 => size_of::<f64>(),
+            FloatType::F32 => size_of::<f32>(),
+            FloatType::F64 => size_of::<f64>(),
         }
     }
-    fn put(&self, real: Float, bytes: &mut Vec<u8>) {
+    fn put(&self, real: FloatType, bytes: &mut Vec<u8>) {
         match real {
-            Float::F32 => bytes.extend_from_slice(&(*self as f32).to_ne_bytes()),
-            Float::F64 => bytes.extend_from_slice(&self.to_ne_bytes()),
+            FloatType::F32 => bytes.extend_from_slice(&(*self as f32).to_ne_bytes()),
+            FloatType::F64 => bytes.extend_from_slice(&self.to_ne_bytes()),
         }
     }
 }
@@ -37,10 +37,10 @@ impl Member for [f64; 3] {
     fn wgsl(&self) -> &'static str {
         "Vec3"
     }
-    fn align(&self, real: Float) -> usize {
+    fn align(&self, real: FloatType) -> usize {
         4 * self[0].align(real)
     }
-    fn put(&self, real: Float, bytes: &mut Vec<u8>) {
+    fn put(&self, real: FloatType, bytes: &mut Vec<u8>) {
         self.iter().for_each(|x| x.put(real, bytes));
     }
 }
@@ -51,10 +51,10 @@ macro_rules! whole_numbers {
             fn wgsl(&self) -> &'static str {
                 stringify!($whole)
             }
-            fn align(&self, _: Float) -> usize {
+            fn align(&self, _: FloatType) -> usize {
                 size_of::<$whole>()
             }
-            fn put(&self, _: Float, bytes: &mut Vec<u8>) {
+            fn put(&self, _: FloatType, bytes: &mut Vec<u8>) {
                 bytes.extend_from_slice(&self.to_ne_bytes());
             }
         }
@@ -81,7 +81,7 @@ pub trait Layout: Default {
     }
 
     /// Appends its bytes, and what is left free up to the next one.
-    fn put(&self, real: Float, bytes: &mut Vec<u8>) {
+    fn put(&self, real: FloatType, bytes: &mut Vec<u8>) {
         let mut largest = 1;
         self.members(&mut |_, member| {
             let align = member.align(real);
@@ -93,7 +93,7 @@ pub trait Layout: Default {
     }
 
     /// Its bytes.
-    fn bytes(&self, real: Float) -> Vec<u8> {
+    fn bytes(&self, real: FloatType) -> Vec<u8> {
         let mut bytes = Vec::new();
         self.put(real, &mut bytes);
         bytes
@@ -186,16 +186,16 @@ layouts! {
 
 impl RayRecord {
     /// A ray of a list.
-    pub fn new(coordinates: Coordinates, ray: &Ray) -> RayRecord {
+    pub fn new(coordinates: Coordinates, ray: &WorldRay) -> RayRecord {
         let (origin, direction, _) = coordinates.ray(ray);
         let (origin, direction) = (origin.to_array(), direction.to_array());
         match coordinates.kernel.about().float {
-            Float::F32 => {
+            FloatType::F32 => {
                 let [origin, origin_low] =
                     split::<f32>(origin.into()).map(|part| part.map(f64::from));
                 RayRecord { origin, origin_low, direction }
             }
-            Float::F64 => RayRecord { origin, origin_low: [0.0; 3], direction },
+            FloatType::F64 => RayRecord { origin, origin_low: [0.0; 3], direction },
         }
     }
 }
@@ -209,8 +209,8 @@ mod tests {
     use crate::kernel::certified::{PlaneWords, SphereWords};
     use crate::kernel::{lecture, relative};
     use crate::num::V3;
-    use crate::num::fields::{Fields, Source, words};
-    use crate::prepare::{Finding, LightKey, ShaderKey};
+    use crate::num::fields::{FieldSource, Fields, words};
+    use crate::prepare::{LightKey, ShaderKey, SphereSearch};
     use crate::rays::Bundle;
     use crate::seen::{PlaneSeen, SphereLeaf, SphereSeen};
     use crate::trace::Kernel;
@@ -223,8 +223,8 @@ mod tests {
             kernel,
             bundle,
             spheres: match is_certified && bundle == Bundle::Point {
-                true => Finding::Tree,
-                false => Finding::Listed,
+                true => SphereSearch::Tree,
+                false => SphereSearch::Listed,
             },
             n_spheres: 1,
             close: is_certified,
@@ -302,7 +302,7 @@ mod tests {
     #[test]
     fn members_are_written_where_they_lie() {
         let lamp = Lamp { at: [1.0, 2.0, 3.0], kind: 4, weight: [5.0, 6.0, 7.0], shadows: 8 };
-        let bytes = lamp.bytes(Float::F64);
+        let bytes = lamp.bytes(FloatType::F64);
         let number = |at: usize| f64::from_ne_bytes(bytes[at..at + 8].try_into().unwrap());
         let whole = |at: usize| u32::from_ne_bytes(bytes[at..at + 4].try_into().unwrap());
         assert_eq!([0, 8, 16, 32, 40, 48].map(number), [1.0, 2.0, 3.0, 5.0, 6.0, 7.0]);
@@ -312,7 +312,7 @@ mod tests {
     /// Finds each field of a record in its words.
     struct Places(Vec<(String, u32)>);
 
-    impl Source<f32> for Places {
+    impl FieldSource<f32> for Places {
         fn num(&mut self, name: &'static str) -> f32 {
             self.0.push((name.into(), 0));
             self.0.len() as f32

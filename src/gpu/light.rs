@@ -6,7 +6,7 @@ use super::compile::MOST_TURNS_IN_SOFTWARE;
 use super::open::Gpu;
 use super::pass::Pass;
 use super::pipeline::Named;
-use super::tiles::Tile;
+use super::tiles::DeviceTile;
 use crate::control::Control;
 use crate::error::Result;
 use crate::num::Float as _;
@@ -99,8 +99,9 @@ impl CertifiedLight {
         codes: &mut Vec<u32>,
     ) -> Result<()> {
         codes.clear();
-        let mut take =
-            |_: &Tile, arrays: &[&[u8]]| codes.extend_from_slice(bytemuck::cast_slice(arrays[0]));
+        let mut take = |_: &DeviceTile, arrays: &[&[u8]]| {
+            codes.extend_from_slice(bytemuck::cast_slice(arrays[0]))
+        };
         let rays = Rays::Pixels(*pixels);
         self.pass.run(prepared, &rays, control, &mut take).map(drop)
     }

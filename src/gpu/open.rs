@@ -8,7 +8,7 @@ use super::device::OpenDevice;
 use super::program::{Program, Programs};
 use super::self_test::{self, Arithmetic};
 use crate::error::Result;
-use crate::kernel::{Float, Kernel};
+use crate::kernel::{FloatType, Kernel};
 use crate::memory;
 use crate::prepare::ShaderKey;
 
@@ -144,8 +144,8 @@ impl Gpu {
     /// [`crate::Error::Device`] when the device fails the test's run.
     pub fn is_ieee(&self, kernel: Kernel) -> Result<bool> {
         match kernel.about().float {
-            Float::F32 => Ok(self.arithmetic()?.is_ieee()),
-            Float::F64 => Ok(self.arithmetic_f64()?.is_some_and(|found| found.is_ieee())),
+            FloatType::F32 => Ok(self.arithmetic()?.is_ieee()),
+            FloatType::F64 => Ok(self.arithmetic_f64()?.is_some_and(|found| found.is_ieee())),
         }
     }
 }

@@ -9,10 +9,10 @@ use super::open::Gpu;
 use super::pipeline::Named;
 use super::program::Program;
 use super::room::{PerRay, Room};
-use super::tiles::{Tile, TileSize};
+use super::tiles::{DeviceTile, TileSize};
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::kernel::Float;
+use crate::kernel::FloatType;
 use crate::prepare::{LightKey, Prepared, ShaderKey};
 use crate::rays::Bundle;
 use crate::trace::{Rays, Timing};
@@ -20,8 +20,8 @@ use crate::trace::{Rays, Timing};
 /// What a shader makes of each ray, in the order in which it comes to the host.
 fn results_of(key: &ShaderKey) -> Vec<PerRay> {
     let light = match key.kernel.about().float {
-        Float::F64 => size_of::<[f64; 3]>(),
-        Float::F32 => size_of::<[f32; 3]>(),
+        FloatType::F64 => size_of::<[f64; 3]>(),
+        FloatType::F32 => size_of::<[f32; 3]>(),
     };
     match (key.light, key.surface) {
         (Some(LightKey::Plain { .. }), _) => vec![("lights", light)],
@@ -32,13 +32,13 @@ fn results_of(key: &ShaderKey) -> Vec<PerRay> {
 }
 
 /// Takes the results of a tile, array by array.
-pub type Take<'a> = &'a mut dyn FnMut(&Tile, &[&[u8]]);
+pub type Take<'a> = &'a mut dyn FnMut(&DeviceTile, &[&[u8]]);
 
 /// A shader and what it needs to run.
 pub struct Pass {
     gpu: Arc<Gpu>,
     program: Arc<Program>,
-    float: Float,
+    float: FloatType,
     /// Samples across and down a pixel.
     n_samples: u32,
     params: wgpu::Buffer,
@@ -139,7 +139,7 @@ impl Pass {
         let (mut timing, mut first) = (Timing::default(), 0);
         while first < rays.len() {
             control.check()?;
-            let tile = Tile::new(rays, first, self.tile_size.n_rays);
+            let tile = DeviceTile::new(rays, first, self.tile_size.n_rays);
             let start = Instant::now();
             let room = match self.room.take().filter(|room| room.n_rays >= tile.n_rays) {
                 Some(room) => room,
@@ -157,7 +157,7 @@ impl Pass {
         &self,
         prepared: &Prepared,
         rays: &Rays,
-        tile: &Tile,
+        tile: &DeviceTile,
         room: &Room,
         take: Take,
     ) -> Result<Timing> {

@@ -7,10 +7,10 @@ use super::layout::{Lamp, Layout, Lighting};
 use super::open::Gpu;
 use super::pass::Pass;
 use super::pipeline::Named;
-use super::tiles::Tile;
+use super::tiles::DeviceTile;
 use crate::control::Control;
 use crate::error::Result;
-use crate::kernel::Float;
+use crate::kernel::FloatType;
 use crate::prepare::{LightKey, PlainLamp, PlainLighting, Prepared};
 use crate::rays::Pixels;
 use crate::trace::Rays;
@@ -89,23 +89,23 @@ impl PlainLight {
         lights.clear();
         lights.reserve(rays.len());
         let float = prepared.kernel.about().float;
-        let mut take = |_: &Tile, arrays: &[&[u8]]| match float {
-            Float::F32 => {
+        let mut take = |_: &DeviceTile, arrays: &[&[u8]]| match float {
+            FloatType::F32 => {
                 let found: &[[f32; 3]] = bytemuck::cast_slice(arrays[0]);
                 lights.extend(found.iter().map(|light| light.map(f64::from)));
             }
-            Float::F64 => lights.extend_from_slice(bytemuck::cast_slice(arrays[0])),
+            FloatType::F64 => lights.extend_from_slice(bytemuck::cast_slice(arrays[0])),
         };
         self.pass.run(prepared, &rays, control, &mut take).map(drop)
     }
 }
 
-fn of_all(lighting: &PlainLighting, float: Float) -> Vec<u8> {
+fn of_all(lighting: &PlainLighting, float: FloatType) -> Vec<u8> {
     let &PlainLighting { ambient, epsilon, .. } = lighting;
     Lighting { ambient, epsilon }.bytes(float)
 }
 
-fn lamps(lighting: &PlainLighting, float: Float) -> Vec<u8> {
+fn lamps(lighting: &PlainLighting, float: FloatType) -> Vec<u8> {
     let lamp = |&PlainLamp { at, kind, weight, shadows }: &PlainLamp| {
         Lamp { at, kind, weight, shadows: shadows.into() }.bytes(float)
     };

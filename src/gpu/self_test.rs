@@ -15,9 +15,9 @@ use super::room::Room;
 use super::texture::{TEXELS_PER_ROW, texture};
 use crate::error::{Error, Result};
 use samples::{
-    COMPARED, CONSTANT_OVER, CONVERTED, FMA_REMAINDER, Float, INVERSE, KEPT, LARGER, N_RESULTS,
-    N_ROUNDED, N_SAMPLES, N_WORDS, NARROWED, Outcome, PRODUCT, PRODUCT_SUM, QUOTIENT, ROOT, SCALED,
-    SUM, SUM_ERROR, Sample, Sort, samples,
+    COMPARED, CONSTANT_OVER, CONVERTED, FMA_REMAINDER, INVERSE, KEPT, LARGER, N_RESULTS, N_ROUNDED,
+    N_SAMPLES, N_WORDS, NARROWED, Outcome, PRODUCT, PRODUCT_SUM, QUOTIENT, ROOT, SCALED, SUM,
+    SUM_ERROR, Sample, SampledFloat, Sort, samples,
 };
 
 /// The self-test's findings for one float type. Numbers of steps are distances from the correctly
@@ -160,13 +160,13 @@ pub fn test_f64(gpu: &OpenDevice) -> Result<Arithmetic> {
     run::<f64>(gpu)
 }
 
-fn run<F: Float>(gpu: &OpenDevice) -> Result<Arithmetic> {
+fn run<F: SampledFloat>(gpu: &OpenDevice) -> Result<Arithmetic> {
     let samples = samples::<F>();
     let outcomes = on_device(gpu, &samples)?;
     Ok(Arithmetic { passthrough: gpu.facts.passthrough, ..judge(&samples, &outcomes) })
 }
 
-fn judge<F: Float>(samples: &[Sample<F>], outcomes: &[Outcome<F>]) -> Arithmetic {
+fn judge<F: SampledFloat>(samples: &[Sample<F>], outcomes: &[Outcome<F>]) -> Arithmetic {
     let mut found = Arithmetic {
         passthrough: true,
         no_contraction: true,
@@ -209,7 +209,7 @@ fn judge<F: Float>(samples: &[Sample<F>], outcomes: &[Outcome<F>]) -> Arithmetic
 }
 
 /// Looks at one of the operations that round.
-fn judge_rounded<F: Float>(
+fn judge_rounded<F: SampledFloat>(
     found: &mut Arithmetic,
     sample: &Sample<F>,
     operation: usize,
@@ -242,7 +242,7 @@ fn judge_rounded<F: Float>(
 
 /// True if a result is what becomes of a sample where subnormal operands and results count as they
 /// are or as 0 of either sign, and what is large may be ∞.
-fn is_safe<F: Float>(sample: &Sample<F>, operation: usize, result: F) -> bool {
+fn is_safe<F: SampledFloat>(sample: &Sample<F>, operation: usize, result: F) -> bool {
     let Sample { a, b, .. } = *sample;
     let mut readings = a.readings().into_iter().flat_map(|a| b.readings().map(|b| (a, b)));
     readings.any(|(a, b)| {
@@ -261,7 +261,7 @@ fn is_safe<F: Float>(sample: &Sample<F>, operation: usize, result: F) -> bool {
     })
 }
 
-fn judge_comparisons<F: Float>(
+fn judge_comparisons<F: SampledFloat>(
     found: &mut Arithmetic,
     sample: &Sample<F>,
     outcome: &Outcome<F>,
@@ -276,7 +276,7 @@ fn judge_comparisons<F: Float>(
     }
 }
 
-fn judge_words<F: Float>(
+fn judge_words<F: SampledFloat>(
     found: &mut Arithmetic,
     sample: &Sample<F>,
     words: &[u32; N_WORDS],
@@ -296,7 +296,7 @@ fn judge_words<F: Float>(
 }
 
 /// Runs the self-test's shader on the samples.
-fn on_device<F: Float>(gpu: &OpenDevice, samples: &[Sample<F>]) -> Result<Vec<Outcome<F>>> {
+fn on_device<F: SampledFloat>(gpu: &OpenDevice, samples: &[Sample<F>]) -> Result<Vec<Outcome<F>>> {
     let program = Program::new(gpu, &compile_self_test(F::WGSL)?, "self_test")?;
     let operands: Vec<[F; 2]> = samples.iter().map(|sample| [sample.a, sample.b]).collect();
     let texels: Vec<[u32; 4]> = samples.iter().map(|sample| sample.texel).collect();

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::compile::WORKGROUP;
 use super::layout::Params;
-use crate::kernel::Float;
+use crate::kernel::FloatType;
 use crate::prepare::Prepared;
 use crate::rays::{Frame, Pixels};
 use crate::trace::Rays;
@@ -33,7 +33,7 @@ const LIST_WIDTH: usize = 1 << 13;
 
 /// Consecutive rays of one dispatch: whole rows, or a part of one row.
 #[derive(Clone, Copy, Debug)]
-pub struct Tile {
+pub struct DeviceTile {
     /// The first of them.
     pub first: usize,
     width: usize,
@@ -42,25 +42,25 @@ pub struct Tile {
     pub n_rays: usize,
 }
 
-impl Tile {
+impl DeviceTile {
     /// The tile of up to `most` of these rays that begins with ray `first`.
-    pub fn new(rays: &Rays, first: usize, most: usize) -> Tile {
+    pub fn new(rays: &Rays, first: usize, most: usize) -> DeviceTile {
         match rays {
             Rays::Pixels(pixels) => {
                 let (width, height) = (pixels.width as usize, pixels.height as usize);
                 let (row, column) = (first / width, first % width);
                 if column > 0 || most < width {
                     let width = most.min(width - column);
-                    Tile { first, width, height: 1, n_rays: width }
+                    DeviceTile { first, width, height: 1, n_rays: width }
                 } else {
                     let height = (most / width).min(height - row);
-                    Tile { first, width, height, n_rays: width * height }
+                    DeviceTile { first, width, height, n_rays: width * height }
                 }
             }
             Rays::List(rays) => {
                 let n_rays = most.min(rays.len() - first);
                 let width = n_rays.min(LIST_WIDTH);
-                Tile { first, width, height: n_rays.div_ceil(width), n_rays }
+                DeviceTile { first, width, height: n_rays.div_ceil(width), n_rays }
             }
         }
     }
@@ -104,8 +104,8 @@ impl Tile {
         let half_pixel = pixels.samples(n).step();
         // In f64 the shader multiplies, as the kernel does on the CPU.
         let (of_frame, step) = match prepared.kernel.about().float {
-            Float::F32 => (half_pixel, 1.0),
-            Float::F64 => (1.0, half_pixel),
+            FloatType::F32 => (half_pixel, 1.0),
+            FloatType::F64 => (1.0, half_pixel),
         };
         let camera = Frame::<f64>::new(&pixels.view, of_frame);
         Params {

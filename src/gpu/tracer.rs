@@ -11,7 +11,7 @@ use super::open::Gpu;
 use super::pass::Pass;
 use super::pipeline::{Named, Resource};
 use super::plain_light::PlainLight;
-use super::tiles::Tile;
+use super::tiles::DeviceTile;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::kernel::Kernel;
@@ -117,7 +117,13 @@ fn leaves_to_cpu(
 }
 
 /// Puts the results of a tile into their places; of a list's rays `t` is that of [`Coordinates::ray`].
-fn store(coordinates: Coordinates, rays: &Rays, tile: &Tile, arrays: &[&[u8]], hits: &mut Hits) {
+fn store(
+    coordinates: Coordinates,
+    rays: &Rays,
+    tile: &DeviceTile,
+    arrays: &[&[u8]],
+    hits: &mut Hits,
+) {
     let place = tile.first..tile.first + tile.n_rays;
     hits.id[place.clone()].copy_from_slice(bytemuck::cast_slice(arrays[0]));
     let [_, t, normal] = arrays else { return };
@@ -143,7 +149,7 @@ impl Backend for GpuTracer {
         }
         hits.reset(rays.len(), self.wants);
         let coordinates = self.prepared.coordinates();
-        let mut take = |tile: &Tile, arrays: &[&[u8]]| {
+        let mut take = |tile: &DeviceTile, arrays: &[&[u8]]| {
             store(coordinates, rays, tile, arrays, hits);
             control.advance(tile.n_rays as u64);
         };

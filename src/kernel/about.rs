@@ -5,7 +5,7 @@ pub struct About {
     /// The name on the command line and in reports.
     pub name: &'static str,
     /// The arithmetic.
-    pub float: Float,
+    pub float: FloatType,
     /// The origin of its coordinates.
     pub space: Space,
     /// Its promise.
@@ -18,27 +18,27 @@ pub struct About {
 
 /// The floating-point numbers of a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Float {
+pub enum FloatType {
     /// 24 bits.
     F32,
     /// 53 bits. Not every device has them.
     F64,
 }
 
-impl Float {
+impl FloatType {
     /// The type's name in WGSL.
     pub fn name(self) -> &'static str {
         match self {
-            Float::F32 => "f32",
-            Float::F64 => "f64",
+            FloatType::F32 => "f32",
+            FloatType::F64 => "f64",
         }
     }
 
     /// A number of the type in WGSL.
     pub fn literal(self, x: f64) -> String {
         match self {
-            Float::F32 => format!("{:?}f", x as f32),
-            Float::F64 => format!("{x:?}lf"),
+            FloatType::F32 => format!("{:?}f", x as f32),
+            FloatType::F64 => format!("{x:?}lf"),
         }
     }
 }
@@ -87,12 +87,12 @@ pub struct Wgsl {
     /// The names of its records end with this, after `Sphere` and `Plane`.
     pub records: &'static str,
     /// The parts that are its own.
-    pub parts: &'static [Part],
+    pub parts: &'static [ShaderPart],
 }
 
 /// A part of a shader.
 #[derive(Clone, Copy)]
-pub struct Part {
+pub struct ShaderPart {
     /// Its file.
     pub file: &'static str,
     /// Its text.
@@ -101,7 +101,7 @@ pub struct Part {
 
 macro_rules! part {
     ($name:literal) => {
-        $crate::kernel::Part {
+        $crate::kernel::ShaderPart {
             file: concat!("shaders/", $name),
             text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/", $name)),
         }

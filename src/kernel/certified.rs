@@ -2,7 +2,7 @@
 //! "undecided" elsewhere. f64 and exact arithmetic follow. The formulas are those of [`crate::seen`], the bounds are derived
 //! in [`crate::guard`].
 
-use super::about::{About, Exactness, Float, Promise, Space, Wgsl, part};
+use super::about::{About, Exactness, FloatType, Promise, Space, Wgsl, part};
 
 /// A sphere as the device sees it: the words of a [`SphereSeen`](crate::seen::SphereSeen).
 pub type SphereWords = [f32; 20];
@@ -13,7 +13,7 @@ pub type PlaneWords = [f32; 12];
 /// The facts of the kernel.
 pub(super) const ABOUT: About = About {
     name: "certified",
-    float: Float::F32,
+    float: FloatType::F32,
     space: Space::Reference,
     promise: PROMISE,
     record_bytes: [size_of::<SphereWords>(), size_of::<PlaneWords>()],

@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::Kernel;
-use super::about::{About, Float, Space};
+use super::about::{About, FloatType, Space};
 use crate::num::{Float as Number, Scaled, V3};
-use crate::rays::Ray;
+use crate::rays::WorldRay;
 
 /// The coordinates of a kernel's numbers.
 #[derive(Clone, Copy, Debug)]
@@ -35,9 +35,9 @@ impl Coordinates {
 
     /// Origin and direction of a ray of a list, and the exponent `e` with which the direction is `2^e` times this one, so that
     /// `t` is `2^−e` times that of this ray.
-    pub fn ray(&self, ray: &Ray) -> (DVec3, DVec3, i32) {
+    pub fn ray(&self, ray: &WorldRay) -> (DVec3, DVec3, i32) {
         let About { space, float, .. } = self.kernel.about();
-        if (*space, *float) != (Space::Reference, Float::F32) {
+        if (*space, *float) != (Space::Reference, FloatType::F32) {
             return (self.of(ray.origin), ray.direction, 0);
         }
         let scaled = Scaled::new(ray.direction);

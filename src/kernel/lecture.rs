@@ -6,7 +6,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::about::{About, Float, Promise, Space, Wgsl, part};
+use super::about::{About, FloatType, Promise, Space, Wgsl, part};
 use super::plain::{Plain, PlainRay, first_positive};
 use crate::num::{Mask, Real, V3};
 use crate::scene::{Plane, Sphere};
@@ -14,7 +14,7 @@ use crate::scene::{Plane, Sphere};
 /// The facts of the kernel.
 pub(super) const ABOUT: About = About {
     name: "lecture",
-    float: Float::F32,
+    float: FloatType::F32,
     space: Space::World,
     promise: Promise::PARITY,
     record_bytes: [size_of::<SphereLecture>(), size_of::<PlaneLecture>()],

@@ -17,7 +17,7 @@ use lecture::{PlaneLecture, SphereLecture};
 use relative::{PlaneDouble, PlaneStable, SphereDouble, SphereStable};
 
 pub(crate) use about::part;
-pub use about::{About, Exactness, Float, Part, Promise, Space, Wgsl};
+pub use about::{About, Exactness, FloatType, Promise, ShaderPart, Space, Wgsl};
 pub use plain::Lists;
 
 /// The intersection kernels (contract §2).
@@ -34,12 +34,12 @@ pub enum Kernel {
 }
 
 /// The parts of all kernels' shaders: vectors, and the camera.
-pub const SHARED_PARTS: [Part; 3] =
+pub const SHARED_PARTS: [ShaderPart; 3] =
     [part!("vec.wgsl"), part!("printed/camera.wgsl"), part!("camera.wgsl")];
 
 /// The objects in the form of one kernel, in id order.
 #[derive(Clone, Debug)]
-pub enum Objects {
+pub enum ObjectRecords {
     /// For [`Kernel::Lecture`].
     Lecture(Lists<SphereLecture, PlaneLecture>),
     /// For [`Kernel::Stable`].
@@ -76,37 +76,37 @@ impl Kernel {
     }
 
     /// All objects of a scene, relative to `reference` where the kernel's coordinates are; none yet for the one with a proof.
-    pub fn objects(self, scene: &Scene, reference: DVec3) -> Objects {
+    pub fn objects(self, scene: &Scene, reference: DVec3) -> ObjectRecords {
         match self {
             Kernel::Lecture => {
-                Objects::Lecture(lists(scene, SphereLecture::new, PlaneLecture::new))
+                ObjectRecords::Lecture(lists(scene, SphereLecture::new, PlaneLecture::new))
             }
-            Kernel::Stable => Objects::Stable(lists(
+            Kernel::Stable => ObjectRecords::Stable(lists(
                 scene,
                 |sphere| SphereStable::new(sphere, reference),
                 |plane| PlaneStable::new(plane, reference),
             )),
-            Kernel::Double => Objects::Double(lists(
+            Kernel::Double => ObjectRecords::Double(lists(
                 scene,
                 |sphere| SphereDouble::new(sphere, reference),
                 |plane| PlaneDouble::new(plane, reference),
             )),
             Kernel::Certified => {
                 let lists = Lists { spheres: Vec::new(), planes: Vec::new() };
-                Objects::Certified { lists, any_close: false }
+                ObjectRecords::Certified { lists, any_close: false }
             }
         }
     }
 }
 
-impl Objects {
+impl ObjectRecords {
     /// The device's bytes of the spheres and of the planes.
     pub fn bytes(&self) -> (&[u8], &[u8]) {
         match self {
-            Objects::Lecture(lists) => lists.bytes(),
-            Objects::Stable(lists) => lists.bytes(),
-            Objects::Double(lists) => lists.bytes(),
-            Objects::Certified { lists, .. } => lists.bytes(),
+            ObjectRecords::Lecture(lists) => lists.bytes(),
+            ObjectRecords::Stable(lists) => lists.bytes(),
+            ObjectRecords::Double(lists) => lists.bytes(),
+            ObjectRecords::Certified { lists, .. } => lists.bytes(),
         }
     }
 }

@@ -3,7 +3,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
-use super::Float as FloatOf;
+use super::FloatType;
 use super::coordinates::{Coordinates, split};
 use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3};
 use crate::rays;
@@ -145,7 +145,7 @@ pub enum PlainRays<'a, F: Float> {
     /// Any rays.
     List {
         /// They.
-        rays: &'a [rays::Ray],
+        rays: &'a [rays::WorldRay],
         /// The kernel's.
         coordinates: Coordinates,
     },
@@ -163,8 +163,8 @@ impl<'a, F: Float> PlainRays<'a, F> {
     /// Those of pixels.
     pub fn of_pixels(coordinates: Coordinates, pixels: &'a Pixels) -> PlainRays<'a, F> {
         let (in_camera, step) = match coordinates.kernel.about().float {
-            FloatOf::F32 => (pixels.step(), 1.0),
-            FloatOf::F64 => (1.0, pixels.step()),
+            FloatType::F32 => (pixels.step(), 1.0),
+            FloatType::F64 => (1.0, pixels.step()),
         };
         PlainRays::Pixels {
             pixels,

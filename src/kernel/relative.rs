@@ -9,7 +9,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use super::about::{About, Float, Part, Promise, Space, Wgsl, part};
+use super::about::{About, FloatType, Promise, ShaderPart, Space, Wgsl, part};
 use super::coordinates::split;
 use super::plain::{Plain, PlainRay, first_positive};
 use crate::num::{self, Float as _, Mask, Ray, Real, Scaled, V3};
@@ -18,7 +18,7 @@ use crate::scene::{Plane, Sphere};
 /// The facts of the kernel `stable`.
 pub(super) const STABLE: About = About {
     name: "stable",
-    float: Float::F32,
+    float: FloatType::F32,
     record_bytes: [size_of::<SphereStable>(), size_of::<PlaneStable>()],
     wgsl: Wgsl { records: "Relative", parts: PARTS },
     space: Space::Reference,
@@ -28,14 +28,14 @@ pub(super) const STABLE: About = About {
 /// The facts of the kernel `double`.
 pub(super) const DOUBLE: About = About {
     name: "double",
-    float: Float::F64,
+    float: FloatType::F64,
     record_bytes: [size_of::<SphereDouble>(), size_of::<PlaneDouble>()],
     wgsl: Wgsl { records: "Relative", parts: PARTS },
     space: Space::Reference,
     promise: Promise::PARITY,
 };
 
-const PARTS: &[Part] = &[part!("ray.wgsl"), part!("relative.wgsl")];
+const PARTS: &[ShaderPart] = &[part!("ray.wgsl"), part!("relative.wgsl")];
 
 /// The ray's closest approach to a centre at `l = c − o`.
 #[derive(Clone, Copy, Debug)]

@@ -4,7 +4,7 @@
 use super::{Real, V3};
 
 /// Gives the fields of a struct, one after the other.
-pub trait Source<R: Real> {
+pub trait FieldSource<R: Real> {
     /// A number.
     fn num(&mut self, name: &'static str) -> R;
     /// Three of them.
@@ -14,7 +14,7 @@ pub trait Source<R: Real> {
 }
 
 /// Takes them.
-pub trait Sink<R: Real> {
+pub trait FieldSink<R: Real> {
     /// A number.
     fn num(&mut self, name: &'static str, x: R);
     /// Three of them.
@@ -28,9 +28,9 @@ pub trait Fields<R: Real>: Sized {
     /// Its name.
     const NAME: &'static str;
     /// One of these fields.
-    fn read(source: &mut impl Source<R>) -> Self;
+    fn read(source: &mut impl FieldSource<R>) -> Self;
     /// Hands over its fields.
-    fn write(&self, sink: &mut impl Sink<R>);
+    fn write(&self, sink: &mut impl FieldSink<R>);
 }
 
 /// Lists the fields of a struct, each a `num`, a `vec` or an `id`.
@@ -39,11 +39,11 @@ macro_rules! fields {
         impl<R: $crate::num::Real> $crate::num::fields::Fields<R> for $name<R> {
             const NAME: &'static str = stringify!($name);
 
-            fn read(source: &mut impl $crate::num::fields::Source<R>) -> Self {
+            fn read(source: &mut impl $crate::num::fields::FieldSource<R>) -> Self {
                 $name { $($field: source.$kind(stringify!($field)),)* }
             }
 
-            fn write(&self, sink: &mut impl $crate::num::fields::Sink<R>) {
+            fn write(&self, sink: &mut impl $crate::num::fields::FieldSink<R>) {
                 $(sink.$kind(stringify!($field), self.$field);)*
             }
         }
@@ -56,7 +56,7 @@ pub(crate) use fields;
 pub fn words<const N: usize>(record: &impl Fields<f32>) -> [f32; N] {
     struct Words<const N: usize>([f32; N], usize);
 
-    impl<const N: usize> Sink<f32> for Words<N> {
+    impl<const N: usize> FieldSink<f32> for Words<N> {
         fn num(&mut self, _: &'static str, x: f32) {
             self.0[self.1] = x;
             self.1 += 1;

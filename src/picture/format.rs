@@ -78,10 +78,10 @@ impl Format {
     }
 
     /// How its colours are encoded.
-    pub fn encoding(self, bits: Bits) -> Encoding {
+    pub fn encoding(self, bits: ChannelBits) -> Encoding {
         match (self, bits) {
-            (Format::Png | Format::Ppm, Bits::Eight) => Encoding::Srgb8,
-            (Format::Png | Format::Ppm, Bits::Sixteen) => Encoding::Srgb16,
+            (Format::Png | Format::Ppm, ChannelBits::Eight) => Encoding::Srgb8,
+            (Format::Png | Format::Ppm, ChannelBits::Sixteen) => Encoding::Srgb16,
             (Format::Exr | Format::Npy, _) => Encoding::Linear,
         }
     }
@@ -142,9 +142,9 @@ fn suggestion(name: &str, prefix: &str) -> String {
         .map_or_else(String::new, |format| format!("; did you mean {prefix}{format}?"))
 }
 
-/// Bits a colour channel in PNG and PPM; EXR and NPY always hold f32.
+/// ChannelBits a colour channel in PNG and PPM; EXR and NPY always hold f32.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Bits {
+pub enum ChannelBits {
     /// 8 bits: `#rrggbb` comes out as the scene file names it.
     #[default]
     Eight,

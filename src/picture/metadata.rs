@@ -24,7 +24,7 @@ pub struct Metadata(Vec<(String, String)>);
 
 /// How a picture is made.
 #[derive(Clone, Copy, Debug)]
-pub struct Origin<'a> {
+pub struct Provenance<'a> {
     /// The scene's hash, see [`crate::digest::scene_hash`].
     pub scene: &'a str,
     /// The camera, if the scene or the caller named one.
@@ -41,8 +41,8 @@ pub struct Origin<'a> {
 
 impl Metadata {
     /// What is to be said of a picture.
-    pub fn new(origin: &Origin) -> Metadata {
-        let Origin { scene, camera, pixels, kernel, n_samples, epsilon } = *origin;
+    pub fn new(origin: &Provenance) -> Metadata {
+        let Provenance { scene, camera, pixels, kernel, n_samples, epsilon } = *origin;
         let Pixels { view, image_width, image_height, x, y, width, height } = *pixels;
         let mut texts = Metadata::default();
         texts.add("scene", scene);

@@ -24,8 +24,8 @@ use crate::plain::Shown;
 use crate::rays::Pixels;
 use crate::shade::{Colors, Encoding};
 use crate::trace::{Coverage, Hits, Wants};
-pub use format::{Bits, Format};
-pub use metadata::{Metadata, Origin};
+pub use format::{ChannelBits, Format};
+pub use metadata::{Metadata, Provenance};
 pub use png::rgb8_file;
 pub use rays::{STDIN, hit_records, read_rays, write_hits};
 pub use read::{Channel, ChannelFacts, Image, ImageFacts, Samples, read_bytes, read_image};
@@ -39,8 +39,8 @@ const MAX_FILE_BYTES: u64 = i64::MAX as u64;
 /// How a picture is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PictureOptions {
-    /// Bits a channel in PNG and PPM.
-    pub bits: Bits,
+    /// ChannelBits a channel in PNG and PPM.
+    pub bits: ChannelBits,
     /// True where EXR and NPY get the level that decided each pixel.
     pub certificates: bool,
     /// True where the background is left out of PNG, EXR and NPY: alpha is the share of a pixel's

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use png::{BitDepth, ColorType, Compression, Filter, SrgbRenderingIntent, StreamWriter};
 
-use super::{Band, Bits, Encoder, Metadata, PictureOptions, SOFTWARE, be_bytes};
+use super::{Band, ChannelBits, Encoder, Metadata, PictureOptions, SOFTWARE, be_bytes};
 use crate::error::{Error, Result};
 use crate::rays::Pixels;
 use crate::shade::Colors;
@@ -20,8 +20,8 @@ const CHUNK_BYTES: usize = 1 << 16;
 pub(super) fn pixel_bytes(options: PictureOptions) -> u128 {
     let n_channels = if options.transparent { 4 } else { 3 };
     match options.bits {
-        Bits::Eight => n_channels,
-        Bits::Sixteen => 2 * n_channels,
+        ChannelBits::Eight => n_channels,
+        ChannelBits::Sixteen => 2 * n_channels,
     }
 }
 
@@ -42,7 +42,7 @@ pub(super) fn check_size(pixels: &Pixels) -> Result<()> {
 pub(super) fn band_bytes(options: PictureOptions, width: u32, n_band_rows: u32) -> u128 {
     let row_bytes = u128::from(width) * pixel_bytes(options) + 1;
     let compressed_bytes = row_bytes * u128::from(n_band_rows) * 3 / 2;
-    let is_copied = options.transparent || options.bits == Bits::Sixteen;
+    let is_copied = options.transparent || options.bits == ChannelBits::Sixteen;
     let copied_bytes = if is_copied { row_bytes * u128::from(n_band_rows) } else { 0 };
     3 * row_bytes + copied_bytes + 2 * compressed_bytes + 2 * CHUNK_BYTES as u128
 }
@@ -62,8 +62,8 @@ pub(super) fn begin(
     let mut encoder = png::Encoder::new(tray.clone(), pixels.width, pixels.height);
     encoder.set_color(if options.transparent { ColorType::Rgba } else { ColorType::Rgb });
     encoder.set_depth(match options.bits {
-        Bits::Eight => BitDepth::Eight,
-        Bits::Sixteen => BitDepth::Sixteen,
+        ChannelBits::Eight => BitDepth::Eight,
+        ChannelBits::Sixteen => BitDepth::Sixteen,
     });
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
     encoder.add_text_chunk("Software".into(), SOFTWARE.into())?;

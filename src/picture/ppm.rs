@@ -2,19 +2,19 @@
 
 use std::io;
 
-use super::{Band, Bits, Encoder, be_bytes};
+use super::{Band, ChannelBits, Encoder, be_bytes};
 use crate::rays::Pixels;
 
 struct Ppm;
 
 pub(super) fn begin(
-    bits: Bits,
+    bits: ChannelBits,
     pixels: &Pixels,
     out: &mut Vec<u8>,
 ) -> io::Result<Box<dyn Encoder>> {
     let largest_value = match bits {
-        Bits::Eight => u8::MAX.into(),
-        Bits::Sixteen => u16::MAX,
+        ChannelBits::Eight => u8::MAX.into(),
+        ChannelBits::Sixteen => u16::MAX,
     };
     let header = format!("P6\n{} {}\n{largest_value}\n", pixels.width, pixels.height);
     out.extend_from_slice(header.as_bytes());

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::npy::{Array, Record};
 use crate::output::OutputFile;
 use crate::plain::Shown;
-use crate::rays::Ray;
+use crate::rays::WorldRay;
 use crate::scene::Watched;
 use crate::system;
 use crate::trace::Hits;
@@ -36,17 +36,17 @@ const STDIN_IN_WORDS: &str = "standard input";
 /// is cut off, or has a row (counted from 0) with a number that is not finite or with a zero
 /// direction. [`Error::TooLarge`] when the rays don't fit the memory.
 /// [`Error::Interrupted`].
-pub fn read_rays(path: &Path, control: &Control) -> Result<Vec<Ray>> {
+pub fn read_rays(path: &Path, control: &Control) -> Result<Vec<WorldRay>> {
     read(path, control).map_err(|error| control.check().err().unwrap_or(error))
 }
 
-fn read(path: &Path, control: &Control) -> Result<Vec<Ray>> {
+fn read(path: &Path, control: &Control) -> Result<Vec<WorldRay>> {
     let (path, file, n_bytes) = open(path).map_err(Error::io(path))?;
     control.expect_bytes(n_bytes.unwrap_or(0));
     let file = Watched::new(file, control);
     let n_columns = N_COLUMNS as u64;
     let table = Array::new(file, n_bytes, &path, EXPECTED)?.floats(&[n_columns..=n_columns])?;
-    let mut rays = table.rows_of(Ray { origin: DVec3::ZERO, direction: DVec3::ZERO })?;
+    let mut rays = table.rows_of(WorldRay { origin: DVec3::ZERO, direction: DVec3::ZERO })?;
     table.read(&[0, 1, 2, 3, 4, 5], |row, column, value| {
         let ray = &mut rays[row];
         match column.checked_sub(3) {

@@ -2,7 +2,7 @@
 
 use crate::num::V3;
 use crate::seen::shadow::Aim;
-use crate::seen::{Bounds, Lengths, Light, Met};
+use crate::seen::{Bounds, Lengths, LightBounds, Met};
 
 /// What bounds of a picture's colours in f32 rest on, relative to the eye.
 pub struct CertifiedLighting {
@@ -15,7 +15,7 @@ pub struct CertifiedLighting {
     /// Lights and suns of the sky.
     pub lamps: Vec<CertifiedLamp>,
     /// Bounds of the light from nowhere.
-    pub ambient: Light<f32>,
+    pub ambient: LightBounds<f32>,
     /// What a mean is multiplied with for its bounds.
     pub width: Bounds<f32>,
     /// What the samples' rays share where they meet an object.

@@ -8,7 +8,7 @@ use super::Prepared;
 use crate::engine::Tile;
 use crate::guard::Reach;
 use crate::num::{Float, OPEN};
-use crate::rays::{Frame, List, Pixels, Ray, Rays};
+use crate::rays::{Frame, List, Pixels, Rays, WorldRay};
 use crate::seen::{Eye, Objects};
 
 /// Columns and rows of a picture's rays that are tried; of a list, their product.
@@ -46,11 +46,12 @@ fn n_open_pixels(prepared: &Prepared, pixels: &Pixels) -> usize {
     tile.ids.iter().filter(|&&id| id == OPEN).count()
 }
 
-fn n_open_of_list(prepared: &Prepared, rays: &[Ray]) -> usize {
+fn n_open_of_list(prepared: &Prepared, rays: &[WorldRay]) -> usize {
     let n = (TRIED * TRIED) as usize;
     let eye = Eye::of_list(prepared.reference, prepared.farthest_origin());
     let objects = Objects::new(prepared.seen_objects(), &eye);
-    let some: Vec<Ray> = (0..n).filter_map(|k| rays.get(k * rays.len() / n)).copied().collect();
+    let some: Vec<WorldRay> =
+        (0..n).filter_map(|k| rays.get(k * rays.len() / n)).copied().collect();
     let list = List::new(&some, prepared.reference);
     let is_open = |&k: &usize| objects.nearest(&list.one(k)).decide().0 == OPEN;
     (0..some.len()).filter(is_open).count()

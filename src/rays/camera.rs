@@ -208,8 +208,8 @@ impl Pixels {
     }
 
     /// Centre ray of pixel `(x, y)` in f64 (contract §1 with `2(x+½)/W − 1` and `W/H` put together).
-    pub fn ray(&self, x: u32, y: u32) -> super::Ray {
-        super::Ray {
+    pub fn ray(&self, x: u32, y: u32) -> super::WorldRay {
+        super::WorldRay {
             origin: self.view.position + self.origin_offset(x, y),
             direction: self.direction(x, y),
         }

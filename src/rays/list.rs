@@ -11,20 +11,20 @@ use crate::num::{Lanes, Real, Scaled, V3};
 #[derive(Clone, Copy)]
 pub struct List<'a> {
     /// As they are.
-    pub rays: &'a [super::Ray],
+    pub rays: &'a [super::WorldRay],
     reference: DVec3,
 }
 
 impl<'a> List<'a> {
     /// These rays.
-    pub fn new(rays: &'a [super::Ray], reference: DVec3) -> List<'a> {
+    pub fn new(rays: &'a [super::WorldRay], reference: DVec3) -> List<'a> {
         List { rays, reference }
     }
 
     /// Origin, and direction with a largest component in `1..2`. A ray without a direction gets one: it is decided elsewhere.
     #[inline(always)]
     pub fn ray(&self, index: usize) -> (DVec3, DVec3) {
-        let super::Ray { origin, direction } = self.rays[index.min(self.rays.len() - 1)];
+        let super::WorldRay { origin, direction } = self.rays[index.min(self.rays.len() - 1)];
         let direction = if direction == DVec3::ZERO { DVec3::X } else { direction };
         (origin - self.reference, Scaled::new(direction).rounded())
     }

@@ -11,7 +11,7 @@ pub use list::List;
 
 /// A ray `origin + t·direction`; the direction is not normalised and not zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray {
+pub struct WorldRay {
     /// Origin, world units.
     pub origin: DVec3,
     /// Direction of any length but zero.
@@ -41,7 +41,7 @@ pub enum Rays {
     /// Centre rays of a rectangle of pixels, row by row.
     Pixels(Pixels),
     /// Any rays.
-    List(Vec<Ray>),
+    List(Vec<WorldRay>),
 }
 
 impl Rays {
@@ -82,9 +82,9 @@ const MANY: usize = 1 << 14;
 /// few rays without a thread pool: the first who asks for it would give its workers the floating-point
 /// environment of the calling thread.
 pub(crate) fn look_at_all<T: Copy + Send + Sync>(
-    rays: &[Ray],
+    rays: &[WorldRay],
     nothing: T,
-    look: impl Fn(&Ray) -> T + Sync + Send,
+    look: impl Fn(&WorldRay) -> T + Sync + Send,
     join: impl Fn(T, T) -> T + Sync + Send,
 ) -> T {
     if rays.len() < MANY {

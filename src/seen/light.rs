@@ -7,44 +7,44 @@ use crate::num::{Real, V3};
 
 /// Bounds of light, or of a colour.
 #[derive(Clone, Copy, Debug)]
-pub struct Light<R> {
+pub struct LightBounds<R> {
     /// Lower bounds.
     pub low: V3<R>,
     /// Upper bounds.
     pub high: V3<R>,
 }
 
-fields! { Light { low: vec, high: vec } }
+fields! { LightBounds { low: vec, high: vec } }
 
-impl<R: Real> Light<R> {
+impl<R: Real> LightBounds<R> {
     /// Between a number and itself.
     #[inline(always)]
-    pub fn of(v: V3<R>) -> Light<R> {
-        Light { low: v, high: v }
+    pub fn of(v: V3<R>) -> LightBounds<R> {
+        LightBounds { low: v, high: v }
     }
 
     /// With what is given of a light of this weight.
     #[inline(always)]
-    pub fn with(self, weight: V3<R>, given: Bounds<R>) -> Light<R> {
-        Light { low: self.low + weight * given.low, high: self.high + weight * given.high }
+    pub fn with(self, weight: V3<R>, given: Bounds<R>) -> LightBounds<R> {
+        LightBounds { low: self.low + weight * given.low, high: self.high + weight * given.high }
     }
 
     /// What an object of this colour makes of it.
     #[inline(always)]
-    pub fn on(self, color: V3<R>) -> Light<R> {
-        Light { low: color.times(self.low), high: color.times(self.high) }
+    pub fn on(self, color: V3<R>) -> LightBounds<R> {
+        LightBounds { low: color.times(self.low), high: color.times(self.high) }
     }
 
     /// The sum of two.
     #[inline(always)]
-    pub fn plus(self, other: Light<R>) -> Light<R> {
-        Light { low: self.low + other.low, high: self.high + other.high }
+    pub fn plus(self, other: LightBounds<R>) -> LightBounds<R> {
+        LightBounds { low: self.low + other.low, high: self.high + other.high }
     }
 
     /// The mean of `n` samples whose sum this is, with what all roundings take: the factors `width`.
     #[inline(always)]
-    pub fn mean(self, n: R, width: Bounds<R>) -> Light<R> {
-        Light { low: self.low * width.low / n, high: self.high * width.high / n }
+    pub fn mean(self, n: R, width: Bounds<R>) -> LightBounds<R> {
+        LightBounds { low: self.low * width.low / n, high: self.high * width.high / n }
     }
 }
 

@@ -16,7 +16,7 @@ mod sphere;
 
 use glam::DVec3;
 
-pub use light::Light;
+pub use light::LightBounds;
 pub use plane::{PlaneMet, PlaneSeen};
 pub use shadow::{Met, Occluder, ShadowRay, Verdict};
 pub use sphere::{SphereLeaf, SphereMet, SphereSeen, is_near_surface};

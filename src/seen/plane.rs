@@ -9,7 +9,7 @@ use crate::guard::host::Bounded;
 use crate::guard::{self, ROOM, length_bound, length_bounds, rows, steps};
 use crate::num::{Float, Mask, Real, V3};
 use crate::num::{Scaled, power_of_two};
-use crate::rays::Ray;
+use crate::rays::WorldRay;
 use crate::scene::Plane;
 
 record! {
@@ -32,7 +32,7 @@ record! {
 
 /// `(a − o)·n` for the eye's reference point, exactly and rounded once; `None` for 0.
 pub(super) fn numerator(plane: &Plane, eye: &Eye) -> Option<f64> {
-    let ray = ExactRay::new(&Ray { origin: eye.reference, direction: DVec3::X });
+    let ray = ExactRay::new(&WorldRay { origin: eye.reference, direction: DVec3::X });
     let exact = plane_numbers(&ray, plane.point, plane.normal)?.numerator;
     (exact.signum() != 0).then(|| exact.to_f64())
 }

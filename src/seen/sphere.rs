@@ -275,7 +275,7 @@ fn k_of(center: DVec3, sphere: &Sphere, eye: &Eye) -> (f64, f64) {
     if let Some(known) = guard::k_f64(center, sphere.radius) {
         return known;
     }
-    let ray = ExactRay::new(&crate::rays::Ray { origin: eye.reference, direction: DVec3::X });
+    let ray = ExactRay::new(&crate::rays::WorldRay { origin: eye.reference, direction: DVec3::X });
     match sphere_numbers(&ray, sphere.center, sphere.radius) {
         Some(numbers) => {
             let k = match numbers.k.signum() {

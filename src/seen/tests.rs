@@ -6,7 +6,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use super::shadow::{Aim, Origin};
 use super::*;
 use crate::exact::{
-    ExactHit, ExactPoint, ExactRay, Real as Exact, Root, Shape, real, visible_root,
+    Dyadic as Exact, ExactHit, ExactPoint, ExactRay, Root, Shape, real, visible_root,
 };
 use crate::guard;
 use crate::guard::tests::worst::{UNIT, Worst, worst};
@@ -201,7 +201,7 @@ fn count<T: Object, R: Real>(
         let (reach, unit) = (Reach::default(), R::One::UNIT);
         let eye = Eye { reference, spread, input: guard::LIST, reach, unit };
         let exact =
-            ExactRay::new(&crate::rays::Ray { origin: reference + from, direction: scaled });
+            ExactRay::new(&crate::rays::WorldRay { origin: reference + from, direction: scaled });
         if reference + from != origin {
             continue;
         }
@@ -426,7 +426,7 @@ fn off<T: Object, F: Float>(
         let from = DVec3::from_array(origin.to_array().map(|x| F::near(x).to_f64()));
         let scaled = Scaled::new(way).rounded();
         let reference = if k % 2 == 0 { from } else { DVec3::ZERO };
-        let exact = ExactRay::new(&crate::rays::Ray { origin: from, direction: scaled });
+        let exact = ExactRay::new(&crate::rays::WorldRay { origin: from, direction: scaled });
         let shape = object.shape();
         let Some((root, side)) = visible_root(&exact, &shape) else { continue };
         let hit = ExactHit { id: 1, root, side };

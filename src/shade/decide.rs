@@ -3,7 +3,7 @@
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
-use super::lamp::{Lamp, Origin};
+use super::lamp::{Lamp, LampOrigin};
 use super::lit::Certified;
 use super::mean::ExactMean;
 use super::pass::{Open, Visibility};
@@ -121,7 +121,7 @@ impl Certified<'_> {
     fn seen_evenly(&self, samples: &[SamplePoint], counts: &mut StageCounts) -> Option<Vec<u8>> {
         let lamps = &self.job.lit.lighting.lamps;
         let n_spheres = self.occluders.scene.spheres.len() as u32;
-        let is_even = lamps.iter().all(|lamp| matches!(lamp.origin, Origin::Sun(_)))
+        let is_even = lamps.iter().all(|lamp| matches!(lamp.origin, LampOrigin::Sun(_)))
             && samples.iter().all(|sample| sample.id == 0 || sample.id > n_spheres);
         if !is_even {
             return None;

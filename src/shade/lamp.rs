@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::exact::{ExactBeam, ExactPoint, Real, exact, integer, signum};
+use crate::exact::{Dyadic, ExactBeam, ExactPoint, exact, integer, signum};
 use crate::rays::{Lens, View};
 use crate::scene::{Color, Light, Scene, Source};
 
@@ -11,7 +11,7 @@ pub const MOST_IN_F32: f64 = (1u64 << 40) as f64;
 
 /// Where a lamp's light comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Origin {
+pub enum LampOrigin {
     /// The point that all rays start from. What is seen from there is lit from there.
     Eye,
     /// A point, world units.
@@ -26,12 +26,12 @@ pub struct Lamp {
     /// Index of the light in the scene; `None` for a part of the sky.
     pub light: Option<usize>,
     /// Where its light comes from.
-    pub origin: Origin,
+    pub origin: LampOrigin,
     /// Linear light that a surface across its rays gets: within 2 units `2⁻⁵²` of it, or `2⁻¹⁰⁷⁴` where it is
     /// subnormal; infinite where f64 does not have it.
     pub weight: [f64; 3],
     /// The same exactly, times [`Lighting::n_shares`].
-    pub exact_weight: [Real; 3],
+    pub exact_weight: [Dyadic; 3],
     /// Whether objects are in its way.
     pub shadows: bool,
 }
@@ -39,15 +39,15 @@ pub struct Lamp {
 impl Lamp {
     /// Whether something may be in its way: what is seen from the eye is lit from there.
     pub fn casts_shadows(&self) -> bool {
-        self.shadows && self.origin != Origin::Eye
+        self.shadows && self.origin != LampOrigin::Eye
     }
 
     /// The way to it from a point that is seen from `eye`.
     pub fn beam<'a>(&self, point: &'a ExactPoint, eye: DVec3) -> Option<ExactBeam<'a>> {
         match self.origin {
-            Origin::Eye => ExactBeam::to_position(point, eye),
-            Origin::Point(position) => ExactBeam::to_position(point, position),
-            Origin::Sun(direction) => ExactBeam::against(point, direction),
+            LampOrigin::Eye => ExactBeam::to_position(point, eye),
+            LampOrigin::Point(position) => ExactBeam::to_position(point, position),
+            LampOrigin::Sun(direction) => ExactBeam::against(point, direction),
         }
     }
 }
@@ -84,7 +84,7 @@ impl Lighting {
             let exact_weight = [four.clone(), four.clone(), four];
             sky.suns().into_iter().map(move |direction| Lamp {
                 light: None,
-                origin: Origin::Sun(direction),
+                origin: LampOrigin::Sun(direction),
                 weight,
                 exact_weight: exact_weight.clone(),
                 shadows: true,
@@ -100,12 +100,14 @@ impl Lighting {
     }
 }
 
-fn origin_of(light: &Light, view: &View) -> Origin {
+fn origin_of(light: &Light, view: &View) -> LampOrigin {
     match (light.source, view.lens) {
-        (Source::Point(position), Lens::Perspective) if position == view.position => Origin::Eye,
-        (Source::Point(position), _) => Origin::Point(position),
-        (Source::Sun(direction), _) => Origin::Sun(direction),
-        (Source::Eye, Lens::Perspective) => Origin::Eye,
-        (Source::Eye, Lens::Orthographic) => Origin::Sun(view.forward),
+        (Source::Point(position), Lens::Perspective) if position == view.position => {
+            LampOrigin::Eye
+        }
+        (Source::Point(position), _) => LampOrigin::Point(position),
+        (Source::Sun(direction), _) => LampOrigin::Sun(direction),
+        (Source::Eye, Lens::Perspective) => LampOrigin::Eye,
+        (Source::Eye, Lens::Orthographic) => LampOrigin::Sun(view.forward),
     }
 }

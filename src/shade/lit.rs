@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::decide::Known;
 use super::lamp::{Lighting, MOST_IN_F32};
 use super::occluders::Occluders;
-use super::pass::{Given, Open, Part, Pass, Scratch, Visibility};
+use super::pass::{Given, LightPass, Open, PixelBlock, Scratch, Visibility};
 use super::unlit::color;
 use super::written::Written;
 use super::{Background, ColorCounts, Encoding, PIXELS_AT_ONCE, Style, plain};
@@ -106,7 +106,7 @@ pub fn certified_lighting(
     let rays = Rays::Pixels(samples);
     let occluders = Occluders::new(prepared, &rays, &lit.lighting);
     let job = Job { lit, ids: &[], row: samples.width as usize };
-    Pass::in_f32(job, &occluders, &samples)?.lighting()
+    LightPass::in_f32(job, &occluders, &samples)?.lighting()
 }
 
 /// Rows whose pixels are painted together: what one point sees of the lamps, those beside and below it mostly see as well.
@@ -199,10 +199,10 @@ const LANES_F64: usize = 8;
 /// The pixels of the kernel `certified`.
 pub(super) struct Certified<'a> {
     pub job: Job<'a>,
-    in_f32: Option<Pass<'a, f32>>,
+    in_f32: Option<LightPass<'a, f32>>,
     /// A device's bytes of the pixels, in place of those of f32 here: [`crate::tracer::Backend::light`].
     codes: Vec<u32>,
-    pub in_f64: Pass<'a, f64>,
+    pub in_f64: LightPass<'a, f64>,
     pub occluders: &'a Occluders<'a>,
     pub samples: &'a Pixels,
 }
@@ -228,8 +228,8 @@ impl<'a> Certified<'a> {
         samples: &'a Pixels,
         is_f32_enough: bool,
     ) -> Certified<'a> {
-        let in_f32 = is_f32_enough.then(|| Pass::in_f32(job, occluders, samples)).flatten();
-        let in_f64 = Pass::in_f64(job, occluders, samples);
+        let in_f32 = is_f32_enough.then(|| LightPass::in_f32(job, occluders, samples)).flatten();
+        let in_f64 = LightPass::in_f64(job, occluders, samples);
         Certified { job, in_f32, codes: Vec::new(), in_f64, occluders, samples }
     }
 
@@ -255,7 +255,7 @@ impl<'a> Certified<'a> {
     fn propose(&mut self, tracer: &mut Tracer, pixels: &Pixels, control: &Control) -> Result<()> {
         let counts_all = self.job.lit.style.background != Background::LeftOut;
         let pass = self.in_f32.as_ref().filter(|_| counts_all && tracer.lights());
-        if let Some(lighting) = pass.and_then(Pass::lighting) {
+        if let Some(lighting) = pass.and_then(LightPass::lighting) {
             match tracer.light(&lighting, pixels, control, &mut self.codes)? {
                 true => self.in_f32 = None,
                 false => self.codes.clear(),
@@ -301,13 +301,17 @@ impl<'a> Certified<'a> {
         open.clear();
         if let Some(pass) = &self.in_f32 {
             let (pixels, n_rays) = (&some[..], &mut counts.f32);
-            let part = Part { pixels, known: &[], first, out, open: after_f32, n_rays };
+            let part = PixelBlock { pixels, known: &[], first, out, open: after_f32, n_rays };
             pass.find(part, control, in_f32)?;
             some.clear();
             some.extend(after_f32.iter().map(|open| open.pixel));
         }
         let (pixels, known, n_rays) = (&some[..], &after_f32[..], &mut counts.f64);
-        self.in_f64.find(Part { pixels, known, first, out, open, n_rays }, control, in_f64)?;
+        self.in_f64.find(
+            PixelBlock { pixels, known, first, out, open, n_rays },
+            control,
+            in_f64,
+        )?;
         for open in open {
             out[open.pixel - first] = self.decide(open, control, colors, counts)?;
         }

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::lamp::{Lamp, Lighting};
 use crate::exact::{
-    Enclosure, ExactBeam, ExactCosine, ExactPoint, Fraction, Real, Root, Shape, exact, integer,
+    Dyadic, Enclosure, ExactBeam, ExactCosine, ExactPoint, Fraction, Root, Shape, exact, integer,
     real,
 };
 
@@ -26,12 +26,12 @@ const MOST_BITS: usize = 4096;
 pub struct ExactMean<'a> {
     lighting: Option<&'a Lighting>,
     /// All sums are multiplied by it, so that they are dyadic.
-    n_shares: Real,
-    divisor: Real,
+    n_shares: Dyadic,
+    divisor: Dyadic,
     /// The sum of what is rational.
     known: [Fraction; 3],
     /// The other cosines, with their weights.
-    terms: Vec<(ExactCosine<'a>, [Real; 3])>,
+    terms: Vec<(ExactCosine<'a>, [Dyadic; 3])>,
     /// The sums enclosed so far, with their bits, ever narrower.
     enclosed: RefCell<Vec<[Enclosure; 3]>>,
 }
@@ -82,12 +82,12 @@ impl<'a> ExactMean<'a> {
     }
 
     /// Adds what is known exactly.
-    fn add(&mut self, channel: usize, value: &Real) {
+    fn add(&mut self, channel: usize, value: &Dyadic) {
         self.known[channel] = self.known[channel].plus(&value.into());
     }
 
     /// Adds a cosine times its weights, which are at least 0.
-    fn add_light(&mut self, cosine: ExactCosine<'a>, weights: [Real; 3]) {
+    fn add_light(&mut self, cosine: ExactCosine<'a>, weights: [Dyadic; 3]) {
         match cosine.fraction() {
             Some(cosine) => {
                 for (known, weight) in self.known.iter_mut().zip(&weights) {

@@ -14,12 +14,12 @@ mod written;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-pub use lamp::{Lamp, Lighting, Origin};
+pub use lamp::{Lamp, LampOrigin, Lighting};
 pub use lit::certified_lighting;
 pub use mean::ExactMean;
 pub use painter::{Background, ColorCounts, Painted, Painter, Style};
 pub use plain::{PlainPoint, PlainWay};
-pub use unlit::Shader;
+pub use unlit::Palette;
 
 /// The numbers that a picture's colours are written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

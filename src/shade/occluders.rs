@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::lamp::{Lamp, Lighting, Origin};
+use super::lamp::{Lamp, LampOrigin, Lighting};
 use crate::bvh::{Beam, Bvh, Corners, Enter, Node, Visitor, Walk};
 use crate::certify::Stage;
 use crate::exact::is_outside;
@@ -58,9 +58,9 @@ impl<'a> Occluders<'a> {
         let apparent = |sphere: &Sphere| radius(sphere) / relative(sphere.center).length();
         let are_large = median(some.iter().map(apparent)).is_none_or(|size| size > SMALL);
         let origin = |lamp: &Lamp| match lamp.origin {
-            Origin::Eye => shadow::Origin::Point(DVec3::ZERO),
-            Origin::Point(position) => shadow::Origin::Point(relative(position)),
-            Origin::Sun(way) => shadow::Origin::Sun(Scaled::new(way).rounded()),
+            LampOrigin::Eye => shadow::Origin::Point(DVec3::ZERO),
+            LampOrigin::Point(position) => shadow::Origin::Point(relative(position)),
+            LampOrigin::Sun(way) => shadow::Origin::Sun(Scaled::new(way).rounded()),
         };
         let spheres: Vec<SphereMet<f64>> = met
             .iter()
@@ -166,10 +166,10 @@ impl<'a> Occluders<'a> {
     /// is outside.
     pub fn own_is_in_the_way(&self, lamp: &Lamp, id: u32) -> bool {
         match (lamp.origin, self.scene.object(id)) {
-            (Origin::Point(position), Some(Object::Sphere(sphere))) => {
+            (LampOrigin::Point(position), Some(Object::Sphere(sphere))) => {
                 is_outside(position, sphere.center, sphere.radius) != Some(false)
             }
-            (Origin::Sun(_), Some(Object::Sphere(_))) => true,
+            (LampOrigin::Sun(_), Some(Object::Sphere(_))) => true,
             _ => false,
         }
     }

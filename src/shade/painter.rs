@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::lit::Lit;
-use super::unlit::Shader;
+use super::unlit::Palette;
 use super::{Colors, Encoding, Lighting, of_any};
 use crate::control::Control;
 use crate::error::Result;
@@ -105,7 +105,7 @@ pub struct Painter<'a> {
 /// How a scene looks.
 enum Look {
     Lit(Lit),
-    Unlit(Shader),
+    Unlit(Palette),
 }
 
 impl<'a> Painter<'a> {
@@ -120,7 +120,7 @@ impl<'a> Painter<'a> {
         debug_assert_eq!(style.n_samples > Samples::ONE, of_samples.is_some());
         let scene = &tracer.prepared().scene;
         let look = match Lighting::new(scene, &pixels.view) {
-            None => Look::Unlit(Shader::new(scene, &style)),
+            None => Look::Unlit(Palette::new(scene, &style)),
             Some(lighting) => Look::Lit(Lit::new(Arc::clone(scene), lighting, style)),
         };
         Painter {
@@ -154,7 +154,7 @@ impl<'a> Painter<'a> {
     /// is lit by a tracer's device, where it has one that does.
     ///
     /// # Errors
-    /// Those of [`Tracer::trace_samples`] and [`Shader::shade`]; [`crate::Error::Interrupted`].
+    /// Those of [`Tracer::trace_samples`] and [`Palette::shade`]; [`crate::Error::Interrupted`].
     pub fn paint(
         &mut self,
         band: &Pixels,

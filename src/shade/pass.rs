@@ -34,9 +34,9 @@ use crate::prepare::{CertifiedLamp, CertifiedLighting};
 use crate::rays::Pixels;
 use crate::scene::Linear;
 use crate::seen::shadow::{Aim, Origin};
-use crate::seen::{Bounds, Light, Met, ShadowRay, Surface, Verdict};
-use order::Order;
-use shadows::{Ball, Extent, Way};
+use crate::seen::{Bounds, LightBounds, Met, ShadowRay, Surface, Verdict};
+use order::SampleOrder;
+use shadows::{BoundingBall, Extent, Way};
 
 /// Roundings of a colour beside one for each lamp and each sample. No test sees it cut: each cosine is granted as much, and
 /// without lamps two roundings are left.
@@ -79,8 +79,8 @@ struct Source<F> {
     casts_shadows: bool,
 }
 
-/// Light in numbers of `F`.
-pub struct Pass<'a, F: Float> {
+/// LightBounds in numbers of `F`.
+pub struct LightPass<'a, F: Float> {
     job: Job<'a>,
     occluders: &'a Occluders<'a>,
     samples: &'a Pixels,
@@ -89,7 +89,7 @@ pub struct Pass<'a, F: Float> {
     listed: Vec<Met<F>>,
     lights: Vec<Source<F>>,
     /// Bounds of the light from nowhere.
-    ambient: Light<F>,
+    ambient: LightBounds<F>,
     /// What a colour is off by, relative.
     width: f64,
 }
@@ -129,7 +129,7 @@ impl<F: Float, const N: usize> Given<F, N> {
 /// Bounds of the colours of some samples.
 #[derive(Clone, Copy)]
 struct Shade<F: Float, const N: usize> {
-    light: Light<Lanes<F, N>>,
+    light: LightBounds<Lanes<F, N>>,
     /// Shadow rays that are looked along.
     n_rays: Lanes<F, N>,
     /// 1 where an object is seen, else 0.
@@ -139,7 +139,7 @@ struct Shade<F: Float, const N: usize> {
 impl<F: Float, const N: usize> Shade<F, N> {
     fn none() -> Self {
         let (zero, none) = (Lanes::lit(0.0), V3([Lanes::lit(0.0); 3]));
-        Shade { light: Light::of(none), n_rays: zero, n_hits: zero }
+        Shade { light: LightBounds::of(none), n_rays: zero, n_hits: zero }
     }
 
     /// Adds another one's numbers.
@@ -168,12 +168,12 @@ pub struct Scratch<F: Float, const N: usize> {
     /// Index of the light that is looked at.
     light: usize,
     packs: Vec<Pack<F, N>>,
-    order: Order<F, N>,
+    order: SampleOrder<F, N>,
     /// Of each light, for all packs.
     given: Vec<Vec<Given<F, N>>>,
     shades: Vec<Shade<F, N>>,
     boxes: Vec<Extent<F, N>>,
-    balls: Vec<Ball>,
+    balls: Vec<BoundingBall>,
     /// Places of listed objects that may be in the way.
     places: Vec<usize>,
     ways: Vec<Way<F, N>>,
@@ -181,7 +181,7 @@ pub struct Scratch<F: Float, const N: usize> {
 }
 
 /// The pixels of a call, and where what is found of them goes.
-pub struct Part<'a, C> {
+pub struct PixelBlock<'a, C> {
     /// Indices of pixels,
     pub pixels: &'a [usize],
     /// and what is known of them already; nothing, or of each.
@@ -195,26 +195,26 @@ pub struct Part<'a, C> {
     pub n_rays: &'a mut u64,
 }
 
-impl<'a> Pass<'a, f32> {
+impl<'a> LightPass<'a, f32> {
     /// In f32; `None` where weights, colours or the rays' origins are out of its range.
     pub fn in_f32(
         job: Job<'a>,
         occluders: &'a Occluders<'a>,
         samples: &'a Pixels,
-    ) -> Option<Pass<'a, f32>> {
+    ) -> Option<LightPass<'a, f32>> {
         let are_in_range =
             samples.longest_direction() <= LONGEST_IN_F32 && samples.spread() <= f32::FARTHEST;
         if !are_in_range || !job.lit.suits_f32() {
             return None;
         }
         let surfaces = Surfaces::in_f32(&occluders.stage, samples.view.lens);
-        let pass = Pass::new(job, occluders, samples, surfaces);
+        let pass = LightPass::new(job, occluders, samples, surfaces);
         (pass.width < 0.5 && pass.surfaces.are_known()).then_some(pass)
     }
 
     /// Its numbers, for a device; `None` where a light is so far away that squares leave the range.
     pub fn lighting(&self) -> Option<CertifiedLighting> {
-        let Pass { job, occluders, surfaces, listed, lights, ambient, width, .. } = self;
+        let LightPass { job, occluders, surfaces, listed, lights, ambient, width, .. } = self;
         let is_far = |light: &Source<f32>| match light.origin {
             Origin::Point(at) => length_bound(at) >= f32::LARGEST_ROOT,
             Origin::Sun(_) => false,
@@ -242,25 +242,25 @@ impl<'a> Pass<'a, f32> {
     }
 }
 
-impl<'a> Pass<'a, f64> {
+impl<'a> LightPass<'a, f64> {
     /// In f64.
     pub fn in_f64(
         job: Job<'a>,
         occluders: &'a Occluders<'a>,
         samples: &'a Pixels,
-    ) -> Pass<'a, f64> {
+    ) -> LightPass<'a, f64> {
         let surfaces = Surfaces::in_f64(&occluders.stage);
-        Pass::new(job, occluders, samples, surfaces)
+        LightPass::new(job, occluders, samples, surfaces)
     }
 }
 
-impl<'a, F: Bounded + Linear> Pass<'a, F> {
+impl<'a, F: Bounded + Linear> LightPass<'a, F> {
     fn new(
         job: Job<'a>,
         occluders: &'a Occluders<'a>,
         samples: &'a Pixels,
         surfaces: Surfaces<'a, F>,
-    ) -> Pass<'a, F> {
+    ) -> LightPass<'a, F> {
         let lighting = &job.lit.lighting;
         let n_terms = lighting.lamps.len() as f64 + f64::from(job.n_samples() as u32).powi(2);
         let lights = lighting.lamps.iter().zip(&occluders.origins).map(|(lamp, &origin)| Source {
@@ -273,10 +273,10 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                 .ambient
                 .map(|part| F::near((F::near(part).to_f64() + sign * F::TINY).max(0.0))))
         };
-        Pass {
+        LightPass {
             lights: lights.collect(),
             listed: occluders.listed_in(),
-            ambient: Light { low: ambient(-1.0), high: ambient(1.0) },
+            ambient: LightBounds { low: ambient(-1.0), high: ambient(1.0) },
             width: of_roundings(n_terms + OF_COLOR, F::ROUNDING).unwrap_or(f64::INFINITY),
             job,
             occluders,
@@ -291,7 +291,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
     /// [`crate::Error::Interrupted`] when `control` was cancelled.
     pub fn find<C: Written, const N: usize>(
         &self,
-        mut part: Part<C>,
+        mut part: PixelBlock<C>,
         control: &Control,
         scratch: &mut Scratch<F, N>,
     ) -> Result<()> {
@@ -464,27 +464,29 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                     color.0[2].0[lane] = F::near(blue);
                 }
             }
-            shade.light = Light::of(color);
+            shade.light = LightBounds::of(color);
         }
         for (number, (pack, shade)) in one_by_one(&*packs).zip(shades).enumerate() {
-            let Light { low, high } = self.ambient;
-            let mut sum = Light { low: V3::splat(low), high: V3::splat(high) };
+            let LightBounds { low, high } = self.ambient;
+            let mut sum = LightBounds { low: V3::splat(low), high: V3::splat(high) };
             for (light, given) in self.lights.iter().zip(&*given) {
                 sum = sum.with(V3::splat(light.weight), given[number].bounds);
             }
             let nothing = is_id(&pack.ids, 0);
             shade.n_hits = Lanes::select(nothing, zero, Lanes::lit(1.0));
-            let Light { low, high } = sum;
-            let sum =
-                Light { low: V3::select(nothing, one, low), high: V3::select(nothing, one, high) };
+            let LightBounds { low, high } = sum;
+            let sum = LightBounds {
+                low: V3::select(nothing, one, low),
+                high: V3::select(nothing, one, high),
+            };
             shade.light = sum.on(shade.light.low);
         }
     }
 
     /// Writes means of samples.
     #[inline(always)]
-    fn write<C: Written, const N: usize>(&self, part: &mut Part<C>, scratch: &Scratch<F, N>) {
-        let Part { pixels, first, out, open, n_rays, .. } = part;
+    fn write<C: Written, const N: usize>(&self, part: &mut PixelBlock<C>, scratch: &Scratch<F, N>) {
+        let PixelBlock { pixels, first, out, open, n_rays, .. } = part;
         let n = self.job.n_samples();
         let background = self.job.color(0).map(C::of);
         let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
@@ -500,7 +502,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                 Background::LeftOut => sum.n_hits.max(one),
                 Background::Shown | Background::Black => Lanes::lit((n * n) as f64),
             };
-            let Light { low, high } = sum.light.mean(n_counted, width);
+            let LightBounds { low, high } = sum.light.mean(n_counted, width);
             let (mut found, mut is_known) = ([[C::default(); 3]; N], [true; N]);
             for channel in 0..3 {
                 let (numbers, are_known) = C::of_lanes(low.0[channel], high.0[channel]);
@@ -556,7 +558,7 @@ fn is_stretch<const N: usize>(pixels: &[usize]) -> bool {
 /// stay in registers, and closures become calls.
 macro_rules! stages {
     ($($stage:ident: $function:ident),+) => {$(
-        struct $stage<'a, 'b, F: Float, const N: usize>(&'a Pass<'b, F>, &'a mut Scratch<F, N>);
+        struct $stage<'a, 'b, F: Float, const N: usize>(&'a LightPass<'b, F>, &'a mut Scratch<F, N>);
 
         impl<F: Bounded + Linear, const N: usize> WithSimd for $stage<'_, '_, F, N> {
             type Output = ();
@@ -575,9 +577,9 @@ stages!(
 
 /// The last stage, of the numbers that a picture has.
 struct Write<'a, 'b, 'c, C, F: Float, const N: usize>(
-    &'a Pass<'b, F>,
+    &'a LightPass<'b, F>,
     &'a Scratch<F, N>,
-    &'a mut Part<'c, C>,
+    &'a mut PixelBlock<'c, C>,
 );
 
 impl<C: Written, F: Bounded + Linear, const N: usize> WithSimd for Write<'_, '_, '_, C, F, N> {

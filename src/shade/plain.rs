@@ -6,14 +6,14 @@
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::lamp::{Lamp, Lighting, Origin};
+use super::lamp::{Lamp, LampOrigin, Lighting};
 use super::lit::Job;
 use super::written::Written;
 use crate::control::Control;
 use crate::error::Result;
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::plain::{Hit, Plain, PlainRay, PlainRays};
-use crate::kernel::{Lists, Objects};
+use crate::kernel::{Lists, ObjectRecords};
 use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3, dispatch};
 use crate::prepare::{PlainLamp, PlainLighting, Prepared, lamp_kind};
 use crate::rays::Pixels;
@@ -84,16 +84,16 @@ fn light_row(
     lights: &mut [[f64; 3]],
 ) -> Result<()> {
     match &here.1.objects {
-        Objects::Lecture(lists) => {
+        ObjectRecords::Lecture(lists) => {
             light_with::<_, _, 16>(&Scene { lists, lighting }, here, row, control, lights)
         }
-        Objects::Stable(lists) => {
+        ObjectRecords::Stable(lists) => {
             light_with::<_, _, 16>(&Scene { lists, lighting }, here, row, control, lights)
         }
-        Objects::Double(lists) => {
+        ObjectRecords::Double(lists) => {
             light_with::<_, _, 8>(&Scene { lists, lighting }, here, row, control, lights)
         }
-        Objects::Certified { .. } => Ok(()),
+        ObjectRecords::Certified { .. } => Ok(()),
     }
 }
 
@@ -122,9 +122,9 @@ fn samples_of_row(job: &Job) -> usize {
 fn lighting_of(coordinates: Coordinates, lighting: &Lighting, epsilon: f64) -> PlainLighting {
     let lamp = |lamp: &Lamp| {
         let (at, kind) = match lamp.origin {
-            Origin::Eye => ([0.0; 3], lamp_kind::EYE),
-            Origin::Point(position) => (coordinates.of(position).to_array(), lamp_kind::POINT),
-            Origin::Sun(direction) => ((-direction).to_array(), lamp_kind::SUN),
+            LampOrigin::Eye => ([0.0; 3], lamp_kind::EYE),
+            LampOrigin::Point(position) => (coordinates.of(position).to_array(), lamp_kind::POINT),
+            LampOrigin::Sun(direction) => ((-direction).to_array(), lamp_kind::SUN),
         };
         PlainLamp { at, kind, weight: lamp.weight, shadows: lamp.shadows }
     };
@@ -297,10 +297,10 @@ impl PlainPoint {
     pub fn new(prepared: &Prepared, rays: &Rays, lighting: &Lighting) -> Option<PlainPoint> {
         let lighting = &lighting_of(prepared.coordinates(), lighting, 0.0);
         match &prepared.objects {
-            Objects::Lecture(lists) => point(&Scene { lists, lighting }, prepared, rays),
-            Objects::Stable(lists) => point(&Scene { lists, lighting }, prepared, rays),
-            Objects::Double(lists) => point(&Scene { lists, lighting }, prepared, rays),
-            Objects::Certified { .. } => None,
+            ObjectRecords::Lecture(lists) => point(&Scene { lists, lighting }, prepared, rays),
+            ObjectRecords::Stable(lists) => point(&Scene { lists, lighting }, prepared, rays),
+            ObjectRecords::Double(lists) => point(&Scene { lists, lighting }, prepared, rays),
+            ObjectRecords::Certified { .. } => None,
         }
     }
 }

@@ -16,27 +16,27 @@ use crate::trace::SampleIds;
 /// pixel.
 ///
 /// ```
-/// # use kugelblitz::{scene::{Color, Scene}, shade::{Colors, Encoding, Shader, Style}};
+/// # use kugelblitz::{scene::{Color, Scene}, shade::{Colors, Encoding, Palette, Style}};
 /// let scene = Scene { background: Color([0.0, 1.0, 0.0]), ..Scene::default() };
 /// let mut colors = Colors::new(Encoding::Srgb8);
-/// Shader::new(&scene, &Style::new(Encoding::Srgb8)).shade(&[0], &mut colors)?;
+/// Palette::new(&scene, &Style::new(Encoding::Srgb8)).shade(&[0], &mut colors)?;
 /// assert_eq!(colors, Colors::Srgb8(vec![[0, 255, 0]]));
 /// # Ok::<(), kugelblitz::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Shader {
+pub struct Palette {
     /// By id; the background's first.
     palette: Colors,
     background: Background,
 }
 
-impl Shader {
+impl Palette {
     /// A shader for the objects of `scene`.
-    pub fn new(scene: &Scene, style: &Style) -> Shader {
+    pub fn new(scene: &Scene, style: &Style) -> Palette {
         let colors = (0..=scene.n_objects() as u32).map(|id| color(scene, style.background, id));
         let mut palette = Colors::new(style.encoding);
         of_any!(&mut palette, palette => palette.extend(colors.map(|color| color.map(Written::of))));
-        Shader { palette, background: style.background }
+        Palette { palette, background: style.background }
     }
 
     /// Bytes of memory for the colours of `n_objects` objects and for those of `n_pixels` pixels.

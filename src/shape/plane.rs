@@ -4,11 +4,11 @@ use dashu_int::IBig;
 use glam::DVec3;
 
 use super::Side;
-use crate::exact::{ExactRay, Real, Root, primitive, product3, real3, signum};
+use crate::exact::{Dyadic, ExactRay, Root, primitive, product3, real3, signum};
 
 /// Numerator `N = (p − o)·n` and denominator `M = d·n` of a plane, for the ray's own (scaled)
 /// origin and direction.
-fn plane_quotient(ray: &ExactRay, point: DVec3, normal: DVec3) -> Option<(Real, Real)> {
+fn plane_quotient(ray: &ExactRay, point: DVec3, normal: DVec3) -> Option<(Dyadic, Dyadic)> {
     let n = real3(normal)?;
     Some((product3(&ray.to_point(point)?, &n), product3(ray.direction(), &n)))
 }
@@ -33,7 +33,7 @@ pub(crate) fn plane_normal(normal: DVec3) -> Option<[Root; 3]> {
     }
     Some(std::array::from_fn(|i| {
         let radicand = &n[i] * &n[i] * &norm_squared;
-        Root::new(Real::zero(), signum(&n[i]), radicand, norm_squared.clone(), 1)
+        Root::new(Dyadic::zero(), signum(&n[i]), radicand, norm_squared.clone(), 1)
     }))
 }
 
@@ -67,7 +67,7 @@ impl PlanePlace {
     /// `None` for a normal of 0 and where a number is not finite.
     pub fn new(point: DVec3, normal: DVec3) -> Option<PlanePlace> {
         let normal = primitive(&real3(normal)?)?;
-        let n = normal.each_ref().map(|x| Real::from(x.clone()));
+        let n = normal.each_ref().map(|x| Dyadic::from(x.clone()));
         Some(PlanePlace { offset: product3(&real3(point)?, &n).shortest(), normal })
     }
 }

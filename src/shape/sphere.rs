@@ -3,14 +3,14 @@
 use glam::DVec3;
 
 use super::Side;
-use crate::exact::{ExactRay, Real, Root, double, integer, product3, real, signum};
-use crate::rays::Ray;
+use crate::exact::{Dyadic, ExactRay, Root, double, integer, product3, real, signum};
+use crate::rays::WorldRay;
 
 /// The coefficients of a sphere in half-b form, for the ray's own (scaled) origin and direction:
 /// `a·τ² − 2b'·τ + k = 0` with `b' = d·L`, `L = c − o`, `k = L·L − r²`.
 struct HalfB {
-    b: Real,
-    k: Real,
+    b: Dyadic,
+    k: Dyadic,
 }
 
 impl HalfB {
@@ -21,7 +21,7 @@ impl HalfB {
     }
 
     /// A quarter of the discriminant: `D' = b'² − a·k`.
-    fn quarter_discriminant(&self, a: &Real) -> Real {
+    fn quarter_discriminant(&self, a: &Dyadic) -> Dyadic {
         &self.b * &self.b - a * &self.k
     }
 }
@@ -114,6 +114,6 @@ pub fn signum_of_discriminant(ray: &ExactRay, center: DVec3, radius: f64) -> Opt
 
 /// True where a point lies outside of a sphere (not on it); `None` where a number is not finite.
 pub fn is_outside(point: DVec3, center: DVec3, radius: f64) -> Option<bool> {
-    let ray = ExactRay::new(&Ray { origin: point, direction: DVec3::X });
+    let ray = ExactRay::new(&WorldRay { origin: point, direction: DVec3::X });
     Some(signum(&HalfB::new(&ray, center, radius)?.k) > 0)
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use kugelblitz::num::ulp_distance;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Ray, Rays};
+use kugelblitz::trace::{Hits, Kernel, Rays, WorldRay};
 use kugelblitz_tests::{broken, gpu, plane, runs, scene, sphere, text_of, traced};
 use serde_json::Value;
 
@@ -36,7 +36,7 @@ impl HardCase {
         HardCase {
             name: case["name"].as_str().expect("a name").to_owned(),
             scene: Arc::new(scene(spheres, planes)),
-            rays: Rays::List(vec![Ray { origin: vector("o"), direction: vector("d") }]),
+            rays: Rays::List(vec![WorldRay { origin: vector("o"), direction: vector("d") }]),
             t: case["hit"].as_bool().expect("hit or miss").then(|| number(&case["t_bits"])),
         }
     }

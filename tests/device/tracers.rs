@@ -9,7 +9,7 @@ use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Scene, Sphere};
-use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants, WorldRay};
 use kugelblitz::tracer::Tracer;
 use kugelblitz_judge::compare::compare;
 use kugelblitz_tests::{broken, camera, gpu, in_cube, plane, runs, scene, sphere, traced};
@@ -30,9 +30,9 @@ fn uniform(seed: u64, n: usize) -> Vec<Sphere> {
 }
 
 /// Rays into them.
-fn list(seed: u64) -> Vec<Ray> {
+fn list(seed: u64) -> Vec<WorldRay> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let ray = |_| Ray { origin: in_cube(&mut rng) * 3.0, direction: in_cube(&mut rng) };
+    let ray = |_| WorldRay { origin: in_cube(&mut rng) * 3.0, direction: in_cube(&mut rng) };
     (0..20_000).map(ray).collect()
 }
 
@@ -89,7 +89,7 @@ fn rays_that_the_scene_was_not_prepared_for_are_refused() {
     let (scene, _) = a_ball();
     let view = |x: f64| View::new(&camera(DVec3::X * x, DVec3::NEG_Z));
     let list = |x: f64| {
-        let ray = |x: f64| Ray { origin: DVec3::X * x, direction: DVec3::NEG_Z };
+        let ray = |x: f64| WorldRay { origin: DVec3::X * x, direction: DVec3::NEG_Z };
         Rays::List(vec![ray(x), ray(-x)])
     };
     let picture = |x: f64, width: u32| Rays::Pixels(Pixels::whole(view(x), width, 20));

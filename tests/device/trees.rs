@@ -15,7 +15,7 @@ use kugelblitz::num::{OPEN, V3};
 use kugelblitz::prepare::{Prepared, Scaled};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Projection, Sphere};
-use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants, WorldRay};
 use kugelblitz::tracer::Tracer;
 use kugelblitz_judge::compare::compare;
 use kugelblitz_judge::verify::{Truth, compare_to_exact, sample};
@@ -60,7 +60,7 @@ fn a_flight_through_a_cloud_needs_few_shaders() {
         keys.insert(prepared.shader_key(Wants::default()));
         assert_eq!(seen(prepared.clone(), &rays), seen(anew, &rays));
         if step % 20 == 0 {
-            let list = Rays::List(vec![Ray { origin: DVec3::Z, direction: DVec3::X }]);
+            let list = Rays::List(vec![WorldRay { origin: DVec3::Z, direction: DVec3::X }]);
             let of_list = renewed(Some(&prepared), &list);
             assert_eq!(seen(of_list, &list), seen(renewed(None, &list), &list));
         }
@@ -104,7 +104,7 @@ fn rays_that_touch_a_sphere_meet_its_box() {
             let off = [0.0, 1e-16, 1e-12, 1e-9][index % 4] * rng.random_range(-1.0..1.0);
             let away = 2f64.powi(rng.random_range(-2..8)) * radius;
             let origin = center + up * (radius * (1.0 + off)) - across * away;
-            aimed.push(Ray { origin, direction: across * 2f64.powi(rng.random_range(-3..4)) });
+            aimed.push(WorldRay { origin, direction: across * 2f64.powi(rng.random_range(-3..4)) });
         }
         let scene = Arc::new(scene(spheres.clone(), vec![]));
         let rays = Rays::List(aimed.clone());

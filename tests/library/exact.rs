@@ -1,14 +1,16 @@
 //! The exact module: dashu's numbers, decimals, and single facts. That it sees what is there is the matrix's to say.
 
 use glam::{DVec3, dvec3};
-use kugelblitz::exact::{ExactRay, Real, Root, Shape, Side, nearest, real, signum, sphere_numbers};
-use kugelblitz::trace::Ray;
+use kugelblitz::exact::{
+    Dyadic, ExactRay, Root, Shape, Side, nearest, real, signum, sphere_numbers,
+};
+use kugelblitz::trace::WorldRay;
 
 /// Would notice a version of dashu that rounds.
 #[test]
 fn sums_and_products_are_exact() {
     let x = |value: f64| real(value).unwrap();
-    let zero = Real::zero();
+    let zero = Dyadic::zero();
     let (large, small) = (x(2f64.powi(1000)), x(2f64.powi(-1000)));
     let sum = &large + &small;
     assert_eq!(&sum - &large, small);
@@ -37,7 +39,7 @@ fn plane(point: DVec3, normal: DVec3) -> Shape {
 }
 
 fn list(origin: DVec3, direction: DVec3) -> ExactRay {
-    ExactRay::new(&Ray { origin, direction })
+    ExactRay::new(&WorldRay { origin, direction })
 }
 
 #[test]

@@ -9,7 +9,7 @@ use kugelblitz::control::Control;
 use kugelblitz::host;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants, WorldRay};
 use kugelblitz::tracer::Tracer;
 use kugelblitz::{Error, Result};
 use kugelblitz_tests::{plane, sphere};
@@ -46,7 +46,7 @@ fn scene() -> Arc<Scene> {
 
 /// Undecided in f32: it touches the sphere.
 fn rays() -> Rays {
-    Rays::List(vec![Ray { origin: DVec3::X, direction: DVec3::NEG_Z }; 3])
+    Rays::List(vec![WorldRay { origin: DVec3::X, direction: DVec3::NEG_Z }; 3])
 }
 
 fn prepare(kernel: Kernel) -> Result<Arc<Prepared>> {
@@ -118,7 +118,7 @@ fn many_scenes_are_prepared_side_by_side() {
     use rayon::prelude::*;
 
     let scene = scene();
-    let rays = Rays::List(vec![Ray { origin: DVec3::ZERO, direction: DVec3::Z }]);
+    let rays = Rays::List(vec![WorldRay { origin: DVec3::ZERO, direction: DVec3::Z }]);
     let prepare = |_| Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).is_ok();
     assert!((0..200_000).into_par_iter().all(prepare));
 }

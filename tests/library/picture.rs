@@ -10,10 +10,10 @@ use glam::DVec3;
 use image::DynamicImage;
 use kugelblitz::control::Control;
 use kugelblitz::output::{OutputFile, commit};
-use kugelblitz::picture::{Bits, Format, PictureOptions, PictureWriter, write_hits};
+use kugelblitz::picture::{ChannelBits, Format, PictureOptions, PictureWriter, write_hits};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Color, Plane, Scene};
-use kugelblitz::shade::{Colors, Encoding, Shader, Style};
+use kugelblitz::shade::{Colors, Encoding, Palette, Style};
 use kugelblitz::trace::{Coverage, Hits};
 use kugelblitz::{Error, Result};
 use rand::{Rng, RngExt, SeedableRng};
@@ -25,8 +25,8 @@ const SEED: u64 = 20_240_611;
 type Channels = BTreeMap<String, Vec<u32>>;
 
 const EIGHT: PictureOptions =
-    PictureOptions { bits: Bits::Eight, certificates: false, transparent: false };
-const SIXTEEN: PictureOptions = PictureOptions { bits: Bits::Sixteen, ..EIGHT };
+    PictureOptions { bits: ChannelBits::Eight, certificates: false, transparent: false };
+const SIXTEEN: PictureOptions = PictureOptions { bits: ChannelBits::Sixteen, ..EIGHT };
 const CERTIFICATES: PictureOptions = PictureOptions { certificates: true, ..EIGHT };
 const TRANSPARENT: [PictureOptions; 3] =
     [with_alpha(EIGHT), with_alpha(SIXTEEN), with_alpha(CERTIFICATES)];
@@ -172,7 +172,7 @@ impl Made {
 /// A picture of 4 × 3 pixels in a file of this format.
 pub fn small_file(format: Format) -> Vec<u8> {
     let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
-    let made = Made::new(rng, format.encoding(Bits::Eight), 12, 1);
+    let made = Made::new(rng, format.encoding(ChannelBits::Eight), 12, 1);
     made.file(format, EIGHT, &whole(4, 3), 3).unwrap()
 }
 
@@ -346,7 +346,7 @@ fn every_srgb_value_comes_out_as_the_file_names_it() {
         Scene { background: planes[0].color, planes: planes[1..].into(), ..Scene::default() };
     let shaded = |encoding, ids: &[u32]| {
         let mut colors = Colors::new(encoding);
-        Shader::new(&scene, &Style::new(encoding)).shade(ids, &mut colors).map(|()| colors)
+        Palette::new(&scene, &Style::new(encoding)).shade(ids, &mut colors).map(|()| colors)
     };
     let ids: Vec<u32> = (0..256).collect();
     let twice = srgb.iter().map(|rgb| rgb.map(|byte| u16::from(byte) * 257)).collect();
@@ -414,7 +414,7 @@ fn what_does_not_fit_is_refused() {
         let begin = |options| {
             PictureWriter::create(format, options, &whole(4, 2), Cursor::new(Vec::new()), "m")
         };
-        let made = Made::new(rng, format.encoding(Bits::Eight), 8, 4);
+        let made = Made::new(rng, format.encoding(ChannelBits::Eight), 8, 4);
         let rows = |made: &Made, n_rows| {
             begin(CERTIFICATES).unwrap().rows(&made.colors, &made.hits, n_rows)
         };
@@ -465,7 +465,7 @@ fn what_does_not_fit_is_refused() {
 fn a_picture_without_its_last_rows_is_refused() {
     for format in Format::ALL {
         let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
-        let made = Made::new(rng, format.encoding(Bits::Eight), 8 * 8, 1);
+        let made = Made::new(rng, format.encoding(ChannelBits::Eight), 8 * 8, 1);
         let sink = Cursor::new(Vec::new());
         let mut writer = PictureWriter::create(format, EIGHT, &whole(8, 8), sink, "m").unwrap();
         made.part(0, 32).put(&mut writer, EIGHT, 4).unwrap();

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use kugelblitz::gpu::compile;
-use kugelblitz::kernel::Float;
-use kugelblitz::prepare::{FEW_SPHERES, Finding, LightKey, Prepared, ShaderKey};
+use kugelblitz::kernel::FloatType;
+use kugelblitz::prepare::{FEW_SPHERES, LightKey, Prepared, ShaderKey, SphereSearch};
 use kugelblitz::rays::{Bundle, Pixels, View};
 use kugelblitz::trace::{Kernel, Rays, Wants};
 use kugelblitz_tests::{camera, scene, sphere};
@@ -99,7 +99,7 @@ fn bindings(words: &[u32]) -> Vec<u32> {
     numbers
 }
 
-fn key(kernel: Kernel, bundle: Bundle, spheres: Finding) -> ShaderKey {
+fn key(kernel: Kernel, bundle: Bundle, spheres: SphereSearch) -> ShaderKey {
     ShaderKey {
         kernel,
         bundle,
@@ -114,7 +114,7 @@ fn key(kernel: Kernel, bundle: Bundle, spheres: Finding) -> ShaderKey {
 
 /// All that the program can ask for.
 fn all_keys() -> Vec<ShaderKey> {
-    use Finding::{Listed, Tree};
+    use SphereSearch::{Listed, Tree};
     let mut all = Vec::new();
     for kernel in Kernel::ALL {
         let is_certified = kernel == Kernel::Certified;
@@ -144,7 +144,7 @@ fn keys_of_plain_light() -> Vec<ShaderKey> {
         for bundle in [Bundle::Point, Bundle::Parallel] {
             for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (40, 2), (200, 150)] {
                 for n_lamps in [0, 3, 100, 1000] {
-                    let key = key(kernel, bundle, Finding::Listed);
+                    let key = key(kernel, bundle, SphereSearch::Listed);
                     let light = Some(LightKey::Plain { n_lamps });
                     all.push(ShaderKey { n_spheres, n_planes, light, ..key });
                 }
@@ -161,7 +161,7 @@ fn keys_of_certified_light() -> Vec<ShaderKey> {
         for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (150, 2)] {
             for (n_lamps, n_samples) in [(0, 1), (3, 1), (3, 3), (100, 4)] {
                 let light = LightKey::Certified { n_samples, n_lamps, n_spheres, n_planes };
-                let key = key(Kernel::Certified, bundle, Finding::Listed);
+                let key = key(Kernel::Certified, bundle, SphereSearch::Listed);
                 all.push(ShaderKey { n_spheres, n_planes, light: Some(light), ..key });
                 all.push(ShaderKey { close: n_spheres > 0, ..all[all.len() - 1] });
             }
@@ -178,7 +178,7 @@ fn spirv(key: &ShaderKey) -> Vec<u32> {
 #[test]
 fn sabotage_a_missing_decoration_is_noticed() {
     for kernel in Kernel::ALL {
-        let words = spirv(&key(kernel, Bundle::Point, Finding::Listed));
+        let words = spirv(&key(kernel, Bundle::Point, SphereSearch::Listed));
         let mut n_removed = 0;
         for at in 5..words.len() - 2 {
             if words[at] == (3 << 16 | 71) && words[at + 2] == 42 {
@@ -193,7 +193,7 @@ fn sabotage_a_missing_decoration_is_noticed() {
 
 #[test]
 fn sabotage_what_nothing_uses_is_noticed() {
-    let words = spirv(&key(Kernel::Certified, Bundle::Point, Finding::Listed));
+    let words = spirv(&key(Kernel::Certified, Bundle::Point, SphereSearch::Listed));
     let is_call = |(op, _): &(u32, &[u32])| *op == 57;
     let kept = walk(&words).into_iter().filter(|instruction| !is_call(instruction));
     let kept = kept
@@ -208,7 +208,7 @@ fn n_bindings(key: &ShaderKey) -> usize {
         // Results, parameters; the list of rays; the tree.
         None => {
             let list = usize::from(key.bundle == Bundle::Free);
-            let tree = if key.spheres == Finding::Tree { 3 } else { 0 };
+            let tree = if key.spheres == SphereSearch::Tree { 3 } else { 0 };
             2 + objects + list + tree + if key.surface { 2 } else { 0 }
         }
         // Parameters and results, colours, the ends of bytes, and what is the same for all; and of lamps these and what may be
@@ -238,7 +238,7 @@ fn a_shader_has_what_it_is_asked_for() {
         assert_eq!(bindings(&words), without_gaps, "{key:?}");
         assert_eq!(unused(&words), [0; 0], "{key:?}");
         let asks = walk(&words).contains(&(OP_CAPABILITY, &[FLOAT64][..]));
-        assert_eq!(asks, key.kernel.about().float == Float::F64, "{key:?}");
+        assert_eq!(asks, key.kernel.about().float == FloatType::F64, "{key:?}");
         if key.n_planes > 0 && key.light.is_none() {
             let without = spirv(&ShaderKey { n_planes: 0, ..key });
             assert!(check_no_contraction(&without).unwrap() < n_floats, "{key:?}");
@@ -255,7 +255,7 @@ fn a_tree_only_where_there_are_many_spheres() {
         let scene = Arc::new(scene(spheres, vec![]));
         for kernel in Kernel::ALL {
             let prepared = Prepared::new(Arc::clone(&scene), kernel, &rays).unwrap();
-            let has_tree = prepared.shader_key(Wants::default()).spheres == Finding::Tree;
+            let has_tree = prepared.shader_key(Wants::default()).spheres == SphereSearch::Tree;
             let is_many = kernel == Kernel::Certified && n > FEW_SPHERES;
             assert_eq!(has_tree, is_many, "{n} spheres, {}", kernel.name());
         }

@@ -7,7 +7,7 @@ use clap::{ArgGroup, Args, Parser, Subcommand, value_parser};
 use kugelblitz::device::DeviceChoice;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
-use kugelblitz::trace::{Kernel, Ray};
+use kugelblitz::trace::{Kernel, WorldRay};
 use kugelblitz_judge::explain::{DEFAULT_DIGITS, Lang, MAX_DIGITS};
 use kugelblitz_judge::export::Language;
 use kugelblitz_judge::show::Show;
@@ -279,7 +279,7 @@ pub struct ExplainArgs {
         allow_hyphen_values = true,
         conflicts_with_all = ["size", "crop"]
     )]
-    pub ray: Option<Ray>,
+    pub ray: Option<WorldRay>,
     /// Explain all objects, but at most the nearest 1000 [default: the nearest 20]
     #[arg(long)]
     pub all: bool,
@@ -335,7 +335,7 @@ pub struct ReportArgs {
     pub rounds: Option<NonZeroUsize>,
 }
 
-/// Write a scene for another renderer: POV-Ray or Tachyon
+/// Write a scene for another renderer: POV-WorldRay or Tachyon
 ///
 /// The same objects and camera, with flat colours: no light, no shadow, no reflection.
 #[derive(Args)]

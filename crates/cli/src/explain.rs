@@ -6,7 +6,7 @@ use glam::DVec3;
 use kugelblitz::device::Device;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
-use kugelblitz::trace::{Ray, Rays};
+use kugelblitz::trace::{Rays, WorldRay};
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::compare::ObjectCounts;
 use kugelblitz_judge::explain::{DEFAULT_OBJECTS, Explanation, Style, explain_as, latex, text};
@@ -70,7 +70,7 @@ fn one_pixel(pixels: Pixels, [x, y]: [i64; 2]) -> Result<Pixels> {
     })
 }
 
-fn usable(ray: Ray) -> Result<Ray> {
+fn usable(ray: WorldRay) -> Result<WorldRay> {
     if !ray.origin.is_finite() || !ray.direction.is_finite() {
         return wrong_usage("--ray has a number that is not finite");
     }

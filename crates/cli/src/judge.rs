@@ -8,7 +8,7 @@ use kugelblitz::picture::{Image, read_image, read_rays};
 use kugelblitz::plain::Shown;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Kernel, Ray, Rays};
+use kugelblitz::trace::{Kernel, Rays, WorldRay};
 use kugelblitz::words::count;
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::judge::{
@@ -233,7 +233,7 @@ fn explain(scene: &Path, rays: &Rays, ray: usize) -> String {
             format!("kugelblitz explain {scene} --pixel {x},{y} --size {w}x{h}")
         }
         Rays::List(rays) => {
-            let Ray { origin, direction } = rays[ray];
+            let WorldRay { origin, direction } = rays[ray];
             let numbers = [origin.to_array(), direction.to_array()].concat();
             let numbers: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
             format!("kugelblitz explain {scene} --ray={}", numbers.join(","))

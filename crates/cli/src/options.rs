@@ -9,7 +9,7 @@ use clap::value_parser;
 use glam::DVec3;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{ImageSize, Samples, Scene};
-use kugelblitz::trace::{Kernel, Ray};
+use kugelblitz::trace::{Kernel, WorldRay};
 use kugelblitz::{Error, Result};
 
 use crate::args::{SizeArgs, WholeArgs};
@@ -75,10 +75,10 @@ pub fn parse_pixel(text: &str) -> Result<[i64; 2], String> {
 }
 
 /// Reads `OX,OY,OZ,DX,DY,DZ`, which may point nowhere.
-pub fn parse_ray(text: &str) -> Result<Ray, String> {
+pub fn parse_ray(text: &str) -> Result<WorldRay, String> {
     let [ox, oy, oz, dx, dy, dz] = numbers(text)
         .ok_or("give six numbers, the origin's and the direction's, e.g. 0,1,6,0,0,-1")?;
-    Ok(Ray { origin: DVec3::new(ox, oy, oz), direction: DVec3::new(dx, dy, dz) })
+    Ok(WorldRay { origin: DVec3::new(ox, oy, oz), direction: DVec3::new(dx, dy, dz) })
 }
 
 /// Numbers between commas.

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use kugelblitz::device::rays_of_picture;
 use kugelblitz::memory::Available;
 use kugelblitz::output::OutputFile;
-use kugelblitz::picture::{Bits, Format, PictureOptions};
+use kugelblitz::picture::{ChannelBits, Format, PictureOptions};
 use kugelblitz::plain::Shown;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
@@ -256,8 +256,8 @@ fn what_to_write(args: &RenderArgs, output: &Path, run: &Run) -> Result<(Format,
                 "--bits {bits} is for png and ppm; {format} always holds 32-bit floats"
             ));
         }
-        Some("16") => Bits::Sixteen,
-        _ => Bits::Eight,
+        Some("16") => ChannelBits::Sixteen,
+        _ => ChannelBits::Eight,
     };
     let (certificates, transparent) = (args.certificates, args.transparent);
     let options = PictureOptions { bits, certificates, transparent };

@@ -8,7 +8,7 @@ use kugelblitz::output::OutputFile;
 use kugelblitz::picture::{STDIN, read_rays, write_hits};
 use kugelblitz::plain::Shown;
 use kugelblitz::render::{Rendered, hits_bytes};
-use kugelblitz::trace::{Hits, Ray, Rays, Wants};
+use kugelblitz::trace::{Hits, Rays, Wants, WorldRay};
 use kugelblitz::words::count;
 use kugelblitz::{Error, Result};
 
@@ -74,7 +74,7 @@ fn refuse_what_cannot_fit(rays: &Path, wants: Wants) -> Result<()> {
     }
     let file_bytes = std::fs::metadata(rays).map_err(Error::io(rays))?.len();
     let n_rays = file_bytes / FILE_RAY_BYTES;
-    let ray_bytes = size_of::<Ray>() + size_of::<u32>();
+    let ray_bytes = size_of::<WorldRay>() + size_of::<u32>();
     let needed = n_rays * ray_bytes as u64 + hits_bytes(n_rays, wants);
     let what = format!("{}: tracing its {n_rays} rays", rays.shown());
     memory::require(what, needed, "give the rays in parts")

@@ -9,7 +9,7 @@ use kugelblitz::generate::{Distribution, Recipe};
 use kugelblitz::random::SplitMix;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
-use kugelblitz::trace::{Kernel, Ray, Rays};
+use kugelblitz::trace::{Kernel, Rays, WorldRay};
 use kugelblitz_judge::verify::{Truth, sample};
 
 use super::measure::{Subject, Work, n_pixels};
@@ -204,9 +204,9 @@ impl<'a> Work<'a> {
             };
             let tangent = (pass / distance).min(1.0).asin().tan();
             let (sine, cosine) = (random.unit() * std::f64::consts::TAU).sin_cos();
-            Ray { origin: DVec3::ZERO, direction: axis + tangent * (cosine * u + sine * v) }
+            WorldRay { origin: DVec3::ZERO, direction: axis + tangent * (cosine * u + sine * v) }
         };
-        let rays: Vec<Ray> = (0..DISTANCE_RAYS).map(ray).collect();
+        let rays: Vec<WorldRay> = (0..DISTANCE_RAYS).map(ray).collect();
         let scene = scene_of(None, vec![sphere(center, 1.0)], Vec::new());
         let truth = Truth::of_list(&scene, &rays, self.control)?;
         Ok(Subject { scene, rays: Rays::List(rays), truth: Some(truth), n_rounds: 0 })

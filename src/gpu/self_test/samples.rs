@@ -39,7 +39,7 @@ const WIDE: [i32; 2] = [-104, 120];
 /// denominators' neighbourhood.
 pub const LARGEST_RESULT_EXPONENT: i32 = 126;
 
-/// Operations that round, as places in [`Float::expected`].
+/// Operations that round, as places in [`SampledFloat::expected`].
 pub const SUM: usize = 0;
 pub const PRODUCT: usize = 1;
 pub const QUOTIENT: usize = 2;
@@ -81,7 +81,7 @@ pub struct Outcome<F> {
 }
 
 /// All samples of a type.
-pub fn samples<F: Float>() -> Vec<Sample<F>> {
+pub fn samples<F: SampledFloat>() -> Vec<Sample<F>> {
     let mut random = SplitMix::new(1);
     let sorts = Sort::ALL.into_iter().flat_map(|sort| std::iter::repeat_n(sort, OF_EACH_SORT));
     sorts
@@ -117,7 +117,7 @@ fn texel(random: &mut SplitMix) -> [u32; 4] {
 }
 
 /// A float type that the self-test can look at.
-pub trait Float: Pod + PartialOrd {
+pub trait SampledFloat: Pod + PartialOrd {
     /// WGSL's name of the type.
     const WGSL: &'static str;
     /// Two operands, none of them 0 but for [`Sort::Large`].
@@ -146,7 +146,7 @@ pub trait Float: Pod + PartialOrd {
 
 macro_rules! float {
     ($float:ident, $bits:ident, $wgsl:literal, $mantissa:literal, $bias:literal, $steps:path) => {
-        impl Float for $float {
+        impl SampledFloat for $float {
             const WGSL: &'static str = $wgsl;
 
             fn operands(random: &mut SplitMix, sort: Sort) -> [Self; 2] {

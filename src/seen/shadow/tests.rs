@@ -7,12 +7,12 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay, Shape, visible_root};
 use crate::guard::tests::worst::{UNIT, Worst, assert_tight, worst};
-use crate::rays::Ray;
+use crate::rays::WorldRay;
 use crate::seen::{PlaneMet, SphereMet};
 
 /// A point in a plane across the x axis, where a ray along that meets it: a point of f64, exactly.
 fn exact_point(at: DVec3) -> ExactPoint {
-    let ray = ExactRay::new(&Ray { origin: at - DVec3::X, direction: DVec3::X });
+    let ray = ExactRay::new(&WorldRay { origin: at - DVec3::X, direction: DVec3::X });
     let plane = Shape::Plane { point: at, normal: DVec3::X };
     let (root, side) = visible_root(&ray, &plane).unwrap();
     let point = ExactPoint::new(&ray, &ExactHit { id: 1, root, side });

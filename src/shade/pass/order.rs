@@ -8,7 +8,7 @@ use crate::num::{Float, Lanes};
 
 /// How samples are put side by side that see one object.
 #[derive(Default)]
-pub struct Order<F: Float, const N: usize> {
+pub struct SampleOrder<F: Float, const N: usize> {
     /// Ids and offsets in the order of pixels.
     before: Vec<([u32; N], [Lanes<F, N>; 2])>,
     /// Ids, and below each the lane in the order of pixels.
@@ -19,11 +19,11 @@ pub struct Order<F: Float, const N: usize> {
     shades: Vec<Shade<F, N>>,
 }
 
-impl<F: Float, const N: usize> Order<F, N> {
+impl<F: Float, const N: usize> SampleOrder<F, N> {
     /// Puts samples side by side that see one object.
     #[inline(always)]
     pub fn sort(&mut self, packs: &mut [Pack<F, N>], n_spheres: u32) {
-        let Order { before, from, to, .. } = self;
+        let SampleOrder { before, from, to, .. } = self;
         to.clear();
         let first = packs[0].ids[0];
         if packs.iter().all(|pack| pack.is_uniform() && pack.ids[0] == first) {

@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::{Pass, Scratch};
+use super::{LightPass, Scratch};
 use crate::bvh::{Bvh, Corners, Enter, Node, Visitor};
 use crate::certify::{Pack, is_id};
 use crate::guard::host::Bounded;
@@ -32,7 +32,7 @@ pub struct Extent<F: Float, const N: usize> {
 }
 
 /// A ball around points of one object.
-pub struct Ball {
+pub struct BoundingBall {
     id: u32,
     /// Whether some are seen from inside.
     has_back: bool,
@@ -78,7 +78,7 @@ impl<F: Float, const N: usize> Extent<F, N> {
     /// From the middle of all lanes the true points are as far as half a diagonal of their box, the middle's own rounding, and
     /// the largest error.
     #[inline(always)]
-    pub fn ball(&self) -> Ball {
+    pub fn ball(&self) -> BoundingBall {
         let [low, high] = self.ends();
         let half = (high - low) * 0.5;
         let middle = low + half;
@@ -86,7 +86,7 @@ impl<F: Float, const N: usize> Extent<F, N> {
         let rounding = f64::UNIT * middle.length();
         let reach = 1.01 * length_bound(half) + rounding + most(self.error);
         let middle = V3(middle.to_array());
-        Ball { id: self.id, has_back: most(self.back) > 0.0, middle, reach }
+        BoundingBall { id: self.id, has_back: most(self.back) > 0.0, middle, reach }
     }
 }
 
@@ -118,7 +118,7 @@ impl<F: Float, const N: usize> Way<F, N> {
     }
 }
 
-impl<F: Bounded + Linear> Pass<'_, F> {
+impl<F: Bounded + Linear> LightPass<'_, F> {
     /// The points that samples see, by objects.
     #[inline(always)]
     pub fn gather<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
@@ -157,7 +157,7 @@ impl<F: Bounded + Linear> Pass<'_, F> {
         let given = &mut given[*index];
         let (light, lamp) = (&self.lights[*index], &self.job.lit.lighting.lamps[*index]);
         let aim = Aim::new(light.origin);
-        for &mut Ball { id, has_back, middle, reach } in balls {
+        for &mut BoundingBall { id, has_back, middle, reach } in balls {
             let mut both = packs.iter().zip(&*given);
             if !both.any(|(pack, given)| given.is_lit && pack.sees(id)) {
                 continue;
@@ -237,7 +237,7 @@ impl<F: Bounded + Linear> Pass<'_, F> {
 
 /// Looks for what is in the way of light to points of one object.
 struct Darken<'a, 'b, F: Float, const N: usize> {
-    pass: &'a Pass<'b, F>,
+    pass: &'a LightPass<'b, F>,
     bvh: &'a Bvh,
     /// Their object, which is not in their way.
     own: u32,

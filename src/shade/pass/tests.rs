@@ -108,14 +108,20 @@ impl Written for Untold {
 
 /// Bounds of the colours of some pixels of a row.
 fn bounds<F: Bounded + Linear, const N: usize>(
-    pass: &Pass<F>,
+    pass: &LightPass<F>,
     pixels: &[usize],
     scratch: &mut Scratch<F, N>,
 ) -> Vec<Open> {
     let (mut open, mut n_rays, first) = (Vec::new(), 0, pixels[0]);
     let mut out = vec![[Untold; 3]; pixels[pixels.len() - 1] + 1 - first];
-    let part =
-        Part { pixels, known: &[], first, out: &mut out, open: &mut open, n_rays: &mut n_rays };
+    let part = PixelBlock {
+        pixels,
+        known: &[],
+        first,
+        out: &mut out,
+        open: &mut open,
+        n_rays: &mut n_rays,
+    };
     pass.find(part, &Control::default(), scratch).unwrap();
     open
 }
@@ -127,8 +133,8 @@ fn look(share: f64) -> (usize, Vec<String>) {
     for number in 0..300 {
         let scene = scene(&mut rng, 4);
         with_lights(&scene, 1 + number % 2, &mut |&Lights { job, occluders, samples }| {
-            let in_f32 = Pass::in_f32(job, occluders, samples).unwrap();
-            let in_f64 = Pass::in_f64(job, occluders, samples);
+            let in_f32 = LightPass::in_f32(job, occluders, samples).unwrap();
+            let in_f64 = LightPass::in_f64(job, occluders, samples);
             let n = job.n_columns();
             for row in 0..samples.height as usize / job.n_samples() {
                 let pixels: Vec<usize> = (row * n..(row + 1) * n).collect();
@@ -304,7 +310,7 @@ fn worst(point: impl Fn(&mut ChaCha8Rng) -> [f64; 3]) -> f64 {
         }
         let mut some = Extent::none(1);
         some.add(mask, &surface);
-        let Ball { middle, reach, .. } = some.ball();
+        let BoundingBall { middle, reach, .. } = some.ball();
         for lane in 0..is_in {
             // The points are so near each other that this is exact, or so far apart that it need not be.
             let away = surface.lane(lane).point - middle;

@@ -13,7 +13,7 @@ use kugelblitz::prepare::{CertifiedLighting, Prepared, exponent_of};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::Samples;
 use kugelblitz::shade::{Background, Encoding, Pixel as _, Style, certified_lighting};
-use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants, WorldRay};
 use kugelblitz::tracer::Tracer;
 use kugelblitz_tests::twins::{light_alone, propose_alone};
 use kugelblitz_tests::{broken, gpu, spoiled, text_of};
@@ -56,7 +56,7 @@ fn proposed(tracer: &mut Tracer, rays: &Rays) -> Vec<u32> {
 
 /// Leaves those open as well whose proposals count for nothing, as numbers leave f32's range.
 pub fn counted(prepared: &Prepared, rays: &Rays, mut ids: Vec<u32>) -> Vec<u32> {
-    let is_ordinary = |ray: &Ray| exponent_of(ray.direction).abs() <= LARGEST_EXPONENT;
+    let is_ordinary = |ray: &WorldRay| exponent_of(ray.direction).abs() <= LARGEST_EXPONENT;
     for (i, id) in ids.iter_mut().enumerate() {
         let counts = match rays {
             Rays::Pixels(_) => prepared.in_range,

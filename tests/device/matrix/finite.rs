@@ -11,8 +11,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use kugelblitz::num::{Mask, Real};
-use kugelblitz::prepare::{Objects, Prepared};
-use kugelblitz::trace::{Kernel, Ray, Rays};
+use kugelblitz::prepare::{ObjectRecords, Prepared};
+use kugelblitz::trace::{Kernel, Rays, WorldRay};
 use kugelblitz_tests::twins::Twin;
 use kugelblitz_tests::{plane, scene, sphere, traced};
 
@@ -164,11 +164,13 @@ fn all_numbers_are_finite() {
 fn sabotage_an_infinity_is_noticed() {
     let scene =
         Arc::new(scene(vec![sphere(DVec3::NEG_Z * 3.0, 1.0)], vec![plane(DVec3::NEG_Y, DVec3::Y)]));
-    let ray = Ray { origin: DVec3::ZERO, direction: DVec3::NEG_Z };
+    let ray = WorldRay { origin: DVec3::ZERO, direction: DVec3::NEG_Z };
     let rays = Rays::List(vec![ray; 2]);
     type Change = fn(&mut Prepared);
     fn lists(prepared: &mut Prepared, what: impl Fn(&mut [f32])) {
-        let Objects::Certified { lists, .. } = &mut prepared.objects else { panic!("certified") };
+        let ObjectRecords::Certified { lists, .. } = &mut prepared.objects else {
+            panic!("certified")
+        };
         what(&mut lists.spheres[0]);
     }
     let changes: [(&str, bool, Change); 4] = [
@@ -191,7 +193,7 @@ fn zero_directions_and_radii_are_missed() {
     let spheres = vec![sphere(DVec3::ZERO, 0.0), sphere(DVec3::ZERO, 2.0)];
     let scene = Arc::new(scene(spheres, vec![plane(DVec3::NEG_Y * 9.0, DVec3::Y)]));
     // On both sides of the reference point, so that a record of zeros lies before a ray.
-    let ray = |x: f64, direction| Ray { origin: DVec3::X * x, direction };
+    let ray = |x: f64, direction| WorldRay { origin: DVec3::X * x, direction };
     let rays = Rays::List(vec![
         ray(0.25, DVec3::ZERO),
         ray(0.25, DVec3::X),

@@ -25,7 +25,7 @@ use kugelblitz::prepare::Scaled;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Camera, Color, Plane, Samples, Scene, parse_scene};
 use kugelblitz::shade::{Background, Encoding, Pixel, Style};
-use kugelblitz::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Wants};
+use kugelblitz::trace::{Hits, Kernel, Level, Rays, StageCounts, Wants, WorldRay};
 use kugelblitz_tests::gpu;
 use kugelblitz_tests::oracle::{self, Hit, MISS, Oracle, Truth};
 use kugelblitz_tests::{root, text_of};
@@ -78,7 +78,7 @@ struct Case {
     text: String,
     scene: Arc<Scene>,
     size: [u32; 2],
-    rays: Vec<Ray>,
+    rays: Vec<WorldRay>,
     /// Column and row of the pixels that are judged.
     judged: Vec<[u32; 2]>,
     of_pixels: Vec<Hit>,
@@ -135,7 +135,7 @@ impl Case {
             Oracle::of_ray(&read, origin.to_array(), direction.to_array())
         };
         let of_list = rays.iter().map(of_ray).collect();
-        let ray = |&[origin, direction]: &[_; 2]| Ray { origin, direction };
+        let ray = |&[origin, direction]: &[_; 2]| WorldRay { origin, direction };
         let rays = rays.iter().map(ray).collect();
         let scene = Arc::new(scene);
         Case {
@@ -302,7 +302,7 @@ impl<'a> Check<'a> {
         let truth = &self.case.of_list;
         for i in wrong(found, truth, is_true) {
             let what = format!("ray {i}: {:?} instead of {:?}", found[i], truth[i]);
-            let Ray { origin, direction } = self.case.rays[i];
+            let WorldRay { origin, direction } = self.case.rays[i];
             let numbers = [origin.to_array(), direction.to_array()].concat();
             let numbers: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
             let command = format!(

@@ -1,13 +1,13 @@
 //! The formulas that a device has from the Rust text.
 
 use kugelblitz::gpu::slabs::{Slabs, Stretch};
-use kugelblitz::num::fields::{Fields, Sink, Source};
+use kugelblitz::num::fields::{FieldSink, FieldSource, Fields};
 use kugelblitz::num::{Ray, Real, V3};
 use kugelblitz::rays::{camera_direction, camera_origin};
 use kugelblitz::seen::shadow::Aim;
 use kugelblitz::seen::{
-    Bounds, Lengths, Light, Nearest, Occluder, PlaneMet, PlaneSeen, Seen, ShadowRay, SphereLeaf,
-    SphereMet, SphereSeen, Surface, Verdict,
+    Bounds, Lengths, LightBounds, Nearest, Occluder, PlaneMet, PlaneSeen, Seen, ShadowRay,
+    SphereLeaf, SphereMet, SphereSeen, Surface, Verdict,
 };
 
 use super::{Wgsl as W, WgslId, declaration, function};
@@ -88,7 +88,7 @@ impl From<Surface<W>> for SurfacePoint {
 impl Fields<W> for SurfacePoint {
     const NAME: &'static str = "SurfacePoint";
 
-    fn read(source: &mut impl Source<W>) -> SurfacePoint {
+    fn read(source: &mut impl FieldSource<W>) -> SurfacePoint {
         SurfacePoint {
             point: source.vec("point"),
             point_error: source.num("point_error"),
@@ -98,7 +98,7 @@ impl Fields<W> for SurfacePoint {
         }
     }
 
-    fn write(&self, sink: &mut impl Sink<W>) {
+    fn write(&self, sink: &mut impl FieldSink<W>) {
         sink.vec("point", self.point);
         sink.num("point_error", self.point_error);
         sink.vec("normal", self.normal);
@@ -118,7 +118,7 @@ fn light() -> String {
         declaration::<Aim<W>>(),
         declaration::<ShadowRay<W>>(),
         declaration::<Verdict<W>>(),
-        declaration::<Light<W>>(),
+        declaration::<LightBounds<W>>(),
         function!(sphere_surface(sphere: SphereSeen<W>, ray: Ray<W>, lengths: Lengths<W>)
             SurfacePoint::from(SphereSeen::surface(&sphere, &ray, &lengths))),
         function!(sphere_surface_close(sphere: SphereSeen<W>, ray: Ray<W>, lengths: Lengths<W>)
@@ -137,10 +137,10 @@ fn light() -> String {
             PlaneMet::occlude(&met, &ray)),
         function!(verdict_with(verdict: Verdict<W>, next: Verdict<W>) verdict.with(next)),
         function!(behind(given: Bounds<W>, verdict: Verdict<W>) given.behind(&verdict)),
-        function!(light_with(light: Light<W>, weight: V3<W>, given: Bounds<W>)
+        function!(light_with(light: LightBounds<W>, weight: V3<W>, given: Bounds<W>)
             light.with(weight, given)),
-        function!(light_on(light: Light<W>, color: V3<W>) light.on(color)),
-        function!(light_plus(light: Light<W>, other: Light<W>) light.plus(other)),
-        function!(light_mean(sum: Light<W>, n: W, width: Bounds<W>) sum.mean(n, width)),
+        function!(light_on(light: LightBounds<W>, color: V3<W>) light.on(color)),
+        function!(light_plus(light: LightBounds<W>, other: LightBounds<W>) light.plus(other)),
+        function!(light_mean(sum: LightBounds<W>, n: W, width: Bounds<W>) sum.mean(n, width)),
     ])
 }

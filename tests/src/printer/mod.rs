@@ -12,7 +12,7 @@ use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::panic::Location;
 
-use kugelblitz::num::fields::{Fields, Sink, Source};
+use kugelblitz::num::fields::{FieldSink, FieldSource, Fields};
 use kugelblitz::num::{Mask, Real, V3};
 
 pub use text::{Value, finish};
@@ -188,7 +188,7 @@ impl At<'_> {
     }
 }
 
-impl Source<Wgsl> for At<'_> {
+impl FieldSource<Wgsl> for At<'_> {
     fn num(&mut self, name: &'static str) -> Wgsl {
         self.field(name)
     }
@@ -212,7 +212,7 @@ impl Texts<'_> {
     }
 }
 
-impl Sink<Wgsl> for Texts<'_> {
+impl FieldSink<Wgsl> for Texts<'_> {
     fn num(&mut self, name: &'static str, x: Wgsl) {
         self.add(name, &x);
     }

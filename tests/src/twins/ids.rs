@@ -2,9 +2,9 @@
 
 use kugelblitz::bvh::{IS_LEAF, MOST_BOXES};
 use kugelblitz::gpu::slabs::{LEAST_SLACK, Slabs};
-use kugelblitz::num::fields::{Fields, Source};
+use kugelblitz::num::fields::{FieldSource, Fields};
 use kugelblitz::num::{OPEN, Real, V3};
-use kugelblitz::prepare::{InSpace, Objects, Prepared};
+use kugelblitz::prepare::{InSpace, ObjectRecords, Prepared};
 use kugelblitz::rays::{Frame, List, Rays};
 use kugelblitz::seen::{Nearest, PlaneSeen, Ray, Seen as _, SphereSeen};
 use rayon::prelude::*;
@@ -59,7 +59,7 @@ impl Twin<'_> {
 
     /// Of the records that a device has in its buffers.
     fn nearest_listed<R: Real<One = f32, Id = u32>>(&self, ray: &Ray<R>) -> Nearest<R> {
-        let Objects::Certified { lists, any_close } = &self.prepared.objects else {
+        let ObjectRecords::Certified { lists, any_close } = &self.prepared.objects else {
             panic!("a kernel without a proof")
         };
         let rest = self.prepared.hierarchy.as_ref().map(|hierarchy| &hierarchy.rest[..]);
@@ -122,7 +122,7 @@ impl Twin<'_> {
 fn record<R: Real<One = f32, Id = u32>, T: Fields<R>>(words: &[f32]) -> T {
     struct Words<'a>(&'a [f32], usize);
 
-    impl<R: Real<One = f32, Id = u32>> Source<R> for Words<'_> {
+    impl<R: Real<One = f32, Id = u32>> FieldSource<R> for Words<'_> {
         fn num(&mut self, _: &'static str) -> R {
             self.1 += 1;
             R::splat(self.0[self.1 - 1])

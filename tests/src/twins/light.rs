@@ -5,8 +5,8 @@ use kugelblitz::prepare::{CertifiedLamp, CertifiedLighting, Prepared};
 use kugelblitz::rays::{Frame, Pixels};
 use kugelblitz::scene::{Edges, Object};
 use kugelblitz::seen::{
-    Bounds, Light, Objects, PlaneSeen, Ray, Record as _, Seen as _, ShadowRay, SphereSeen, Surface,
-    Verdict,
+    Bounds, LightBounds, Objects, PlaneSeen, Ray, Record as _, Seen as _, ShadowRay, SphereSeen,
+    Surface, Verdict,
 };
 use rayon::prelude::*;
 
@@ -38,22 +38,22 @@ pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &P
         let id = objects.nearest(&ray).decide().0;
         let color = *lighting.colors.get(id as usize)?;
         if id == 0 {
-            return Some(Light::of(V3([1.0; 3])).on(color));
+            return Some(LightBounds::of(V3([1.0; 3])).on(color));
         }
         let surface = Some(surface(id, &ray)).filter(Surface::is_known)?;
-        let with = |light: Light<f32>, lamp: &CertifiedLamp| {
+        let with = |light: LightBounds<f32>, lamp: &CertifiedLamp| {
             light.with(lamp.weight, given(lamp, lighting, &surface, id))
         };
         Some(lighting.lamps.iter().fold(lighting.ambient, with).on(color))
     };
     let code = |at: usize| {
         let (x, y) = pixels.xy(at);
-        let mut sum = Light::of(V3([0.0; 3]));
+        let mut sum = LightBounds::of(V3([0.0; 3]));
         for k in 0..n * n {
             let Some(light) = sample(x * n + k % n, y * n + k / n) else { return OPEN };
             sum = sum.plus(light);
         }
-        let Light { low, high } = sum.mean((n * n) as f32, lighting.width);
+        let LightBounds { low, high } = sum.mean((n * n) as f32, lighting.width);
         let mut code = 0;
         for channel in 0..3 {
             let [low, high] = [low, high].map(|bound| f64::from(bound.0[channel]));

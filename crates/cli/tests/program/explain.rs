@@ -7,7 +7,7 @@ use kugelblitz::Session;
 use kugelblitz::device::Device;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Color, Light, Projection, Samples, Scene, Sky, Source, read_scene};
-use kugelblitz::trace::{Kernel, Ray, Rays};
+use kugelblitz::trace::{Kernel, Rays, WorldRay};
 use kugelblitz_judge::explain::text::{WIDTH, text};
 use kugelblitz_judge::explain::{
     Approximation, Explanation, Lang, LightExplanation, ObjectExplanation, Quantity, Reason, Style,
@@ -24,7 +24,7 @@ use crate::program::{self, scene_file as file};
 type Column = fn(&Quantity) -> Option<Approximation>;
 
 fn ray(origin: [f64; 3], direction: [f64; 3]) -> Rays {
-    Rays::List(vec![Ray { origin: origin.into(), direction: direction.into() }])
+    Rays::List(vec![WorldRay { origin: origin.into(), direction: direction.into() }])
 }
 
 fn of_ray(scene: Scene, origin: [f64; 3], direction: [f64; 3]) -> Explanation {
@@ -171,7 +171,7 @@ fn the_numbers_shown_are_the_kernels_own() {
             Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..whole })
         } else {
             let direction = in_cube(&mut rng) * log_uniform(&mut rng, 1e-6, 1e6);
-            Rays::List(vec![Ray { origin: in_cube(&mut rng) * 10.0, direction }])
+            Rays::List(vec![WorldRay { origin: in_cube(&mut rng) * 10.0, direction }])
         };
         let explanation = explain(&scene, &rays, None).unwrap();
         assert_written(&explanation);

@@ -12,7 +12,7 @@ use kugelblitz::Error;
 use kugelblitz::control::Control;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants, WorldRay};
 use kugelblitz::tracer::Tracer;
 use kugelblitz_tests::{camera, gpu, in_cube, npy_of_rays, sphere};
 use rand::SeedableRng;
@@ -232,7 +232,7 @@ fn the_library_stops_amid_a_row_and_between_the_steps_of_preparing() {
     let scene = Arc::new(kugelblitz_tests::scene(spheres, Vec::new()));
     let view = View::new(&camera(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO));
     let row = Pixels { height: 1, ..Pixels::whole(view, 30_000, 30_000) };
-    let ray = Ray { origin: DVec3::Z, direction: DVec3::NEG_Z };
+    let ray = WorldRay { origin: DVec3::Z, direction: DVec3::NEG_Z };
     for rays in [Rays::Pixels(row), Rays::List(vec![ray; 30_000])] {
         for kernel in [Kernel::Lecture, Kernel::Double] {
             let control = Arc::new(Control::default());

@@ -1,6 +1,6 @@
 //! Numbers beside the exact ones.
 
-use kugelblitz::exact::{Enclosure, Real, Root, exact, real};
+use kugelblitz::exact::{Dyadic, Enclosure, Root, exact, real};
 use serde::Serialize;
 
 use crate::compare::Precision;
@@ -91,12 +91,12 @@ pub fn enclosed_if_possible(bounds: impl Fn(usize) -> Option<Enclosure>) -> Root
         let found = bounds(n_bits);
         let is_last = n_bits >= MOST_BITS;
         if let Some(Enclosure { low, high }) = found {
-            let digits = |x: &Real| Root::from(x.clone()).to_decimal(MANY_DIGITS);
+            let digits = |x: &Dyadic| Root::from(x.clone()).to_decimal(MANY_DIGITS);
             if is_last || digits(&low) == digits(&high) {
                 return Root::from(simplest(&low, &high));
             }
         } else if is_last {
-            return Root::from(Real::zero());
+            return Root::from(Dyadic::zero());
         }
         n_bits *= 2;
     }
@@ -104,9 +104,9 @@ pub fn enclosed_if_possible(bounds: impl Fn(usize) -> Option<Enclosure>) -> Root
 
 /// The middle of bounds, or a number of few bits that lies within them: it is the exact one, if that has
 /// so few.
-fn simplest(low: &Real, high: &Real) -> Real {
+fn simplest(low: &Dyadic, high: &Dyadic) -> Dyadic {
     const FEW_BITS: usize = FEWEST_BITS / 2;
-    let middle = (low + high) * real(0.5).unwrap_or_else(Real::one);
+    let middle = (low + high) * real(0.5).unwrap_or_else(Dyadic::one);
     let near = Enclosure::of(&middle).to_bits(FEW_BITS);
     [near.low, near.high].into_iter().find(|x| low <= x && x <= high).unwrap_or(middle)
 }

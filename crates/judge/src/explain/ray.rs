@@ -8,10 +8,10 @@ use kugelblitz::kernel::lecture::{self, quadratic, quadratic_roots};
 use kugelblitz::kernel::plain::{PlainRay, PlainRays};
 use kugelblitz::kernel::relative::{PlaneStable, SphereStable, approach, half_root, roots_stable};
 use kugelblitz::num::{self, Float, Real, V3};
-use kugelblitz::prepare::{Lists, Objects, Prepared, exponent_of};
+use kugelblitz::prepare::{Lists, ObjectRecords, Prepared, exponent_of};
 use kugelblitz::scene::{Object, Plane, Scene, Sphere};
 use kugelblitz::shade::PlainPoint;
-use kugelblitz::trace::{Kernel, Ray, Rays};
+use kugelblitz::trace::{Kernel, Rays, WorldRay};
 use kugelblitz::{Error, Result};
 
 use super::line::{Derivation, Line, Shown};
@@ -43,7 +43,7 @@ pub struct RayNumbers {
 impl RayNumbers {
     pub fn new(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<RayNumbers> {
         let one = || Error::Usage("one ray is explained at a time".into());
-        let (Ray { origin, direction }, listed) = match rays {
+        let (WorldRay { origin, direction }, listed) = match rays {
             _ if rays.len() != 1 => return Err(one()),
             Rays::Pixels(p) => (p.ray(p.x, p.y), None),
             Rays::List(rays) => (rays[0], Some(&rays[0])),
@@ -55,7 +55,7 @@ impl RayNumbers {
         let of_list = |ray| on_stable.coordinates().ray(ray).2;
         let exponent = listed.map_or(0, of_list);
         let exactly = ExactRays::from(rays);
-        let (Objects::Lecture(lecture_objects), Objects::Stable(stable_objects)) =
+        let (ObjectRecords::Lecture(lecture_objects), ObjectRecords::Stable(stable_objects)) =
             (on_lecture.objects, on_stable.objects)
         else {
             return Err(one());

@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 use kugelblitz::exact::{
-    ExactBeam, ExactHit, ExactPixels, Real, Root, Shape, Side, exact, integer, real,
+    Dyadic, ExactBeam, ExactHit, ExactPixels, Root, Shape, Side, exact, integer, real,
 };
 use kugelblitz::kernel::Kernel;
 use kugelblitz::num::{Real as _, V3};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Lens, Pixels, Rays, View};
 use kugelblitz::scene::{Edges, Scene, Source};
-use kugelblitz::shade::{ExactMean, Lamp, Lighting, Origin, PlainPoint, PlainWay};
+use kugelblitz::shade::{ExactMean, Lamp, LampOrigin, Lighting, PlainPoint, PlainWay};
 use rayon::prelude::*;
 
 use super::light::{
@@ -211,7 +211,7 @@ impl Seen<'_> {
         let (w, shown) = match (source, lamp.origin) {
             (Source::Point(position), _) => (told_light(position) - p, Shown::Numbers),
             (Source::Sun(direction), _) => (-told_light(direction), Shown::Result),
-            (Source::Eye, Origin::Sun(_)) => (-d, Shown::Result),
+            (Source::Eye, LampOrigin::Sun(_)) => (-d, Shown::Result),
             (Source::Eye, _) => (o - p, Shown::Numbers),
         };
         told.line("w", w, shown);
@@ -269,7 +269,7 @@ impl Seen<'_> {
         let words = self.numbers.words;
         let label = |id| self.numbers.label(self.scene, id);
         let mut why = vec![match verdict {
-            Verdict::Counts if lamp.origin == Origin::Eye => Remark::plain(words.counts_at_eye),
+            Verdict::Counts if lamp.origin == LampOrigin::Eye => Remark::plain(words.counts_at_eye),
             Verdict::Counts if lamp.shadows => Remark::plain(words.counts),
             Verdict::Counts => Remark::plain(words.counts_without_shadow),
             Verdict::Behind => Remark::plain(words.behind_surface),
@@ -435,7 +435,7 @@ impl Channel {
             name: CHANNELS[channel],
             byte,
             range: [low, high],
-            from_edge: Exact::from(&from_edge.unwrap_or_else(|| Root::from(Real::zero()))),
+            from_edge: Exact::from(&from_edge.unwrap_or_else(|| Root::from(Dyadic::zero()))),
         }
     }
 }
@@ -460,7 +460,7 @@ impl<'a> ExactWay<'a> {
     ) -> Option<ExactWay<'a>> {
         let beam = point.beam(lamp)?;
         let cosine = match beam.slope(&point.shape) {
-            None => Root::from(Real::zero()),
+            None => Root::from(Dyadic::zero()),
             Some((sign, cosine)) => {
                 let magnitude = enclosed(|n_bits| cosine.enclose(n_bits));
                 if sign < 0 { magnitude.negated() } else { magnitude }
@@ -500,7 +500,7 @@ impl<'a> ExactWay<'a> {
     fn gives(&self, channel: usize) -> Root {
         match self.verdict() {
             Verdict::Counts => self.strength[channel].times(&self.cosine),
-            _ => Root::from(Real::zero()),
+            _ => Root::from(Dyadic::zero()),
         }
     }
 }
@@ -508,7 +508,7 @@ impl<'a> ExactWay<'a> {
 /// What lamps give together.
 fn sum_of(ways: &[ExactWay], channel: usize) -> Root {
     let given = ways.iter().map(|way| way.gives(channel));
-    given.fold(Root::from(Real::zero()), |sum, given| sum.plus(&given))
+    given.fold(Root::from(Dyadic::zero()), |sum, given| sum.plus(&given))
 }
 
 fn counts_plainly(way: &PlainWay) -> bool {

@@ -18,7 +18,7 @@ use std::io::{self, Write};
 use glam::DVec3;
 use kugelblitz::rays::View;
 use kugelblitz::scene::{Color, Object, Scene};
-use kugelblitz::shade::{Lamp, Lighting, Origin};
+use kugelblitz::shade::{Lamp, LampOrigin, Lighting};
 
 /// A language that scenes can be written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -87,9 +87,9 @@ pub fn write(
     let reach = reach(scene, view.position);
     for lamp in lighting.iter().flat_map(|lighting| &lighting.lamps) {
         let line = match lamp.origin {
-            Origin::Eye => syntax.lamp(lamp, view.position),
-            Origin::Point(position) => syntax.lamp(lamp, position),
-            Origin::Sun(direction) => syntax.sun(lamp, direction, view.position, reach),
+            LampOrigin::Eye => syntax.lamp(lamp, view.position),
+            LampOrigin::Point(position) => syntax.lamp(lamp, position),
+            LampOrigin::Sun(direction) => syntax.sun(lamp, direction, view.position, reach),
         };
         writeln!(out, "{line}")?;
     }

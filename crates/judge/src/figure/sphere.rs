@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
-use kugelblitz::exact::{Real, exact};
+use kugelblitz::exact::{Dyadic, exact};
 use kugelblitz::kernel::lecture::{quadratic, quadratic_roots};
 use kugelblitz::num::V3;
 use kugelblitz::rays::Lens;
@@ -63,7 +63,7 @@ pub fn draw(
 
 /// Whether a point is exactly on a sphere.
 fn is_on(p: DVec3, sphere: &Sphere) -> bool {
-    let squared = |x: Real| &x * &x;
+    let squared = |x: Dyadic| &x * &x;
     let apart = |axis: usize| squared(exact(p[axis]) - exact(sphere.center[axis]));
     apart(0) + apart(1) + apart(2) == squared(exact(sphere.radius))
 }

@@ -8,7 +8,7 @@ use kugelblitz::kernel::lecture::quadratic;
 use kugelblitz::kernel::plain::{PlainRay, PlainRays};
 use kugelblitz::kernel::relative::approach;
 use kugelblitz::num::{Float, V3};
-use kugelblitz::prepare::{Objects, Prepared};
+use kugelblitz::prepare::{ObjectRecords, Prepared};
 use kugelblitz::rays::{Pixels, View};
 
 /// Most spheres among which the one that a line comes nearest to is looked for: each line would look at
@@ -54,21 +54,21 @@ impl<'a> Discriminants<'a> {
         let i = chosen?;
         let (m, value) = nearness(i);
         let sign = match &self.prepared.objects {
-            Objects::Lecture(lists) => {
+            ObjectRecords::Lecture(lists) => {
                 let (sphere, PlainRay { ray, .. }) = (&lists.spheres[i], self.ray::<f32>(index));
                 let center = V3(sphere.center);
                 let q = quadratic(ray.origin, ray.direction, center, sphere.radius);
                 sign(q.discriminant.into())
             }
-            Objects::Stable(lists) => {
+            ObjectRecords::Stable(lists) => {
                 let (sphere, ray) = (&lists.spheres[i], self.ray(index));
                 sign(approach(&ray.ray, sphere.offset(&ray), sphere.radius).delta.into())
             }
-            Objects::Double(lists) => {
+            ObjectRecords::Double(lists) => {
                 let (sphere, ray) = (&lists.spheres[i], self.ray(index));
                 sign(approach(&ray.ray, sphere.offset(&ray), sphere.radius).delta)
             }
-            Objects::Certified { .. } => self.exact_sign(i, m, x, y),
+            ObjectRecords::Certified { .. } => self.exact_sign(i, m, x, y),
         };
         Some((sign, value))
     }

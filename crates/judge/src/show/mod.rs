@@ -13,7 +13,7 @@ pub use legend::{Entry, Tally};
 pub use tint::{Rgb, Tint, id_color, palette, tints};
 
 use kugelblitz::Result;
-use kugelblitz::picture::{Bits, Format, PictureOptions};
+use kugelblitz::picture::{ChannelBits, Format, PictureOptions};
 use kugelblitz::rays::Lens;
 use kugelblitz::trace::Wants;
 
@@ -117,7 +117,7 @@ impl Show {
                 "is a picture for the eye: write .png or .ppm; .exr and .npy hold the numbers \
                  themselves without --show",
             ),
-            Format::Png | Format::Ppm if options.bits == Bits::Sixteen => {
+            Format::Png | Format::Ppm if options.bits == ChannelBits::Sixteen => {
                 refuse("has 8 bits a channel; leave --bits out")
             }
             Format::Png | Format::Ppm if options.transparent => {

@@ -5,7 +5,7 @@ use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::exact;
 use kugelblitz::prepare::Prepared;
-use kugelblitz::rays::{Lens, Pixels, Ray, View};
+use kugelblitz::rays::{Lens, Pixels, View, WorldRay};
 use kugelblitz::scene::{Color, Object, Scene};
 use kugelblitz::trace::{Hits, Level};
 use rayon::prelude::*;
@@ -159,7 +159,7 @@ pub fn tints(
             // The camera's plane may cut a sphere, and then some rays start in it.
             let side = |(index, id): (usize, u32)| {
                 let (x, y) = pixels.xy(index);
-                let Ray { origin, direction } = pixels.ray(x, y);
+                let WorldRay { origin, direction } = pixels.ray(x, y);
                 if id == 0 { 2 } else { usize::from(!is_front(scene, id, origin, direction)) }
             };
             indexed().map(|pixel| Tint::of(&SIDES, side(pixel))).collect()

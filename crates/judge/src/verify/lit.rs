@@ -4,9 +4,9 @@
 use glam::DVec3;
 use kugelblitz::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay, Shape};
 use kugelblitz::num::Scaled;
-use kugelblitz::rays::Ray;
+use kugelblitz::rays::WorldRay;
 use kugelblitz::scene::Scene;
-use kugelblitz::shade::{ExactMean, Lamp, Origin};
+use kugelblitz::shade::{ExactMean, Lamp, LampOrigin};
 
 use super::truth::{GRANTED, Line};
 
@@ -28,7 +28,7 @@ impl LitPoint {
         scene: &Scene,
         ray: &ExactRay,
         hit: &ExactHit,
-        (eye, near): (DVec3, &Ray),
+        (eye, near): (DVec3, &WorldRay),
     ) -> Option<LitPoint> {
         let shape = Shape::from(scene.object(hit.id)?);
         let from_eye = near.origin + near.direction * hit.t_f64();
@@ -58,12 +58,12 @@ impl LitPoint {
 
     fn line(&self, lamp: &Lamp) -> Line {
         let (way, reach) = match lamp.origin {
-            Origin::Eye => (-self.from_eye, 0.0),
-            Origin::Point(position) => {
+            LampOrigin::Eye => (-self.from_eye, 0.0),
+            LampOrigin::Point(position) => {
                 let from_eye = position - self.eye;
                 (from_eye - self.from_eye, from_eye.length() + self.from_eye.length())
             }
-            Origin::Sun(direction) => (-direction, 0.0),
+            LampOrigin::Sun(direction) => (-direction, 0.0),
         };
         let turned = GRANTED * (1.0 + reach / way.length());
         let way = Scaled::new(way).rounded();
@@ -86,7 +86,7 @@ pub(crate) fn add_sample<'a>(
 
 #[cfg(test)]
 mod tests {
-    use kugelblitz::exact::Real;
+    use kugelblitz::exact::Dyadic;
     use kugelblitz::exact::nearest;
     use kugelblitz::scene::{Plane, Sphere};
     use rand::{RngExt, SeedableRng};
@@ -113,10 +113,10 @@ mod tests {
                 color: Default::default(),
             };
             let eye = far + vector(&mut rng);
-            let ray = Ray { origin: eye, direction: far - eye };
+            let ray = WorldRay { origin: eye, direction: far - eye };
             let way = vector(&mut rng) * 10f64.powi(rng.random_range(-9..3));
             let is_sun = rng.random();
-            let origin = if is_sun { Origin::Sun(-way) } else { Origin::Point(far + way) };
+            let origin = if is_sun { LampOrigin::Sun(-way) } else { LampOrigin::Point(far + way) };
             let side = way.cross(vector(&mut rng)).normalize();
             let radius = 10f64.powi(rng.random_range(-3..3));
             let off = radius * (1.0 + rng.random_range(-1..2) as f64 * 2f64.powi(-50));
@@ -126,9 +126,9 @@ mod tests {
                 Scene { spheres: vec![sphere].into(), planes: vec![floor], ..Scene::default() };
             let exact = ExactRay::new(&ray);
             let Some(hit) = nearest(&exact, [(2, Shape::from(&scene.planes[0]))]) else { continue };
-            let near = Ray { origin: DVec3::ZERO, ..ray };
+            let near = WorldRay { origin: DVec3::ZERO, ..ray };
             let Some(point) = LitPoint::new(&scene, &exact, &hit, (eye, &near)) else { continue };
-            let weight = std::array::from_fn(|_| Real::one());
+            let weight = std::array::from_fn(|_| Dyadic::one());
             let lamp =
                 Lamp { light: None, origin, weight: [1.0; 3], exact_weight: weight, shadows: true };
             let Some(beam) = point.beam(&lamp) else { continue };

@@ -8,7 +8,7 @@ use kugelblitz::num::Scaled;
 use kugelblitz::random::SplitMix;
 use kugelblitz::rays::{Pixels, Rays};
 use kugelblitz::scene::{Object, Scene};
-use kugelblitz::trace::Ray;
+use kugelblitz::trace::WorldRay;
 use rayon::prelude::*;
 
 use crate::compare::RayResult;
@@ -53,7 +53,7 @@ impl Truth {
     ///
     /// # Errors
     /// [`Error::Interrupted`](kugelblitz::Error::Interrupted) when `control` was cancelled.
-    pub fn of_list(scene: &Scene, rays: &[Ray], control: &Control) -> Result<Truth> {
+    pub fn of_list(scene: &Scene, rays: &[WorldRay], control: &Control) -> Result<Truth> {
         Truth::found(scene, &ExactRays::List(rays), (0..rays.len()).collect(), control)
     }
 
@@ -119,7 +119,7 @@ impl Truth {
 /// Rays, exactly and in f64.
 pub(crate) enum ExactRays<'a> {
     Pixels(&'a Pixels, Box<ExactPixels>),
-    List(&'a [Ray]),
+    List(&'a [WorldRay]),
 }
 
 impl<'a> From<&'a Rays> for ExactRays<'a> {
@@ -152,8 +152,8 @@ impl<'a> ExactRays<'a> {
         match self {
             ExactRays::Pixels(pixels, _) => Near::of_pixel(pixels, pixels.xy(i)),
             ExactRays::List(rays) => {
-                let Ray { origin, direction } = rays[i];
-                Near { reference: origin, ray: Ray { origin: DVec3::ZERO, direction } }
+                let WorldRay { origin, direction } = rays[i];
+                Near { reference: origin, ray: WorldRay { origin: DVec3::ZERO, direction } }
             }
         }
     }
@@ -162,14 +162,14 @@ impl<'a> ExactRays<'a> {
 /// A ray in f64, relative to a point: what is near the ray may be far from the world's origin.
 pub(crate) struct Near {
     pub reference: DVec3,
-    pub ray: Ray,
+    pub ray: WorldRay,
 }
 
 impl Near {
     /// The centre ray of a pixel.
     pub fn of_pixel(pixels: &Pixels, (x, y): (u32, u32)) -> Near {
         let (origin, direction) = (pixels.origin_offset(x, y), pixels.direction(x, y));
-        Near { reference: pixels.view.position, ray: Ray { origin, direction } }
+        Near { reference: pixels.view.position, ray: WorldRay { origin, direction } }
     }
 }
 
