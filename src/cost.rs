@@ -61,7 +61,7 @@ impl LightOf {
 pub struct Built {
     /// Spheres that it doesn't hold: those close to the eye or out of range.
     pub spheres_outside: usize,
-    /// Its size in memory.
+    /// Size of the hierarchy in memory, bytes.
     pub bytes: u64,
     /// Milliseconds that it took to build.
     pub ms_build: f64,
@@ -70,7 +70,7 @@ pub struct Built {
 /// A file of spheres.
 #[derive(Clone, Debug, Serialize)]
 pub struct CloudFile {
-    /// Its path.
+    /// Path of the file.
     pub file: String,
     /// How many spheres it gave.
     pub spheres: usize,
@@ -92,7 +92,7 @@ pub struct PictureCost {
 }
 
 impl Cost {
-    /// Of a scene, and of these pixels where there is a camera. The hierarchy is built for it.
+    /// Finds what a scene costs, and what these pixels do where there is a camera. The hierarchy is built for it.
     ///
     /// # Errors
     /// Those of [`Prepared::new_with`].

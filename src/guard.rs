@@ -236,7 +236,7 @@ impl Guard {
 /// the dot product, ½ each for `r²` and the difference.
 pub(crate) const K_ERROR: f64 = 4.0;
 
-/// The same of `(a − o)·n` in units of the product of the lengths, for faithful rounding: 1 for the offset, 3 for the dot
+/// Error of `(a − o)·n` in units of the product of the lengths, for faithful rounding: 1 for the offset, 3 for the dot
 /// product.
 pub(crate) const N_ERROR: f64 = 4.0;
 

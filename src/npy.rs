@@ -349,13 +349,13 @@ pub(crate) struct Header {
 pub(crate) struct Cell {
     /// The name of its field, `outer.inner` of a record in a record; empty in an array without fields.
     pub field: String,
-    /// Its place in a field of several numbers.
+    /// Place of the number in a field of several numbers.
     pub element: Option<usize>,
     /// The type as NumPy writes it.
     pub type_name: String,
     /// What kind of number, of at most 64 bits; `None` for what is none.
     pub kind: Option<Kind>,
-    /// Its bytes.
+    /// Bytes of the number.
     pub n_bytes: usize,
     /// Bytes before it in the record.
     offset: usize,

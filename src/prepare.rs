@@ -134,7 +134,7 @@ impl Prepared {
         Prepared::new_with(scene, kernel, rays, &Control::default())
     }
 
-    /// As [`Prepared::new`]; `control` can stop it between its steps.
+    /// Prepares `scene` for `rays` as [`Prepared::new`] does; `control` can stop it between its steps.
     ///
     /// # Errors
     /// [`Error::Interrupted`] as well.
@@ -147,8 +147,8 @@ impl Prepared {
         Prepared::renewed(None, scene, kernel, rays, control)
     }
 
-    /// As [`Prepared::new_with`]. What depends on the scene alone is taken from `old` where that is of the
-    /// same scene: the tree over many spheres.
+    /// Prepares `scene` for `rays` as [`Prepared::new_with`] does. What depends on the scene alone is taken from `old` where that
+    /// is of the same scene: the tree over many spheres.
     ///
     /// # Errors
     /// Those of [`Prepared::new_with`].
@@ -220,7 +220,7 @@ impl Prepared {
         spheres.map(|(id, sphere)| (id, Object::Sphere(sphere))).chain(self.beside(&[]))
     }
 
-    /// Those of them that are in no tree.
+    /// The objects that a ray may see and that are in no tree.
     pub(crate) fn listed(&self) -> Vec<(u32, Object<'_>)> {
         match &self.hierarchy {
             Some(hierarchy) => self.beside(&hierarchy.bvh.outside).collect(),
@@ -308,7 +308,8 @@ impl Prepared {
         self.check_reach(rays, farthest)
     }
 
-    /// The same for rays with finite numbers, whose origins are up to `farthest` from the reference point.
+    /// Checks that this was made for `rays`, whose numbers are finite and whose origins are up to `farthest_here` from the
+    /// reference point.
     fn check_reach(&self, rays: &Rays, farthest_here: f64) -> Result<()> {
         let suits = match (self.made_for, rays) {
             (MadeFor::Picture(view, width, height), Rays::Pixels(pixels)) => {

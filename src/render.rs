@@ -212,7 +212,7 @@ impl<W: Write + Seek> Sink for PictureWriter<W> {
 /// A picture that is kept in memory: the sink of its bands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kept {
-    /// Of the pixels' centre rays.
+    /// Hits of the pixels' centre rays.
     pub hits: Hits,
     /// One a pixel.
     pub colors: Colors,

@@ -556,7 +556,7 @@ mod tests {
         }
     }
 
-    /// The same picture in each kind of numbers; one of another kind is an error and not empty.
+    /// A picture comes in each kind of numbers; one of another kind is an error and not empty.
     #[test]
     fn colours_come_in_the_numbers_that_are_asked_for() {
         let mut session = session();

@@ -199,7 +199,7 @@ impl SampleIds {
 /// How many samples of each of consecutive pixels hit an object.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Coverage {
-    /// Of each pixel, at most `n_samples`.
+    /// Samples that hit an object, by pixel: at most `n_samples` each.
     pub n_hits: Vec<u16>,
     /// Samples of a pixel, at least 1.
     pub n_samples: u16,
@@ -268,8 +268,8 @@ impl Timing {
         self.trace + self.refine + self.decide
     }
 
-    /// Of the time of threads that worked side by side: the same shares of what went by meanwhile. A thread that waits for
-    /// others may take up another part, whose time then counts twice, so that shares are estimates.
+    /// The time that went by while threads worked side by side, shared among the stages as the threads' times were. A thread that
+    /// waits for others may take up another part, whose time then counts twice, so that shares are estimates.
     pub(crate) fn within(self, wall: Duration) -> Timing {
         if self.deciding().is_zero() {
             return self;

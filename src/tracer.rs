@@ -153,7 +153,7 @@ impl Tracer {
         self.trace_all_samples(pixels, n, control, hits, samples)
     }
 
-    /// The same by tracing each sample.
+    /// What the samples of `pixels` see, found by tracing each sample.
     pub(crate) fn trace_all_samples(
         &mut self,
         pixels: &Pixels,

@@ -71,7 +71,7 @@ impl<'py> Keywords<'py> {
         self.get(name).map(|given| value_of(name, &given, read)).transpose()
     }
 
-    /// Those of these names that are there, as the lines of a scene file.
+    /// The lines of a scene file for what is there of these names.
     ///
     /// # Errors
     /// `TypeError` for what a scene file can't hold.

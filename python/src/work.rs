@@ -87,7 +87,7 @@ pub fn run_with_progress<T: Send>(
     work_beside(py, progress, steps, |pool, control| pool.install(|| work(control)))
 }
 
-/// As [`run_with_progress`], with a session, which is waited for outside the pool: those who have it need the
+/// Does `work` as [`run_with_progress`] does, with a session, which is waited for outside the pool: those who have it need the
 /// pool's threads.
 ///
 /// # Errors

@@ -135,7 +135,7 @@ impl<F: Fn(DVec3) -> f64> Flat<'_, F> {
         }
     }
 
-    /// Those of least order first; those of equal order stay as they are.
+    /// Sorts boxes, with what belongs to each, by the order of their middles, least first; those of equal order stay as they are.
     fn in_order<T>(
         &self,
         all: impl Iterator<Item = (Sides, T)>,

@@ -36,7 +36,7 @@ impl Leaves {
     /// Bytes a sphere.
     pub const BYTES: usize = size_of::<Leaf>();
 
-    /// Those of a tree.
+    /// Makes the leaves of a tree for an eye.
     pub fn new(bvh: &Bvh, eye: &Eye) -> Leaves {
         let close = Mutex::new(Vec::new());
         let see = |(spheres, ids): (&[Sphere], &[u32])| {

@@ -26,7 +26,7 @@ const NEED: f64 = 1.0 / (1u64 << 51) as f64;
 /// The margin of a box, of `|L_k| + r`: `2⁶` times the need, so that no test sees it halved.
 const MARGIN: f64 = 1.0 / (1u64 << 45) as f64;
 
-/// Those of the sphere at `l` from the reference point.
+/// The sides of a box around the sphere at `l` from the reference point.
 pub fn of_sphere(l: DVec3, radius: f64) -> Sides {
     let r = radius.abs();
     let margin = (l.abs() + r) * MARGIN;

@@ -137,7 +137,7 @@ impl Beam {
         (enter, !bits(leave.lt(enter)) & node.boxes)
     }
 
-    /// Of a beam that goes up the first axis: where it meets a side and where it leaves it, each with the origin that it takes.
+    /// The `t` where a beam that goes up the first axis meets a side, and where it leaves it, each with the origin that it takes.
     #[cfg(test)]
     pub(super) fn sides(&self, side: f32) -> [(f32, f32); 2] {
         let slab = &self.slabs[0];
@@ -166,7 +166,7 @@ pub struct Cut {
 }
 
 impl Cut {
-    /// Its boxes.
+    /// The boxes of the cut, by their nodes.
     #[inline(always)]
     pub fn nodes(&self) -> &[Node] {
         &self.nodes

@@ -29,7 +29,7 @@ pub fn is_ordinary(ray: &WorldRay) -> bool {
 /// The objects of rays that f32 left undecided.
 #[derive(Debug)]
 pub struct Decided {
-    /// Of each ray; 0 is the background.
+    /// The objects' ids, one a ray; 0 is the background.
     pub ids: Vec<u32>,
     /// Places among them of those that exact arithmetic decided. The others were decided in f64.
     pub exactly: Vec<usize>,

@@ -52,7 +52,7 @@ mod tests {
     /// found as neighbours in a row.
     const WIDTHS: [u32; 2] = [7, 19];
 
-    /// Of points that many rays see: how many are known, and those farther from the true ones than
+    /// Looks at points that many rays see: counts those that are known, and tells those farther from the true ones than
     /// `share` of their bounds.
     fn look(width: u32, share: f64) -> (usize, Vec<String>) {
         let mut rng = ChaCha8Rng::seed_from_u64(1405);

@@ -22,7 +22,7 @@ pub const LANES: usize = 8;
 /// `t` and the normal of a hit.
 pub type TAndNormal = (f32, [f32; 3]);
 
-/// Those of a ray that hits nothing.
+/// `t` and the normal of a ray that hits nothing.
 pub const MISS: TAndNormal = (f32::INFINITY, [0.0; 3]);
 
 /// The exact unit normal of a plane, each component rounded to the nearest f32.
@@ -52,11 +52,11 @@ pub struct Surfaces<'a, F: Float> {
     spheres: Vec<(u32, SphereSeen<F>, bool)>,
     /// By index; none for lists.
     planes: Vec<PlaneSeen<F>>,
-    /// Those of `t` and normals that are to be rounded.
+    /// The planes' unit normals in f32, by index, where `t` and normals are to be rounded; else none.
     units: Vec<[f32; 3]>,
 }
 
-/// The same rays as [`StageRays`].
+/// The rays of [`StageRays`], with a picture's camera in numbers of `F`.
 enum SurfaceRays<'a, F> {
     Pixels(&'a Pixels, Frame<F>),
     List(&'a [crate::rays::WorldRay]),
@@ -76,9 +76,9 @@ pub struct Pack<F: Float, const N: usize> {
     /// The objects' ids; 0 for none.
     pub ids: [u32; N],
     n_spheres: u32,
-    /// Of pixels twice their offset from the picture's centre.
+    /// Twice the offset of pixels from the picture's centre, to the right and to the top.
     pub offset: [Lanes<F, N>; 2],
-    /// Of a list's rays their origins, and what `t` is multiplied with.
+    /// The origins of a list's rays, and what their `t` is multiplied with.
     reference: V3<Lanes<F, N>>,
     scale: Lanes<F, N>,
     /// The rays.
@@ -88,7 +88,7 @@ pub struct Pack<F: Float, const N: usize> {
     pub surface: Surface<Lanes<F, N>>,
 }
 
-/// Those that go side by side in f64.
+/// Rays that go side by side in f64, and where they meet their objects.
 pub type PackF64 = Pack<f64, LANES>;
 
 impl<F: Float, const N: usize> Default for Pack<F, N> {

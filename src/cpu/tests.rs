@@ -17,7 +17,7 @@ fn few(seed: u64) -> (Arc<Scene>, Pixels) {
     case(seed, seed % 12, -1.0)
 }
 
-/// The same with so many spheres, small ones as well, that they have a hierarchy.
+/// A scene as `few` makes it, but with so many spheres, small ones as well, that they have a hierarchy.
 fn many(seed: u64) -> (Arc<Scene>, Pixels) {
     case(seed, 20 + seed * 7 % 400, -3.0)
 }

@@ -33,7 +33,7 @@ pub struct TreeAim {
 }
 
 impl TreeAim {
-    /// Those of a picture.
+    /// Makes what the beams of a picture's rays come from, for a tree.
     pub fn new(bvh: &Bvh, pixels: &Pixels) -> TreeAim {
         let view = &pixels.view;
         let step = view.h / f64::from(pixels.image_height);

@@ -18,7 +18,7 @@ pub struct Find64<'a> {
     prepared: &'a Prepared,
     rays: Rays64<'a>,
     tree: Option<&'a Bvh>,
-    /// Of lists, whose rays have eyes of their own: the objects beside the tree.
+    /// For lists, whose rays have eyes of their own: the objects beside the tree, or all where there is none.
     listed: Vec<(u32, Object<'a>)>,
 }
 

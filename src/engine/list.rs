@@ -17,7 +17,7 @@ const LANES: usize = 16;
 /// The objects as the rays of a list see them in f32.
 pub struct ListSearch<'a> {
     reference: DVec3,
-    /// Those beside the tree.
+    /// The objects beside the tree, or all where there is none.
     beside: Objects<f32>,
     /// The tree over many spheres, and its leaves.
     tree: Option<(&'a Bvh, &'a Leaves)>,

@@ -28,7 +28,7 @@ pub struct Search<'a> {
     n: u32,
     /// From large squares to small ones.
     levels: Vec<Level>,
-    /// Of the samples.
+    /// The camera's frame for the samples.
     camera: Frame<f32>,
     objects: Objects<f32>,
     /// Looks at many spheres in place of all that.

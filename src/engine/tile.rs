@@ -68,7 +68,7 @@ impl Tile {
         dispatch(Find::<f32, LANES_F32> { camera, objects, tile: self });
     }
 
-    /// The same in f64.
+    /// Finds what the rays see in f64: ids, or [`crate::num::OPEN`].
     pub fn find_f64(&mut self, camera: &Frame<f64>, objects: &Objects<f64>) {
         dispatch(Find::<f64, LANES_F64> { camera, objects, tile: self });
     }

@@ -5,20 +5,20 @@ use std::ops::{Add, Mul, Neg, Sub};
 /// Half a step of f64 at 1, squared: what the operations here are off by is a small multiple of it.
 const UNIT2: f64 = 1.0 / (1u128 << 106) as f64;
 
-/// Of `|x| + |y|` in a sum. The low parts' sum is off by `u²(|x| + |y|)`, its sum with the high parts' rest by twice that.
+/// Error of a sum, of `|x| + |y|`. The low parts' sum is off by `u²(|x| + |y|)`, its sum with the high parts' rest by twice that.
 /// Tests see 0.3 of it, and no test half: low parts that are as large as they may be sum to just below a power of two, where a
 /// rounding is half as much.
 pub const SUM: f64 = 3.1 * UNIT2;
 
-/// Of `|xy|`: Muller and Rideau, Formalization of double-word arithmetic (2022), theorem for `DWTimesDW1`.
+/// Error of a product, of `|xy|`: Muller and Rideau, Formalization of double-word arithmetic (2022), theorem for `DWTimesDW1`.
 pub const PRODUCT: f64 = 5.01 * UNIT2;
 
-/// Of `|x/y|`. The rest of the high parts is exact and at most `u|x|`. With `x`'s low part it is rounded (2), the product with
-/// `y`'s is (1), so is their difference (3), its quotient (3), and that is by `y`'s high part alone (3).
+/// Error of a quotient, of `|x/y|`. The rest of the high parts is exact and at most `u|x|`. With `x`'s low part it is rounded
+/// (2), the product with `y`'s is (1), so is their difference (3), its quotient (3), and that is by `y`'s high part alone (3).
 pub const QUOTIENT: f64 = 12.1 * UNIT2;
 
-/// Of `√x`: Lefèvre, Louvet, Muller, Picot and Rideau, Accurate calculation of Euclidean norms using double-word arithmetic
-/// (2023), theorem for `SQRTDWtoDW`, 25/8.
+/// Error of a root, of `√x`: Lefèvre, Louvet, Muller, Picot and Rideau, Accurate calculation of Euclidean norms using double-word
+/// arithmetic (2023), theorem for `SQRTDWtoDW`, 25/8.
 pub const ROOT: f64 = 3.13 * UNIT2;
 
 /// More than the bounds' own rounding, in one operation. No test sees it halved: that is a few `2⁻⁵³`.

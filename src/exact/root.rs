@@ -100,7 +100,7 @@ impl Root {
         Root::new(b - x * &self.a, self.s, d, self.a.clone(), 1)
     }
 
-    /// The same number with a factor of 1, and without a root that is dyadic.
+    /// This number with a factor of 1, and without a root that is dyadic.
     fn simple(&self) -> Root {
         let (b, d) = self.folded();
         match dyadic_root(&d) {

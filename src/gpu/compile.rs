@@ -29,7 +29,7 @@ const SELF_TEST: ShaderPart = part!("self_test.wgsl");
 pub struct Shader {
     /// The WGSL text that was put together.
     pub wgsl: String,
-    /// Its validated form.
+    /// The validated form of the text.
     pub module: naga::Module,
     /// The findings of its validation.
     pub info: ModuleInfo,

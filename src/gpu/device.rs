@@ -38,7 +38,7 @@ impl OpenDevice {
         OpenDevice::open_within(adapter, facts, adapter.limits())
     }
 
-    /// As [`OpenDevice::open`], with no more than these of the adapter's limits.
+    /// Opens an adapter as [`OpenDevice::open`] does, with no more than these of its limits.
     pub(super) fn open_within(
         adapter: &wgpu::Adapter,
         facts: AdapterFacts,

@@ -7,7 +7,7 @@ use crate::rays::WorldRay;
 
 /// A number, three of them, or a whole number. In WGSL a number is a `Real`, which a kernel says what that is.
 pub trait Member {
-    /// Its type in WGSL.
+    /// The member's type in WGSL.
     fn wgsl(&self) -> &'static str;
     /// It begins at a multiple of so many bytes.
     fn align(&self, real: FloatType) -> usize;
@@ -64,7 +64,7 @@ whole_numbers! { u32 i32 }
 
 /// A struct that shaders have as well.
 pub trait Layout: Default {
-    /// Its name there.
+    /// The struct's name in WGSL.
     const NAME: &'static str;
 
     /// Shows its members, in their order.
@@ -92,7 +92,7 @@ pub trait Layout: Default {
         bytes.resize(bytes.len().next_multiple_of(largest), 0);
     }
 
-    /// Its bytes.
+    /// The bytes of the struct, with what is left free up to the next one.
     fn bytes(&self, real: FloatType) -> Vec<u8> {
         let mut bytes = Vec::new();
         self.put(real, &mut bytes);
@@ -139,7 +139,7 @@ layouts! {
         n_rays: u32,
         /// Twice the offset of the tile's first pixel from the picture's centre, right.
         offset_i: i32,
-        /// The same, up.
+        /// Twice the offset of the tile's first pixel from the picture's centre, up.
         offset_j: i32,
         /// Columns of the tile.
         width: u32,
@@ -147,11 +147,11 @@ layouts! {
 
     /// A ray of a list.
     RayRecord {
-        /// Its origin in the kernel's coordinates.
+        /// The ray's origin in the kernel's coordinates.
         origin: [f64; 3],
         /// What f32 rounds off that.
         origin_low: [f64; 3],
-        /// Its direction, as [`Coordinates::ray`](crate::kernel::coordinates::Coordinates::ray) has it.
+        /// The ray's direction, as [`Coordinates::ray`](crate::kernel::coordinates::Coordinates::ray) has it.
         direction: [f64; 3],
     }
 

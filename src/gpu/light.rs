@@ -136,8 +136,8 @@ fn uniforms(lighting: &CertifiedLighting) -> Vec<(&'static str, Vec<f32>)> {
     all.into_iter().filter(|(_, words): &(&str, Vec<f32>)| !words.is_empty()).collect()
 }
 
-/// Of each byte where its range begins and ends, and where the next one does: rounded up, as a number of f32 is below an end
-/// where it is below that.
+/// Where each byte's range begins and ends, and where the next one does, in linear light: rounded up, as a number of f32 is below
+/// an end where it is below that.
 fn ends() -> Vec<f32> {
     let edges = Edges::srgb8();
     let begin = |byte: u16| match byte {

@@ -44,7 +44,7 @@ pub struct Bindings {
 }
 
 impl Bindings {
-    /// Those of a shader that computes.
+    /// Makes the bindings of a shader that computes.
     ///
     /// # Errors
     /// [`Error::TooLarge`] when the shader binds more than the device takes, [`Error::Shader`] when it

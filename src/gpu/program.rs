@@ -19,7 +19,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// Of a shader with this entry point.
+    /// Makes the program of a shader with this entry point.
     ///
     /// # Errors
     /// [`Error::Shader`](crate::Error::Shader) when the device refuses it, [`Error::TooLarge`](crate::Error::TooLarge) when it

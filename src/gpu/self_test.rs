@@ -42,17 +42,17 @@ pub struct Arithmetic {
     pub faithful: bool,
     /// Largest distance of sums, in steps of the type.
     pub sum_ulp: u64,
-    /// The same for products.
+    /// Largest distance of products, in steps of the type.
     pub product_ulp: u64,
-    /// The same for quotients.
+    /// Largest distance of quotients, in steps of the type.
     pub quotient_ulp: u64,
-    /// The same for constants divided by a number.
+    /// Largest distance of constants divided by a number, in steps of the type.
     pub reciprocal_ulp: u64,
-    /// The same for square roots.
+    /// Largest distance of square roots, in steps of the type.
     pub root_ulp: u64,
     /// True where finite numbers of the normal range, and 0, compare as they should.
     pub comparisons: bool,
-    /// The same with ∞, on which the certified kernel does not rest.
+    /// True where numbers compare with ∞ as they should; the certified kernel does not rest on that.
     pub infinities: bool,
     /// True where integers up to `2²⁴` become f32 without an error.
     pub integers: bool,

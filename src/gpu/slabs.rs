@@ -34,11 +34,11 @@ pub const LEAST_SLACK: f32 = 1.0 / (1u64 << 37) as f32;
 pub struct Slabs<R> {
     /// The origin, moved by the slack to meet near sides sooner.
     pub near_origin: V3<R>,
-    /// The same to meet far sides later.
+    /// The origin, moved by the slack to meet far sides later.
     pub far_origin: V3<R>,
     /// `1/direction`, nearer to 0.
     pub near_inverse: V3<R>,
-    /// The same, farther from 0.
+    /// `1/direction`, farther from 0.
     pub far_inverse: V3<R>,
 }
 
@@ -56,7 +56,7 @@ pub struct Stretch<R> {
 fields! { Stretch { enter: vec, leave: vec } }
 
 impl<R: Real> Slabs<R> {
-    /// Those of a ray that may lie `beside` the true one, at least by [`LEAST_SLACK`].
+    /// Makes the slabs of a ray that may lie `beside` the true one, at least by [`LEAST_SLACK`].
     #[inline(always)]
     pub fn new(ray: &Ray<R>, beside: R) -> Slabs<R> {
         let Ray { origin, direction, .. } = ray;

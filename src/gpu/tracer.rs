@@ -38,7 +38,7 @@ pub struct GpuTracer {
     has_clock: bool,
     /// Lights what rays of a kernel without a proof hit, made when that is first needed.
     plain_light: Option<Box<PlainLight>>,
-    /// The same of `certified`.
+    /// Lights what rays of `certified` hit, made when that is first needed.
     light: Option<CertifiedLight>,
     /// Time to put together and compile the shader.
     pub compile_time: Duration,

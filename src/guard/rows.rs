@@ -15,13 +15,13 @@
 //! `|M̂|` below: [`QUOTIENT`], with its own rounding. The inverse takes 2.5 units of
 //! `t`, the product and the sum with this error one each: [`INVERSE`].
 
-/// Of `b·√(ι/(r² − m))`: how far half a chord may be off.
+/// How far half a chord may be off, in units of `b·√(ι/(r² − m))`.
 pub const CHORD: f64 = 0.54;
 
-/// Of the error of a quotient.
+/// Error of a quotient, in units of `(e + |t|·e_d|d|)/|M̂|`.
 pub const QUOTIENT: f64 = 1.01;
 
-/// Of the rounding of a quotient as a product and a sum, in units.
+/// Rounding of a quotient as a product and a sum, in units of `t`.
 pub const INVERSE: f64 = 4.51;
 
 /// Part of `|M|` that its error may be. Half of it is as right, for fewer rays: no test sees it.
@@ -31,5 +31,5 @@ pub const MOST_OF_SLOPE: f64 = 1.0 / (1u64 << 7) as f64;
 /// with its factor.
 pub const BOUNDS: f64 = 8.0;
 
-/// Of the difference `b` of the squared radii, what `r² − m` is at least where [`CHORD`] holds.
+/// What `r² − m` is at least where [`CHORD`] holds, in units of the difference `b` of the squared radii.
 pub const LEAST_WIDTHS: f64 = 4.0;

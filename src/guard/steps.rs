@@ -46,5 +46,5 @@ pub const NORMALIZED: f64 = 4.6;
 /// A point `o + t·d` for the middle of two bounds of `t`, of `t|d|`: the middle, the product and the sum.
 pub const POINT: f64 = 3.0;
 
-/// The same of `|o|`: the sum.
+/// A point `o + t·d` for the middle of two bounds of `t`, of `|o|`: the sum.
 pub const POINT_ORIGIN: f64 = 1.0;

@@ -8,11 +8,11 @@ pub struct About {
     pub float: FloatType,
     /// The origin of its coordinates.
     pub space: Space,
-    /// Its promise.
+    /// The kernel's promise.
     pub promise: Promise,
     /// Bytes of the numbers of a sphere and of a plane.
     pub record_bytes: [usize; 2],
-    /// Its shader.
+    /// The kernel's shader.
     pub wgsl: Wgsl,
 }
 
@@ -56,7 +56,7 @@ pub enum Space {
 pub struct Promise {
     /// In words.
     pub words: &'static str,
-    /// The same for a device whose arithmetic is not known to be IEEE 754's.
+    /// The promise in words for a device whose arithmetic is not known to be IEEE 754's.
     pub words_elsewhere: &'static str,
     /// The bounds that every device keeps. Without them, devices of IEEE 754's arithmetic are equal bit by bit,
     /// and no more is promised.
@@ -93,9 +93,9 @@ pub struct Wgsl {
 /// A part of a shader.
 #[derive(Clone, Copy)]
 pub struct ShaderPart {
-    /// Its file.
+    /// The part's file, as errors name it.
     pub file: &'static str,
-    /// Its text.
+    /// The part's text.
     pub text: &'static str,
 }
 

@@ -27,7 +27,7 @@ pub enum Kernel {
     Lecture,
     /// The best plain-f32 kernel: camera-relative, free of cancellation.
     Stable,
-    /// The same formulas in f64: what one would do without a proof.
+    /// The formulas of [`Kernel::Stable`] in f64: what one would do without a proof.
     Double,
     /// f32 with a proven error bound, then f64, then exact arithmetic.
     Certified,
@@ -60,7 +60,7 @@ impl Kernel {
     pub const ALL: [Kernel; 4] =
         [Kernel::Lecture, Kernel::Stable, Kernel::Double, Kernel::Certified];
 
-    /// Its facts.
+    /// The kernel's facts.
     pub fn about(self) -> &'static About {
         match self {
             Kernel::Lecture => &lecture::ABOUT,

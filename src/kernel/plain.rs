@@ -160,7 +160,7 @@ impl<'a, F: Float> PlainRays<'a, F> {
         }
     }
 
-    /// Those of pixels.
+    /// The rays of these pixels.
     pub fn of_pixels(coordinates: Coordinates, pixels: &'a Pixels) -> PlainRays<'a, F> {
         let (in_camera, step) = match coordinates.kernel.about().float {
             FloatType::F32 => (pixels.step(), 1.0),

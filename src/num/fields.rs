@@ -25,7 +25,7 @@ pub trait FieldSink<R: Real> {
 
 /// A struct of numbers of `R`.
 pub trait Fields<R: Real>: Sized {
-    /// Its name.
+    /// The struct's name.
     const NAME: &'static str;
     /// One of these fields.
     fn read(source: &mut impl FieldSource<R>) -> Self;

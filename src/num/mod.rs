@@ -83,9 +83,9 @@ pub trait Real:
     /// An id, or one a lane.
     type Id: Copy;
 
-    /// The same number in all lanes.
+    /// `x` in all lanes.
     fn splat(x: Self::One) -> Self;
-    /// The same id in all lanes.
+    /// `id` in all lanes.
     fn splat_id(id: u32) -> Self::Id;
     /// Square root.
     fn sqrt(self) -> Self;
@@ -97,7 +97,7 @@ pub trait Real:
     fn le(self, other: Self) -> Self::Mask;
     /// `yes` where the mask holds, `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
-    /// The same of ids.
+    /// The id `yes` where the mask holds, `no` elsewhere.
     fn select_id(mask: Self::Mask, yes: Self::Id, no: Self::Id) -> Self::Id;
 
     /// A constant: the nearest number.
@@ -123,7 +123,7 @@ pub trait Real:
 pub trait Float: Real<One = Self, Mask = bool, Id = u32> + Default + Send + Sync + 'static {
     /// As wide as the number: a lane of a mask, or an id.
     type Bits: Bits;
-    /// Of a faithful rounding (either neighbour), the worst of all devices.
+    /// Relative error of a faithful rounding (either neighbour), the worst of all devices.
     const UNIT: f64;
     /// Distances and radii up to this keep formulas in range,
     const FARTHEST: f64;
@@ -307,7 +307,7 @@ impl Mask for bool {
 pub struct V3<R>(pub [R; 3]);
 
 impl<R: Real> V3<R> {
-    /// The same vector in all lanes.
+    /// One vector in all lanes.
     #[inline(always)]
     #[track_caller]
     pub fn splat(V3([x, y, z]): V3<R::One>) -> V3<R> {

@@ -6,9 +6,9 @@ use super::{Real, V3};
 /// A ray `origin + t·direction`, with what formulas ask of its direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray<R> {
-    /// Its origin.
+    /// The ray's origin.
     pub origin: V3<R>,
-    /// Its direction.
+    /// The ray's direction.
     pub direction: V3<R>,
     /// `d·d`
     pub a: R,

@@ -28,7 +28,7 @@ pub struct Scaled {
 }
 
 impl Scaled {
-    /// Of any finite vector.
+    /// Scales any finite vector.
     pub fn new(v: DVec3) -> Scaled {
         let exponent = exponent_of(v);
         let half = -exponent / 2;
@@ -49,7 +49,7 @@ impl Scaled {
         self.vector
     }
 
-    /// The same where nothing is.
+    /// The vector times `2^−exponent`; `None` where something is rounded.
     pub fn exact(self) -> Option<DVec3> {
         self.is_exact.then_some(self.vector)
     }
@@ -69,7 +69,7 @@ pub fn power_of_two(exponent: i32) -> f64 {
     }
 }
 
-/// The same beyond the normal numbers. It is called: inlined, it would be worked out for every exponent.
+/// `2^exponent` beyond the normal numbers. It is called: inlined, it would be worked out for every exponent.
 #[cold]
 #[inline(never)]
 fn power_of_two_far(exponent: i32) -> f64 {

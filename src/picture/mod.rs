@@ -244,9 +244,9 @@ impl<W: Write + Seek> PictureWriter<W> {
         self.band(Band { hits, colors, coverage: None }, n_rows)
     }
 
-    /// As [`PictureWriter::rows`], for a transparent picture. A colour is the mean over the samples
-    /// that hit in PNG; in EXR and NPY it is the mean over all samples, those that hit nothing being
-    /// black: premultiplied, as OpenEXR wants it.
+    /// Writes the next `n_rows` rows as [`PictureWriter::rows`] does, of a transparent picture. A colour is the mean over the
+    /// samples that hit in PNG; in EXR and NPY it is the mean over all samples, those that hit nothing being black:
+    /// premultiplied, as OpenEXR wants it.
     ///
     /// # Errors
     /// As [`PictureWriter::rows`], and [`Error::Usage`] when `coverage` has not one entry a pixel,

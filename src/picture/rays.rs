@@ -24,7 +24,7 @@ const EXPECTED: &str = "a NumPy array of float64 or float32 with shape (N, 6)";
 /// The path that means standard input.
 pub const STDIN: &str = "-";
 
-/// Its name in messages.
+/// The name of standard input in messages.
 const STDIN_IN_WORDS: &str = "standard input";
 
 /// Reads the rays of an `.npy` file: shape (N, 6), float64 or float32, C or Fortran order, either

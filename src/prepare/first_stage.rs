@@ -28,7 +28,7 @@ pub(super) fn is_left_open(prepared: &Prepared, rays: &Rays) -> bool {
     n_open as f64 > MOST_OPEN * f64::from(TRIED * TRIED)
 }
 
-/// Of pixels in the middle of each of the parts that a side is cut into.
+/// How many pixels f32 leaves open, of those in the middle of each of the parts that a picture's sides are cut into.
 fn n_open_pixels(prepared: &Prepared, pixels: &Pixels) -> usize {
     let eye = Eye::of_pixels(pixels, Reach::default(), f32::UNIT);
     let objects = Objects::new(prepared.seen_objects(), &eye);

@@ -17,9 +17,9 @@ use crate::seen::Eye;
 pub struct Hierarchy {
     /// The tree over the scene's spheres.
     pub bvh: Arc<Bvh>,
-    /// Its spheres as the rays see them in f32.
+    /// The tree's spheres as the rays see them in f32.
     pub leaves: Arc<Leaves>,
-    /// The same as one ray sees them that stands for all samples of a pixel, for the last eye that asked.
+    /// The tree's spheres as one ray sees them that stands for all samples of a pixel, for the last eye that asked.
     squares: Arc<Mutex<Option<OfSquares>>>,
     /// Ids of the spheres that each ray looks at: out of range, or so close to a perspective camera's eye that f32 needs more
     /// numbers of them.

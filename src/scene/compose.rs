@@ -50,7 +50,7 @@ pub fn compose_scene(
     compose(Files::All, path, overrides, control)
 }
 
-/// As [`compose_scene`], for those who do it again while they watch the file, as
+/// Reads the scene or the data at `path` as [`compose_scene`] does, for those who do it again while they watch the file, as
 /// [`super::reread_scene`].
 ///
 /// # Errors

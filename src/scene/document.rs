@@ -59,12 +59,12 @@ impl SceneDocument {
         Ok(SceneDocument { document: text.parse().map_err(odd)? })
     }
 
-    /// Its text.
+    /// The scene file's text.
     pub(super) fn text(&self) -> String {
         self.document.to_string()
     }
 
-    /// Its text without a camera that is still empty: something else is read first.
+    /// The scene file's text without a camera that is still empty: something else is read first.
     pub(super) fn text_so_far(&self) -> String {
         let mut document = self.document.clone();
         if document.get("camera").and_then(Item::as_table).is_some_and(Table::is_empty) {

@@ -93,13 +93,13 @@ impl Linear for f64 {
 }
 
 impl Edges {
-    /// Those of bytes.
+    /// The edges between sRGB bytes.
     pub fn srgb8() -> &'static Edges {
         static SRGB8: LazyLock<Edges> = LazyLock::new(|| Edges::new(255, BYTE_PARTS));
         &SRGB8
     }
 
-    /// Those of 16-bit numbers.
+    /// The edges between 16-bit sRGB numbers.
     pub fn srgb16() -> &'static Edges {
         static SRGB16: LazyLock<Edges> = LazyLock::new(|| Edges::new(65535, 1 << 20));
         &SRGB16
@@ -244,7 +244,7 @@ mod tests {
         [(Edges::srgb8(), 255), (Edges::srgb16(), 65535)]
     }
 
-    /// As [`Edges::number`], by bisection over all ranges.
+    /// The number that [`Edges::number`] gives, by bisection over all ranges.
     fn bisected(edges: &Edges, linear: f64) -> u16 {
         edges.above.partition_point(|&edge| edge <= linear) as u16
     }

@@ -219,7 +219,7 @@ struct Limits {
 struct Fit {
     /// From the point that is looked at.
     distance: f64,
-    /// Of an orthographic picture.
+    /// Height of an orthographic picture, world units.
     height: f64,
 }
 

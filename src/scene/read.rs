@@ -35,7 +35,7 @@ pub fn read_scene(path: &Path) -> Result<Scene> {
     read_scene_with(path, &Control::default())
 }
 
-/// As [`read_scene`]; `control` counts the bytes of the clouds and can stop the reading.
+/// Reads and checks a scene file as [`read_scene`] does; `control` counts the bytes of the clouds and can stop the reading.
 ///
 /// # Errors
 /// [`Error::Interrupted`](crate::Error::Interrupted) as well.
@@ -43,8 +43,8 @@ pub fn read_scene_with(path: &Path, control: &Control) -> Result<Scene> {
     read_scene_from(Files::All, path, control)
 }
 
-/// As [`read_scene_with`], for those who read a scene again while they watch its file: what is no
-/// regular file, the scene's or a cloud's, is an error, for it could keep its reader for ever.
+/// Reads and checks a scene file as [`read_scene_with`] does, for those who read a scene again while they watch its file: what is
+/// no regular file, the scene's or a cloud's, is an error, for it could keep its reader for ever.
 ///
 /// # Errors
 /// As [`read_scene_with`].
@@ -121,7 +121,8 @@ pub fn parse_scene(text: &str, path: &Path) -> Result<Scene> {
     parse_scene_with(text, path, &Control::default())
 }
 
-/// As [`parse_scene`]; `control` counts the bytes of the clouds and can stop the reading.
+/// Reads and checks the text of a scene file as [`parse_scene`] does; `control` counts the bytes of the clouds and can stop the
+/// reading.
 ///
 /// # Errors
 /// As [`read_scene_with`].
@@ -187,7 +188,7 @@ macro_rules! need {
     };
 }
 
-/// Of each table under a key.
+/// What `of` makes of each table under a key.
 fn each<S, T>(tables: Option<Spanned<Vec<S>>>, of: impl Fn(S) -> Checked<T>) -> Checked<Vec<T>> {
     tables.into_iter().flat_map(|tables| tables.value).map(of).collect()
 }

@@ -27,7 +27,7 @@ impl Samples {
         }
     }
 
-    /// The same, or the nearest number that can be.
+    /// So many across and down a pixel, or the nearest number that can be.
     pub const fn nearest(across: u32) -> Samples {
         match across {
             0 => Samples(1),

@@ -54,7 +54,7 @@ impl Spheres {
         }
     }
 
-    /// The same with one colour for all.
+    /// Returns these spheres with every colour set to `color`.
     ///
     /// # Errors
     /// [`Error::Usage`] for components that are not from 0 to 1.
@@ -66,7 +66,7 @@ impl Spheres {
         }
     }
 
-    /// The same with a colour for each, in their order.
+    /// Returns these spheres with a colour for each, in their order.
     ///
     /// # Errors
     /// [`Error::Usage`] for more or fewer colours than spheres, and names the first row with
@@ -89,7 +89,7 @@ impl Spheres {
         }
     }
 
-    /// The same with a colour for each that a map makes of its number; `column` is what the legend calls
+    /// Returns these spheres with a colour for each that a map makes of its number; `column` is what the legend calls
     /// them. The map goes over `range`, or over all numbers that are finite; NaN is no number.
     ///
     /// # Errors

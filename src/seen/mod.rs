@@ -30,15 +30,15 @@ use crate::scene::Object;
 
 /// The numbers of an object in f64. Those in another number, and in all lanes, come from these.
 pub trait Record: Copy {
-    /// The same in numbers of `R`.
+    /// The record in numbers of `R`.
     type In<R: Real>: Copy;
     /// Each field by its rule: `near`, `down` or `up`.
     fn round<F: Float>(&self) -> Self::In<F>;
-    /// The same of records side by side.
+    /// Rounds each field of records side by side by its rule.
     fn round_lanes<F: Float, const N: usize>(
         lanes: &Self::In<Lanes<f64, N>>,
     ) -> Self::In<Lanes<F, N>>;
-    /// The same numbers in all lanes.
+    /// One record in all lanes.
     fn splat<R: Real>(one: &Self::In<R::One>) -> Self::In<R>;
 }
 
@@ -170,15 +170,15 @@ fields! { Bounds { low: num, high: num } }
 pub struct Lengths<R> {
     /// No direction is longer.
     pub longest: R,
-    /// Of `t`, in a point's error: the direction's own, and the rounding of `o + t·d`.
+    /// What `t` counts in a point's error: the direction's own, and the rounding of `o + t·d`.
     pub of_t: R,
     /// What comes with the farthest origin.
     pub of_origin: R,
     /// What a normal `(t·d − l)/r` is off by for its own roundings.
     pub of_normal: R,
-    /// Of a number that is rounded.
+    /// What a number that is rounded is off by, relative.
     pub rounding: R,
-    /// Of a plane's `t`, for its roundings.
+    /// What a plane's `t` is off by for its roundings, relative.
     pub of_quotient: R,
 }
 
@@ -189,7 +189,7 @@ fields! {
 }
 
 impl<F: Float> Lengths<F> {
-    /// Those of an eye no direction of whose rays is longer than `longest`.
+    /// The lengths of an eye no direction of whose rays is longer than `longest`.
     pub fn new(eye: &Eye, longest: f64) -> Lengths<F> {
         let InputError { offset, direction } = eye.input;
         let of_t = ROOM * eye.unit * (direction + steps::POINT) * longest;
@@ -206,7 +206,7 @@ impl<F: Float> Lengths<F> {
         }
     }
 
-    /// The same numbers in all lanes.
+    /// These lengths in all lanes.
     #[inline(always)]
     pub fn splat<R: Real<One = F>>(&self) -> Lengths<R> {
         let &Lengths { longest, of_t, of_origin, of_normal, rounding, of_quotient } = self;
@@ -230,7 +230,7 @@ pub struct Surface<R: Real> {
     pub point: V3<R>,
     /// Bound of its distance from the true one.
     pub point_error: R,
-    /// Of about unit length, against the ray.
+    /// The normal, of about unit length, against the ray.
     pub normal: V3<R>,
     /// Bound of its distance from the true unit normal,
     pub normal_error: R,
@@ -269,7 +269,7 @@ impl<R: Real> Surface<R> {
         self.point_error.lt(R::lit(R::One::KNOWN))
     }
 
-    /// Of which nothing is known.
+    /// A surface of which nothing is known.
     #[inline(always)]
     pub fn unknown() -> Surface<R> {
         let (zero, beyond) = (R::lit(0.0), R::lit(R::One::BEYOND));
@@ -318,14 +318,14 @@ pub trait Seen: Record {
     }
     /// Where a ray meets it; `None` where surely no lane does.
     fn bounds<R: Real>(seen: &In<Self, R>, ray: &Ray<R>) -> Option<Bounds<R>>;
-    /// The same of an object so large and so close that its size hides its distance.
+    /// Where a ray meets an object so large and so close that its size hides its distance; `None` where surely no lane does.
     #[inline(always)]
     fn bounds_close<R: Real>(seen: &In<Self, R>, ray: &Ray<R>) -> Option<Bounds<R>> {
         Self::bounds(seen, ray)
     }
     /// Where a ray that is known to hit it does so.
     fn surface<R: Real>(seen: &In<Self, R>, ray: &Ray<R>, lengths: &Lengths<R>) -> Surface<R>;
-    /// The same of an object that [`Seen::is_close`].
+    /// Where a ray that is known to hit an object that [`Seen::is_close`] does so.
     #[inline(always)]
     fn surface_close<R: Real>(
         seen: &In<Self, R>,
@@ -456,7 +456,7 @@ impl<F: Float> Objects<F> {
         Objects { spheres: List::new(), planes: List::new() }
     }
 
-    /// Those with these ids.
+    /// These objects with their ids, as an eye sees them.
     pub fn new<'a>(objects: impl IntoIterator<Item = (u32, Object<'a>)>, eye: &Eye) -> Objects<F> {
         let mut all = Objects::none();
         for (id, object) in objects {

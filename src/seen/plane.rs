@@ -176,7 +176,7 @@ record! {
         point: vec near,
         /// With a largest component from 1 to 2.
         normal: vec near,
-        /// Its length.
+        /// Length of the normal, or a little more.
         length: num up,
         /// What the point's place is off by, in units.
         place: num up,

@@ -56,31 +56,31 @@ use crate::scene::{Object, Plane};
 /// length it is less than a third of what [`OF_OFFSET`] grants, as no object is nearer to a ray than to the ray's start.
 pub(crate) const OF_SQUARES: f64 = 8.0;
 
-/// Of `|w|` in `E`. No test sees it cut: either `l` is about as long as `w`, and [`OF_OFFSET`] grants more, or the object lies
-/// about the start, and its place or the light's is as far from the reference point.
+/// Factor of `|w|` in `E`, in units. No test sees it cut: either `l` is about as long as `w`, and [`OF_OFFSET`] grants more, or
+/// the object lies about the start, and its place or the light's is as far from the reference point.
 pub(crate) const OF_WAY: f64 = 4.0;
 
-/// Of `|l|/|w|` in the share of a ray's end in `E`.
+/// Factor of `|l|/|w|` in the share of a ray's end in `E`.
 pub(crate) const OF_LEVER: f64 = 1.2;
 
-/// Of `|l|` in `E`.
+/// Factor of `|l|` in `E`, in units.
 pub(crate) const OF_OFFSET: f64 = 14.0;
 
-/// Of the largest component of `c` in `E`: `√3` and room.
+/// Factor of the largest component of `c` in `E`, in units: `√3` and room.
 pub(crate) const OF_PLACE: f64 = 1.75;
 
-/// Of `|l| + |w|` in the `E` of a plane.
+/// Factor of `|l| + |w|` in the `E` of a plane, in units.
 pub(crate) const OF_PLANE: f64 = 5.0;
 
-/// Of `|n||w|` in the error of `n·w`.
+/// Factor of `|n||w|` in the error of `n·w`, in units.
 pub(crate) const OF_SLOPE: f64 = 4.0;
 
-/// Of `n·ω`: three roundings of a dot product of vectors of length 1, `1/√(w·w)` with 3/2 + 4.5 + 2.5, the product with that
-/// and the sum with its error.
+/// Error of `n·ω`, in units: three roundings of a dot product of vectors of length 1, `1/√(w·w)` with 3/2 + 4.5 + 2.5, the
+/// product with that and the sum with its error.
 pub const OF_COSINE: f64 = 14.0;
 const _: () = assert!(steps::DOT + (3.0 / 2.0 + 4.5 + 2.5) + 1.0 + 1.0 < OF_COSINE);
 
-/// Of `ρ = |w − ŵ|/|ŵ|` in the angle that a way is turned by: up to ¼ it is at most `asin ρ`.
+/// Factor of `ρ = |w − ŵ|/|ŵ|` in the angle that a way is turned by: up to ¼ it is at most `asin ρ`.
 pub(crate) const OF_TURN: f64 = 1.02;
 
 /// How many times what a way's end is off by the way is long, at least: what is granted for it holds up to there.

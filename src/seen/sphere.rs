@@ -53,7 +53,7 @@ record! {
         inv_r: num near,
         /// What `c` and an origin are off by together.
         offset_error: num up,
-        /// The same where that is more than a rounding.
+        /// What `c` and an origin are off by together where that is more than a rounding, else 0.
         moved_error: num up,
         /// `r²`
         r2: num near,
@@ -126,7 +126,7 @@ impl<R: Real<One = f64>> SphereLeaf<R> {
         }
     }
 
-    /// The same where f64 alone says whether the eye is outside.
+    /// Spheres at `center` from the eye's reference point, where f64 alone says whether the eye is outside.
     #[inline(always)]
     pub fn at<F: Float>(center: V3<R>, r: R, eye: &Eye) -> SphereLeaf<R> {
         let l = length_bounds(center) + R::lit(eye.spread);
@@ -499,7 +499,7 @@ record! {
     SphereMet {
         /// From the reference point.
         center: vec near,
-        /// Its radius.
+        /// The sphere's radius.
         r: num near,
         /// What its place and its radius are off by, in units.
         place: num up,

@@ -410,8 +410,8 @@ fn sabotage_cut_bounds_are_seen() {
     }
 }
 
-/// Of `n` rays that hit, how many surfaces are known, and how many are off by more than this share of what they may be: `t`,
-/// the point, or the normal.
+/// How many surfaces are known, of `n` rays that hit, and how many are off by more than this share of what they may be: `t`, the
+/// point, or the normal.
 fn off<T: Object, F: Float>(
     n: usize,
     unit: f64,

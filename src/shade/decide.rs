@@ -26,7 +26,7 @@ pub type Known<C> = HashMap<Vec<u8>, [C; 3]>;
 struct SamplePoint<'a> {
     /// Index of its ray.
     at: usize,
-    /// Of each lamp.
+    /// What is surely known of each lamp's light on the sample.
     visibility: &'a [Visibility],
     /// The object's id.
     id: u32,

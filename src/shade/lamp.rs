@@ -30,7 +30,7 @@ pub struct Lamp {
     /// Linear light that a surface across its rays gets: within 2 units `2⁻⁵²` of it, or `2⁻¹⁰⁷⁴` where it is
     /// subnormal; infinite where f64 does not have it.
     pub weight: [f64; 3],
-    /// The same exactly, times [`Lighting::n_shares`].
+    /// Exact light that a surface across its rays gets, times [`Lighting::n_shares`].
     pub exact_weight: [Dyadic; 3],
     /// Whether objects are in its way.
     pub shadows: bool,

@@ -27,7 +27,7 @@ pub struct Occluders<'a> {
     pub scene: &'a Scene,
     /// The objects that are not in the tree, without those that equal an earlier one, and their ids.
     listed: Vec<(u32, Object<'a>)>,
-    /// The same as shadow rays meet them,
+    /// The listed objects as shadow rays meet them,
     met: Vec<Met<f64>>,
     /// and the spheres, which come first, side by side.
     spheres: Vec<SphereMet<Lanes<f64, LANES>>>,

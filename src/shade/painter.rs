@@ -59,7 +59,7 @@ impl Background {
 pub struct ColorCounts {
     /// The device.
     pub device: u64,
-    /// Of those, the device's f32 alone.
+    /// Pixels of `device` whose colour the device's f32 alone found.
     pub device_f32: u64,
     /// The CPU: in f32 or f64, and exactly where that is not enough.
     pub cpu: u64,
@@ -93,9 +93,9 @@ pub struct Painted {
 pub struct Painter<'a> {
     style: Style,
     look: Look,
-    /// Of the pixels' centre rays.
+    /// Traces the pixels' centre rays.
     tracer: &'a mut Tracer,
-    /// Of the samples, where there are several.
+    /// Traces the samples, where there are several.
     of_samples: Option<&'a mut Tracer>,
     hits: Hits,
     samples: SampleIds,
@@ -134,7 +134,7 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// Of the pixels' centre rays.
+    /// The tracer of the pixels' centre rays.
     pub(crate) fn tracer(&mut self) -> &mut Tracer {
         self.tracer
     }

@@ -53,11 +53,11 @@ fn of_roundings(n: f64, unit: f64) -> Option<f64> {
 
 /// A pixel whose colour the bounds leave open.
 pub struct Open {
-    /// Its index.
+    /// Index of the pixel.
     pub pixel: usize,
     /// Bounds of its colour.
     pub bounds: [Bounds<f64>; 3],
-    /// Of its samples in turn, for each lamp in turn.
+    /// What is surely known of the lamps' light: of the pixel's samples in turn, for each lamp in turn.
     pub visibility: Vec<Visibility>,
 }
 
@@ -169,7 +169,7 @@ pub struct Scratch<F: Float, const N: usize> {
     light: usize,
     packs: Vec<Pack<F, N>>,
     order: SampleOrder<F, N>,
-    /// Of each light, for all packs.
+    /// What each light gives to all packs, by the light's index.
     given: Vec<Vec<Given<F, N>>>,
     shades: Vec<Shade<F, N>>,
     boxes: Vec<Extent<F, N>>,
@@ -212,7 +212,7 @@ impl<'a> LightPass<'a, f32> {
         (pass.width < 0.5 && pass.surfaces.are_known()).then_some(pass)
     }
 
-    /// Its numbers, for a device; `None` where a light is so far away that squares leave the range.
+    /// The numbers of the pass, for a device; `None` where a light is so far away that squares leave the range.
     pub fn lighting(&self) -> Option<CertifiedLighting> {
         let LightPass { job, occluders, surfaces, listed, lights, ambient, width, .. } = self;
         let is_far = |light: &Source<f32>| match light.origin {

@@ -46,7 +46,7 @@ pub(super) fn shade<C: Written>(
     Ok(false)
 }
 
-/// The same with a device's light, some rows at a time. False where that is left to the CPU.
+/// Fills `colors` as [`shade`] does, by a device's light, some rows at a time. False where that is left to the CPU.
 fn shade_with<C: Written>(
     tracer: &mut Tracer,
     job: &Job,

@@ -23,7 +23,7 @@ pub trait Written: Copy + Default + PartialEq + Send + Sync {
         Self::default()
     }
 
-    /// Those of means side by side between lower and upper bounds, and whether they are known.
+    /// The numbers of means side by side between lower and upper bounds, and whether they are known.
     #[inline(always)]
     fn of_lanes<F: Linear, const N: usize>(
         low: Lanes<F, N>,

@@ -28,7 +28,7 @@ pub fn row(of: Of, kernel: &str, device: &str) -> Row {
     Row { key, numbers: Default::default(), counts: Default::default() }
 }
 
-/// Of 15 runs, of which the slowest took a fifth longer.
+/// Times of 15 runs, of which the slowest took a fifth longer than the median.
 fn times(median: f64) -> Spread {
     let max = 1.2 * median;
     Spread { median, p999: max, min: 0.95 * median, max, n: 15 }

@@ -112,7 +112,7 @@ fn rounded(module: &mut Module, words: &[u32]) -> Option<(u32, u32)> {
     (is_rounded && words[1] == scalar).then(|| (words[1], words[2]))
 }
 
-/// The same instruction with another result.
+/// An instruction with `id` as its result.
 fn with_result(words: &[u32], id: u32) -> Vec<u32> {
     let mut words = words.to_vec();
     words[2] = id;

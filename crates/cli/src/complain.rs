@@ -83,7 +83,7 @@ fn draw(error: &SceneError, drawn: &mut Buffer) -> Result<(), files::Error> {
 struct Shown {
     path: String,
     excerpt: Excerpt,
-    /// Of the place, as editors count, from 1.
+    /// Line of the place, as editors count, from 1.
     line: usize,
     column: usize,
 }

@@ -86,7 +86,7 @@ pub struct Summary {
     work: Work,
     /// Frames of the whole film.
     n_frames: u32,
-    /// Those that were asked for.
+    /// The frames that were asked for.
     frames: Vec<Frame>,
     bytes_device: u64,
     ms: MsFilm,

@@ -127,7 +127,7 @@ struct Failure {
     error: String,
     /// The exit code.
     code: u8,
-    /// Of a scene error.
+    /// The place of a scene error.
     #[serde(skip_serializing_if = "Option::is_none")]
     place: Option<Place>,
 }
@@ -256,7 +256,7 @@ impl From<&Rendered> for MsStages {
 }
 
 impl MsStages {
-    /// Of another picture after the first one, whose colours may be flat.
+    /// The stages of another picture after the first one, whose colours may be flat.
     pub fn again(done: &Rendered, is_flat: bool) -> MsStages {
         let stages = MsStages::from(done);
         MsStages { shade: stages.shade.filter(|_| !is_flat), ..stages }

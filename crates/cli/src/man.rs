@@ -20,7 +20,7 @@ use kugelblitz::words::did_you_mean;
 /// Print a manual page (roff), or write all of them
 #[derive(Args)]
 pub struct ManArgs {
-    /// Of one command, or of the scene format: `scene` [default: the program]
+    /// The page of one command, or of the scene format: `scene` [default: the program]
     #[arg(value_name = "COMMAND")]
     of: Vec<String>,
     /// Write all pages into this folder, which is made where it is missing

@@ -47,7 +47,7 @@ pub fn written(path: &Path, bytes: &[u8]) -> Result<OutputFile> {
     filled(OutputFile::create(path, false)?, bytes)
 }
 
-/// As [`written`], of a file that is there already.
+/// Fills a file that is there already with these bytes; it is then whole, but not in its place.
 ///
 /// # Errors
 /// [`Error::Io`]
@@ -105,7 +105,7 @@ pub fn talk(lines: &str) {
     talk_in_colour(&plain(lines));
 }
 
-/// As [`talk`], for lines with colours of the program's own, whose foreign parts are [`plain`].
+/// Prints lines as [`talk`] does, with colours of the program's own; foreign parts in them are [`plain`].
 pub fn talk_in_colour(lines: &str) {
     // At once: other threads and the driver write there too.
     let _ = std::io::stderr().write_all(format!("{lines}\n").as_bytes());

@@ -40,7 +40,7 @@ fn by_share(a: &&Row, b: &&Row) -> std::cmp::Ordering {
     a.wrong_share().total_cmp(&b.wrong_share())
 }
 
-/// Of each scene that a kernel was compared in the row of the device where it was worst.
+/// The row of the device where a kernel was worst, of each scene that it was compared in.
 fn worst_rows<'a>(report: &'a Report, kernel: &str) -> Vec<&'a Row> {
     let mut rows = report.rows_of(|of| matches!(of, Of::Scene { .. }));
     rows.retain(|row| row.key.kernel == kernel && row.count(Count::Rays) > 0);

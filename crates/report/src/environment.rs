@@ -23,7 +23,7 @@ pub struct Environment {
     pub system: String,
     /// The host's CPU.
     pub host_cpu: String,
-    /// Its logical cores.
+    /// The CPU's logical cores.
     pub n_cores: usize,
     /// The adapters, the best first.
     pub adapters: Vec<AdapterArithmetic>,
@@ -37,7 +37,7 @@ pub struct AdapterArithmetic {
     pub facts: AdapterFacts,
     /// The self-test's findings in f32.
     pub arithmetic_f32: Arithmetic,
-    /// Those in f64; `None` where the device has none.
+    /// The self-test's findings in f64; `None` where the device has none.
     pub arithmetic_f64: Option<Arithmetic>,
 }
 
@@ -56,7 +56,7 @@ impl AdapterArithmetic {
 }
 
 impl Environment {
-    /// Of this machine, now. `command` is what the user typed; `commit` is what the program was
+    /// Describes this machine, now. `command` is what the user typed; `commit` is what the program was
     /// built from.
     pub fn collect(
         command: String,

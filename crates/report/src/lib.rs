@@ -173,9 +173,9 @@ pub struct RowKey {
 pub enum Of {
     /// Rays of a scene's picture.
     Scene {
-        /// Its name.
+        /// The scene's name.
         scene: String,
-        /// Its sort.
+        /// The scene's sort.
         class: Class,
     },
     /// The scenes of a class taken together: all errors, and the geometric means of times.
@@ -185,7 +185,7 @@ pub enum Of {
     },
     /// A point of one of the [`SWEEPS`].
     Sweep {
-        /// Its name.
+        /// The sweep's name.
         sweep: String,
         /// The quantity that is swept.
         x: f64,
@@ -197,7 +197,7 @@ pub enum Of {
     },
     /// Light and shadow of a scene.
     Light {
-        /// Its name.
+        /// The scene's name.
         scene: String,
     },
 }
@@ -209,13 +209,13 @@ pub enum Of {
 pub enum Metric {
     /// Error of `t` in f32 steps at the exact `t`, where the object is right.
     TUlp,
-    /// The same, relative to the exact `t`.
+    /// Error of `t` relative to the exact one, where the object is right.
     TRelative,
     /// Angle to the exact normal in degrees, where the object is right.
     NormalDegrees,
     /// All stages of tracing ids but the read-back, nanoseconds a ray.
     TraceNsPerRay,
-    /// The same with `t` and normals.
+    /// All stages of tracing ids, `t` and normals but the read-back, nanoseconds a ray.
     SurfaceNsPerRay,
     /// The compute passes alone by the device's own clock, ids, nanoseconds a ray.
     DeviceNsPerRay,
@@ -264,7 +264,7 @@ pub enum Count {
     Leaks,
     /// Pixels with a wrong byte.
     WrongBytes,
-    /// Those with a byte that is off by more than 8 levels.
+    /// Pixels with a byte that is off by more than 8 levels.
     FarBytes,
 }
 
@@ -332,7 +332,7 @@ fn number_or_infinity<'de, D: Deserializer<'de>>(json: D) -> std::result::Result
 }
 
 impl Spread {
-    /// Of some values, none of them NaN; `None` for none.
+    /// The spread of some values, none of them NaN; `None` for none.
     pub fn of(mut values: Vec<f64>) -> Option<Spread> {
         values.sort_unstable_by(f64::total_cmp);
         let n = values.len();

@@ -285,7 +285,7 @@ pub fn n_pixels([width, height]: [u32; 2]) -> u64 {
     u64::from(width) * u64::from(height)
 }
 
-/// Of medians, least and largest values, each for itself; `None` of nothing.
+/// Geometric means of medians, 99.9th percentiles, least and largest values, each for itself; `None` of nothing.
 fn geometric_mean(spreads: &[Spread]) -> Option<Spread> {
     let mean = |part: fn(&Spread) -> f64| {
         let logarithms: f64 = spreads.iter().map(|spread| part(spread).ln()).sum();

@@ -15,14 +15,14 @@ const NOISY: f64 = 0.25;
 pub struct Noise {
     /// Times that were measured repeatedly.
     pub times: usize,
-    /// Those whose least and largest values are more than a quarter of the median apart.
+    /// Times whose least and largest values are more than a quarter of the median apart.
     pub wide: usize,
     /// How far they are apart in the middle one of all times, as a share of the median.
     pub typical_range: f64,
 }
 
 impl Noise {
-    /// Of the times of ids in each scene.
+    /// The noise of the times of ids in each scene.
     pub fn of(rows: &[Row]) -> Noise {
         let scenes = rows.iter().filter(|row| matches!(row.key.of, Of::Scene { .. }));
         let times = scenes.filter_map(|row| row.number(Metric::TraceNsPerRay)?.relative_range());

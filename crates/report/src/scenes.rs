@@ -47,7 +47,7 @@ pub struct MeasuredScene {
     pub n_spheres: usize,
     /// Planes in it.
     pub n_planes: usize,
-    /// Its lights, without a sky.
+    /// Lights in it, without a sky.
     pub n_lights: usize,
 }
 

@@ -20,7 +20,7 @@ use super::{Benchmark, Missing, Of, Row, Settings};
 pub struct Sweep {
     /// `distance`, `offset` or `objects`.
     pub name: &'static str,
-    /// Its subject, in a sentence.
+    /// The sweep's subject, in a sentence.
     pub title: &'static str,
     /// The quantity in words.
     pub x_label: &'static str,

@@ -117,13 +117,13 @@ enum Figure {
     Counted(Count),
     /// The share of wrong ids, or `0 of N`.
     Wrong,
-    /// The same without the number of rays.
+    /// The share of wrong ids, without the number of rays.
     WrongShare,
     WrongShadows,
     WrongPixels,
     /// The share of rays that a stage decided.
     Decided(Count),
-    /// Of errors.
+    /// The median of errors.
     Median(Metric),
     P999(Metric),
     Largest(Metric),

@@ -16,7 +16,7 @@ const LETTERS: [f32; 2] = [8.5, 11.5];
 /// Width of a letter, as a part of its size.
 const LETTER: f32 = 0.61;
 
-/// Of a subscript, as a part of that.
+/// Size of a subscript's letters, as a part of the others'.
 const SUBSCRIPT: f32 = 0.72;
 
 /// Distance that the panel keeps from the pixel, points.

@@ -12,7 +12,7 @@ pub enum Notice<'a> {
     Opening,
     /// A device was opened.
     Opened {
-        /// Its name.
+        /// The device's name.
         adapter: &'a str,
         /// True where it is a program on the CPU.
         software: bool,
@@ -59,14 +59,14 @@ pub enum Notice<'a> {
     },
     /// A picture was saved.
     Saved {
-        /// Its file.
+        /// The picture's file.
         path: &'a Path,
         /// Columns and rows.
         size: [u32; 2],
     },
     /// Another scene was opened.
     SceneOpened {
-        /// Its file.
+        /// The scene's file.
         path: &'a Path,
     },
     /// The scene file changed and is good.

@@ -31,7 +31,7 @@ const BAND_TIME: Duration = Duration::from_millis(100);
 /// A picture that is wanted.
 #[derive(Clone)]
 pub struct Order {
-    /// Its number; newer ones have higher numbers.
+    /// The picture's number; newer ones have higher numbers.
     pub serial: u64,
     /// The scene, with the light that colours have.
     pub scene: Arc<Scene>,

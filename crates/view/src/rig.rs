@@ -21,9 +21,9 @@ const FRAME_MARGIN: f64 = 1.08;
 /// A scene's size and place: a ball around all spheres, or around the planes' points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
-    /// Its centre, world units.
+    /// The ball's centre, world units.
     pub center: DVec3,
-    /// Its radius, world units; more than 0.
+    /// The ball's radius, world units; more than 0.
     pub radius: f64,
 }
 

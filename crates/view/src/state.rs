@@ -105,7 +105,7 @@ pub struct State {
     pub is_moving: bool,
     /// Left and right; the right one is shown where only one is.
     pub kernels: [Kernel; 2],
-    /// Those that the device runs.
+    /// Kernels that the device runs.
     pub offered: Vec<Kernel>,
     pub compares: bool,
     /// Where the divider stands, 0 to 1.

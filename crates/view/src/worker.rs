@@ -15,7 +15,7 @@ type Job<J> = (J, Arc<Control>);
 /// The thread and its newest job.
 pub struct Worker<J> {
     jobs: Option<Sender<Job<J>>>,
-    /// Of the newest job.
+    /// What stops the newest job.
     control: Arc<Control>,
     closing: Arc<Control>,
     thread: Option<JoinHandle<()>>,

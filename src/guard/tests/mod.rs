@@ -14,7 +14,7 @@ fn length(v: V3<f64>) -> f64 {
     v.dot(v).sqrt()
 }
 
-/// Off by so many units in each component.
+/// A vector whose components are off by so many units each.
 fn rounded(v: V3<f64>, units: f64) -> V3<Worst> {
     V3(v.0.map(|x| Worst::off(x, units)))
 }

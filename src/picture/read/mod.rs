@@ -40,9 +40,9 @@ pub struct Image {
 /// One number of each pixel, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Its name.
+    /// The channel's name.
     pub name: String,
-    /// Its numbers.
+    /// The channel's numbers.
     pub samples: Samples,
 }
 
@@ -145,9 +145,9 @@ impl Samples {
 /// What a picture's file says of itself.
 #[derive(Clone, Debug, Serialize)]
 pub struct ImageFacts {
-    /// Its path.
+    /// Path of the file.
     pub file: String,
-    /// Its format.
+    /// Format of the file.
     pub format: &'static str,
     /// Columns and rows.
     pub size: [usize; 2],
@@ -155,7 +155,7 @@ pub struct ImageFacts {
     pub window: Option<[i64; 4]>,
     /// Columns and rows of the whole picture.
     pub whole: [usize; 2],
-    /// As [`Image::is_list`].
+    /// True for an array with one axis, as [`Image::is_list`].
     pub is_list: bool,
     /// The channels, in the order of the file.
     pub channels: Vec<ChannelFacts>,
@@ -168,7 +168,7 @@ pub struct ImageFacts {
 /// What a channel is.
 #[derive(Clone, Debug, Serialize)]
 pub struct ChannelFacts {
-    /// Its name.
+    /// The channel's name.
     pub name: String,
     /// The type of its numbers, as [`Samples::kind`].
     #[serde(rename = "type")]

@@ -46,7 +46,7 @@ pub struct Oracle {
 /// What samples beside all objects count for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Background {
-    /// Its colour.
+    /// The scene's background colour.
     #[default]
     Shown,
     /// Nothing: the mean is that of the others.
@@ -63,7 +63,7 @@ pub struct Hit {
     pub normal: [f32; 3],
 }
 
-/// Of a ray that meets nothing.
+/// The hit of a ray that meets nothing.
 pub const MISS: Hit = Hit { id: 0, t: f32::INFINITY, normal: [0.0; 3] };
 
 /// Where a ray meets an object: at `numerator/denominator`.
@@ -108,7 +108,7 @@ impl Oracle {
         Oracle::seen_by(scene, Camera::along(origin, direction), 1, 1, 1).hit(0, 0)
     }
 
-    /// The same where samples that hit nothing count otherwise.
+    /// This oracle where samples that hit nothing count as `background` says.
     pub fn before(self, background: Background) -> Oracle {
         Oracle { background, ..self }
     }

@@ -28,9 +28,9 @@ pub enum LampSource {
 #[derive(Clone, Copy, Debug)]
 pub struct Shifts {
     pub length: i64,
-    /// Of the camera's unit vectors.
+    /// The exponent for the camera's unit vectors.
     pub frame: i64,
-    /// Of the camera's `h`.
+    /// The exponent for the camera's `h`.
     pub h: i64,
 }
 

@@ -12,7 +12,7 @@ pub struct Surface<N> {
     pub t: [N; 2],
     pub point: [N; 3],
     pub m: N,
-    /// Of any length.
+    /// The normal, of any length.
     pub normal: [N; 3],
     pub length: N,
 }

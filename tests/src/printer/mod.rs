@@ -32,7 +32,7 @@ enum Op {
 struct Node {
     op: Op,
     operands: Vec<u32>,
-    /// Of a leaf.
+    /// The text of a leaf; else empty.
     text: String,
     place: &'static Location<'static>,
 }
@@ -57,7 +57,7 @@ fn put(op: Op, operands: &[u32], text: String) -> u32 {
 
 /// What a function takes or gives.
 pub trait Printed: Sized {
-    /// Its type in WGSL.
+    /// The type in WGSL.
     fn type_name() -> String;
     /// The one at a path.
     fn input(path: &str) -> Self;
@@ -200,7 +200,7 @@ impl FieldSource<Wgsl> for At<'_> {
     }
 }
 
-/// Of each field its name, its type and its text.
+/// The name, the type and the text of each field of a struct.
 struct Texts<'a> {
     text: &'a mut dyn FnMut(Value) -> String,
     fields: Vec<[String; 3]>,

@@ -79,7 +79,7 @@ fn line(statement: &str) -> String {
 
 struct Printer<'a> {
     nodes: &'a [Node],
-    /// Of values, by their last nodes.
+    /// Names of values, by the values' last nodes.
     names: HashMap<u32, String>,
     uses: HashMap<Value, usize>,
 }

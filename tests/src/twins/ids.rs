@@ -57,7 +57,7 @@ impl Twin<'_> {
         }
     }
 
-    /// Of the records that a device has in its buffers.
+    /// What a ray sees of the records that a device has in its buffers.
     fn nearest_listed<R: Real<One = f32, Id = u32>>(&self, ray: &Ray<R>) -> Nearest<R> {
         let ObjectRecords::Certified { lists, any_close } = &self.prepared.objects else {
             panic!("a kernel without a proof")

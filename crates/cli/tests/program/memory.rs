@@ -46,7 +46,7 @@ fn ids(path: &Path) -> Vec<u32> {
     records.map(|record| u32::from_le_bytes(record[..4].try_into().unwrap())).collect()
 }
 
-/// Of equal spheres, seen from outside and from inside, the first; of those that differ in their last bits, which only exact
+/// The first of equal spheres is seen, from outside and from inside; of those that differ in their last bits, which only exact
 /// arithmetic tells apart, the nearest.
 #[test]
 fn of_many_spheres_in_one_place_one_is_seen_in_little_memory() {

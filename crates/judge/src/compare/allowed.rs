@@ -13,7 +13,7 @@ use super::{RayError, TError};
 pub struct Tolerance {
     /// The number.
     pub most: f64,
-    /// Its unit.
+    /// The unit of `most`.
     pub unit: Unit,
 }
 
@@ -28,7 +28,7 @@ pub enum Unit {
     Ulp,
     /// The exact `t`.
     Relative,
-    /// Of an angle.
+    /// Degrees of an angle.
     Degrees,
     /// The thing's own.
     Size,
@@ -137,8 +137,8 @@ pub struct Allowed {
 }
 
 impl Allowed {
-    /// Of rays, as `ids=0.01%,silhouettes=5%,t=2ulp,normal=0.1` says, each of them or not. What `ids` allows holds at
-    /// silhouettes as well, where nothing else is said of them. Without a word it is what the kernel `certified`
+    /// What may differ of rays, as `ids=0.01%,silhouettes=5%,t=2ulp,normal=0.1` says, each of them or not. What `ids` allows
+    /// holds at silhouettes as well, where nothing else is said of them. Without a word it is what the kernel `certified`
     /// promises of itself: no wrong id, `t` the exact one rounded to f32, normals as near as their rounded components.
     ///
     /// # Errors
@@ -156,9 +156,9 @@ impl Allowed {
         Ok(allowed)
     }
 
-    /// Of the numbers of a pixel, and of how many pixels may differ more, as `levels=2,ulp=4,difference=1e-6,pixels=0.1%`
-    /// says, each of them or not: levels of whole numbers that are colours, steps of floats, and the difference of floats
-    /// that are more steps apart. Without a word nothing may differ.
+    /// What may differ of the numbers of a pixel, and how many pixels may differ more, as
+    /// `levels=2,ulp=4,difference=1e-6,pixels=0.1%` says, each of them or not: levels of whole numbers that are colours, steps of
+    /// floats, and the difference of floats that are more steps apart. Without a word nothing may differ.
     ///
     /// # Errors
     /// [`Error::Usage`] for other words.

@@ -27,7 +27,7 @@ pub struct ObjectCounts {
 }
 
 impl ObjectCounts {
-    /// Those of `scene`.
+    /// Counts the objects of `scene`.
     pub fn of(scene: &Scene) -> ObjectCounts {
         ObjectCounts { spheres: scene.spheres.len(), planes: scene.planes.len() }
     }

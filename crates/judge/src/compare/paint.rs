@@ -30,10 +30,12 @@ const WITHIN: [u8; 3] = [0x2f, 0x6f, 0xb0];
 /// a large error.
 const ULP_RANGE: [f64; 2] = [0.5, 1e6];
 
-/// The same of angles, degrees.
+/// Errors of angles from the first to the second, degrees, go from the colour of what is right to that of a
+/// large error.
 const DEGREES_RANGE: [f64; 2] = [1e-5, 10.0];
 
-/// The same of differences, the smallest of which are seen as well.
+/// Differences beyond what is allowed, from the first to the second, shares of a channel, go from [`FALSE_HIT`] to
+/// [`WRONG_OBJECT`]; the smallest are seen as well.
 const DIFFERENCE_RANGE: [f64; 2] = [1e-3, 1.0];
 
 /// The errors of pixels as colours: wrong ids in red, orange and yellow; where the object is right, the larger the

@@ -45,9 +45,9 @@ pub struct PictureDifference {
 /// One of two pictures.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct PictureSide {
-    /// Its name.
+    /// The file's name.
     pub file: String,
-    /// Its format.
+    /// The file's format.
     pub format: &'static str,
     /// Columns and rows.
     pub size: [usize; 2],
@@ -72,9 +72,9 @@ pub struct ChannelDifference {
     pub largest_ulp: Option<u64>,
     /// Index of the pixel with the largest difference.
     pub at: Option<usize>,
-    /// Its two numbers.
+    /// The two numbers of that pixel.
     pub values: Option<[f64; 2]>,
-    /// Its column and row.
+    /// Column and row of that pixel.
     pub pixel: Option<[usize; 2]>,
 }
 
@@ -322,7 +322,7 @@ impl Common {
     }
 }
 
-/// As [`ulp_distance`], of f64.
+/// The steps between two f64, as [`ulp_distance`] counts those between two f32.
 fn ulp_distance_f64(a: f64, b: f64) -> u64 {
     if a.is_nan() || b.is_nan() {
         return u64::from(a.to_bits() != b.to_bits()) * u64::MAX;

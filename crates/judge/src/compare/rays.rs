@@ -62,7 +62,7 @@ pub enum RayError {
 }
 
 impl RayError {
-    /// Of a result against the right one; `is_nearest` says whether a normal is the right one, rounded.
+    /// The error of a result against the right one; `is_nearest` says whether a normal is the right one, rounded.
     pub fn of(
         said: Option<RayResult>,
         right: &RayResult,
@@ -98,7 +98,7 @@ pub struct TError {
 }
 
 impl TError {
-    /// Of a `t`, which may have more digits than an f32.
+    /// The error of a `t`, which may have more digits than an f32.
     pub fn of(t: f64, exact: f64) -> TError {
         let is_nearest = (t as f32).to_bits() == (exact as f32).to_bits();
         let of = |ulp, relative| TError { ulp, relative, is_nearest };
@@ -243,13 +243,13 @@ pub fn compare(a: &Hits, b: &Hits) -> RayDifferences {
 pub struct ErrorStats {
     /// How many rays these are.
     pub rays: u64,
-    /// Those with a wrong id.
+    /// Rays with a wrong id.
     pub wrong_ids: u64,
-    /// Those that hit an object where there is none.
+    /// Rays that hit an object where there is none.
     pub false_hits: u64,
-    /// Those that hit nothing where there is an object.
+    /// Rays that hit nothing where there is an object.
     pub false_misses: u64,
-    /// Those that hit another object than the visible one.
+    /// Rays that hit another object than the visible one.
     pub wrong_object: u64,
     /// Errors of `t` in f32 steps, where the object is right.
     pub t_ulp: Option<ErrorSpread>,
@@ -260,7 +260,7 @@ pub struct ErrorStats {
 }
 
 impl ErrorStats {
-    /// Of those of the rays that are in a class.
+    /// Sums up the errors of those of the rays that are in a class.
     pub fn new(rays: &Rays, errors: &[RayError], is_in: impl Fn(usize) -> bool) -> ErrorStats {
         let mut counts = RayDifferences::default();
         let mut spreads = [const { Vec::new() }; 3];
@@ -301,12 +301,12 @@ pub struct ErrorSpread {
     pub worst: f64,
     /// The first ray that has it.
     pub worst_ray: usize,
-    /// Its column and row, where the rays are those of pixels.
+    /// Column and row of that ray, where the rays are those of pixels.
     pub worst_pixel: Option<[u32; 2]>,
 }
 
 impl ErrorSpread {
-    /// Of errors with the rays that have them; `None` of none.
+    /// Sums up errors with the rays that have them; `None` of none.
     fn new(mut errors: Vec<(f64, usize)>, rays: &Rays) -> Option<ErrorSpread> {
         let n = errors.len();
         let &(worst, worst_ray) =

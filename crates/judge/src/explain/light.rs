@@ -39,7 +39,7 @@ pub struct LightExplanation {
     pub place: Remark,
     /// Whether it counts, exactly.
     pub verdict: Verdict,
-    /// The same in words, and what else is worth a remark.
+    /// The verdict in words, and what else is worth a remark.
     pub why: Vec<Remark>,
     /// `w`, `n·ω`, `s` of what is in its way, and what it gives.
     pub quantities: Vec<Quantity>,
@@ -71,11 +71,11 @@ pub enum Verdict {
 pub struct SkyExplanation {
     /// All of them.
     pub directions: usize,
-    /// Those that count.
+    /// Suns that illuminate the point.
     pub counting: usize,
-    /// Those behind the surface.
+    /// Suns below the surface's horizon.
     pub behind: usize,
-    /// Those that something is in the way of.
+    /// Suns that something hides from the point.
     pub hidden: usize,
     /// How many count, and what they give together.
     pub quantities: Vec<Quantity>,

@@ -101,7 +101,7 @@ pub struct Explanation {
     pub objects: Vec<ObjectExplanation>,
     /// Objects of the whole scene.
     pub n_objects: usize,
-    /// Those that are not among [`Explanation::objects`].
+    /// Counts of the objects that are not among [`Explanation::objects`].
     pub left_out: LeftOut,
     /// The object that the ray sees, exactly; `None` for the background.
     pub winner: Option<Winner>,
@@ -146,7 +146,7 @@ pub struct ObjectExplanation {
     pub quantities: Vec<Quantity>,
     /// Why the object won or lost, exactly.
     pub reason: Reason,
-    /// The same in words, and what else is worth a remark.
+    /// The reason in words, and what else is worth a remark.
     pub why: Vec<Remark>,
     /// How far from the object the ray passes, world units, where it misses.
     pub gap: Option<f64>,
@@ -165,7 +165,7 @@ pub enum Reason {
     },
     /// Another object has the same `t` and a lower id.
     TieLost {
-        /// Its id.
+        /// Id of that object.
         to: u32,
     },
     /// `D < 0`.
@@ -197,7 +197,7 @@ pub struct LeftOut {
 pub struct Winner {
     /// Object id.
     pub id: u32,
-    /// As [`ObjectExplanation::label`].
+    /// The object's name, as [`ObjectExplanation::label`].
     pub label: String,
     /// `t`, to 20 digits.
     pub t: String,
@@ -220,7 +220,7 @@ pub struct Seen {
     pub device: &'static str,
     /// Object id; 0 is the background.
     pub id: u32,
-    /// As [`ObjectExplanation::label`], or `background`.
+    /// The object's name, as [`ObjectExplanation::label`], or `background`.
     pub label: String,
     /// Ray parameter; +∞ on the background.
     pub t: f32,

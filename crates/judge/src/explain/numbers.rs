@@ -122,7 +122,7 @@ pub fn scaled(x: f32, exponent: i32) -> f64 {
 pub struct Approximation {
     /// `None` where there is none: the root of a line that is taken for a miss.
     pub value: Option<f64>,
-    /// Its error in steps at the exact number: f32's, in the column of f64 f64's. Infinite where
+    /// Error of the value in steps at the exact number: f32's, in the column of f64 f64's. Infinite where
     /// the value isn't finite, or where it should be 0 and isn't. `None` where one of the two
     /// numbers doesn't exist.
     pub error_ulp: Option<f64>,
@@ -149,7 +149,7 @@ pub struct Quantity {
 pub const COLUMNS: [&str; 3] = ["f32 lecture", "f32 stable", "f64"];
 
 impl Quantity {
-    /// Its number in each of the [`COLUMNS`].
+    /// The number in each of the [`COLUMNS`].
     pub(super) fn columns(&self) -> [Option<Approximation>; 3] {
         [self.lecture, self.stable, self.f64]
     }

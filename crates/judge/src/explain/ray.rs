@@ -26,7 +26,7 @@ pub struct RayNumbers {
     pub exact: ExactRay,
     pub origin: DVec3,
     pub direction: DVec3,
-    /// The same from the camera's position, or from the ray's origin.
+    /// The ray in f64, from the camera's position or from its own origin.
     pub near: Near,
     lecture: num::Ray<f32>,
     stable: PlainRay<f32>,

@@ -24,7 +24,7 @@ enum Op {
     Div,
     Neg,
     Sqrt,
-    /// Of vectors.
+    /// The dot product of two vectors.
     Dot,
 }
 
@@ -265,7 +265,7 @@ use Rank::{Factor, Product, Sum, Whole};
 /// The numbers that stand in an expression.
 pub struct Numbers<'a> {
     pub digits: usize,
-    /// Those which do so beside what is told.
+    /// Numbers that stand in the expression beside what is told or given.
     pub addends: &'a [Step],
 }
 

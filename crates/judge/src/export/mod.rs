@@ -49,7 +49,7 @@ impl Language {
         }
     }
 
-    /// Its texts, with light from nowhere; `None` where colours are as they are.
+    /// The texts of the language, with light from nowhere; `None` where colours are as they are.
     fn syntax(self, ambient: Option<[f64; 3]>) -> Box<dyn Syntax> {
         match self {
             Language::Pov => Box::new(pov::Pov { ambient }),

@@ -11,7 +11,7 @@ pub fn legend_svg(clouds: &[Cloud]) -> Option<String> {
     svg_of_colorings(clouds.iter().filter_map(|cloud| cloud.coloring.as_ref()))
 }
 
-/// As [`legend_svg`], of colourings wherever they come from.
+/// An SVG picture as [`legend_svg`] draws it, of colourings wherever they come from.
 pub fn svg_of_colorings<'a>(all: impl IntoIterator<Item = &'a Coloring>) -> Option<String> {
     let mut colorings: Vec<(&Coloring, bool)> = Vec::new();
     for coloring in all {

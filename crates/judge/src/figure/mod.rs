@@ -36,7 +36,7 @@ impl Figure {
     /// All that are drawn.
     pub const ALL: [Figure; 2] = [Figure::Plane, Figure::Sphere];
 
-    /// Its number in the lecture.
+    /// The number of the figure in the lecture.
     pub fn number(self) -> &'static str {
         match self {
             Figure::Plane => "3",

@@ -40,7 +40,7 @@ pub enum ClaimedHits {
     Ids(Vec<u32>),
     /// The objects' own colours, as sRGB, each with so many levels for rounding.
     Colors {
-        /// Of each ray.
+        /// The colour of each ray.
         srgb8: Vec<[u8; 3]>,
         /// Levels.
         tolerance: u8,
@@ -256,7 +256,7 @@ impl<'a> Reader<'a> {
         Ok((0..channel.len()).map(id).collect())
     }
 
-    /// Of each ray `t` or the distance, and whether it hits anything.
+    /// `t` or the distance of each ray, and whether it hits anything.
     fn depths(&self, quantity: Quantity) -> Result<(Vec<f64>, Vec<bool>)> {
         let Conventions { background, scale, near_far, .. } = *self.conventions;
         let known: &[&str] = match quantity {

@@ -34,7 +34,7 @@ impl Quantity {
         Quantity::Color,
     ];
 
-    /// Its name on the command line.
+    /// The quantity's name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Quantity::Id => "id",

@@ -150,9 +150,9 @@ pub struct CaseErrors {
     pub of_rays: Vec<RayError>,
     /// Whether one of a pixel's eight neighbours sees another object, by the exact ids; never in a list of rays.
     pub is_at_silhouette: Vec<bool>,
-    /// Of rays that are not at silhouettes.
+    /// Errors of the rays that are not at silhouettes.
     pub away: ErrorStats,
-    /// Of those that are.
+    /// Errors of the rays at silhouettes.
     pub silhouettes: ErrorStats,
 }
 

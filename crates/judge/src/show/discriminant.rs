@@ -20,7 +20,7 @@ pub struct Discriminants<'a> {
     prepared: &'a Prepared,
     pixels: &'a Pixels,
     exact: ExactPixels,
-    /// Of [`Pixels::spread`].
+    /// The pixels' [`Pixels::spread`].
     spread: f64,
 }
 

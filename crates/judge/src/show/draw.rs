@@ -92,7 +92,7 @@ pub fn keep(
     kept(session, (show, range), pixels, control)
 }
 
-/// As [`keep`], with this range of `t`.
+/// Draws as [`keep`] does, with this range of `t`.
 fn kept(
     session: &mut Session,
     (show, range): (Show, Option<[f32; 2]>),

@@ -27,7 +27,7 @@ pub struct Tint {
 }
 
 impl Tint {
-    /// Of colours between those of the legend.
+    /// The entry of colours between those of the legend.
     pub const NO_ENTRY: u8 = u8::MAX;
 
     fn free(color: Rgb) -> Tint {
@@ -109,7 +109,7 @@ pub fn palette(show: Show, scene: &Scene, pixels: &Pixels) -> Vec<Rgb> {
     tints_by_id(show, scene, pixels).into_iter().map(|tint| tint.color).collect()
 }
 
-/// As [`palette`].
+/// Tints by id, with the colours of [`palette`].
 fn tints_by_id(show: Show, scene: &Scene, pixels: &Pixels) -> Vec<Tint> {
     let View { position: eye, forward, lens, .. } = pixels.view;
     let is_front = |id| {

@@ -152,11 +152,11 @@ pub(crate) fn samples_of_pixel(
 pub struct ColorDifferences {
     /// Pixels compared.
     pub pixels: u64,
-    /// Those that differ in 8 bits.
+    /// Pixels that differ in 8 bits.
     pub srgb8: u64,
-    /// Those that differ in 16 bits.
+    /// Pixels that differ in 16 bits.
     pub srgb16: u64,
-    /// Those whose linear floats differ, bit by bit.
+    /// Pixels whose linear floats differ, bit by bit.
     pub linear: u64,
     /// Index of the first pixel that differs anywhere.
     pub first: Option<usize>,

@@ -239,7 +239,7 @@ mod tests {
         assert!(!broken(Kernel::Certified, &short).is_empty());
     }
 
-    /// The same bits on every device: what is right to the last ulp on each is not enough.
+    /// All devices give equal bits: what is right to the last ulp on each is not enough.
     #[test]
     fn certified_devices_that_differ_are_noticed() {
         let truth = truth();

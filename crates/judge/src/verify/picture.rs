@@ -64,7 +64,7 @@ pub struct Verified {
     pub rays: usize,
     /// Pixels that were held against exact arithmetic.
     pub samples: usize,
-    /// Of their draw.
+    /// Seed of the draw of these pixels.
     pub seed: u64,
     /// Each kernel.
     pub kernels: Vec<OfKernel>,
@@ -73,15 +73,15 @@ pub struct Verified {
 /// The results of one kernel.
 #[derive(Clone, Debug, Serialize)]
 pub struct OfKernel {
-    /// Its name.
+    /// The kernel's name.
     pub kernel: &'static str,
     /// What it promises, in words.
     pub promise: String,
     /// `null` where only the CPU traced.
     pub gpu_against_cpu: Option<Parity>,
-    /// Of the sampled pixels.
+    /// How the sampled pixels differ from what is exact.
     pub against_exact: OnBoth<RayDifferences>,
-    /// Of lit or sampled pictures.
+    /// The colours of lit or sampled pictures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colors: Option<ColorsOfKernel>,
     /// Promises that are broken, one sentence each.
@@ -93,16 +93,16 @@ pub struct OfKernel {
 pub struct ColorsOfKernel {
     /// `null` where only the CPU traced.
     pub gpu_against_cpu: Option<ColorDifferences>,
-    /// Of the sampled pixels.
+    /// How the sampled pixels' colours differ from the exact ones.
     pub against_exact: OnBoth<ColorDifferences>,
 }
 
 /// Results of both devices; `null` where only the CPU traced.
 #[derive(Clone, Debug, Serialize)]
 pub struct OnBoth<T> {
-    /// Of the GPU.
+    /// The result of the GPU.
     pub gpu: Option<T>,
-    /// Of the CPU.
+    /// The result of the CPU.
     pub cpu: T,
 }
 
@@ -160,7 +160,7 @@ pub struct Verification {
 }
 
 impl Verification {
-    /// Of so many pixels, drawn by `seed`; without a number, as many as take some seconds.
+    /// Draws so many pixels by `seed`, to be held against exact arithmetic; without a number, as many as take some seconds.
     ///
     /// # Errors
     /// [`Error::TooLarge`](kugelblitz::Error::TooLarge) where that does not fit the memory.

@@ -29,7 +29,7 @@ pub struct Truth {
     pub t: Vec<f64>,
     /// The exact unit normals, each component rounded to f64; zero on the background.
     pub normal: Vec<[f64; 3]>,
-    /// The same, each component rounded to f32.
+    /// The exact unit normals, each component rounded to f32.
     pub normal_f32: Vec<[f32; 3]>,
     /// Whether a sphere is seen from inside, or a plane from behind: the normal is then turned.
     pub is_back: Vec<bool>,

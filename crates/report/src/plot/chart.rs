@@ -153,7 +153,7 @@ struct Layout<'a> {
     bottom: f64,
     /// The lines with a lane in the strip of infinity, which begins at the top.
     above: Vec<usize>,
-    /// Those in the strip of zero, which ends at the bottom.
+    /// The lines with a lane in the strip of zero, which ends at the bottom.
     below: Vec<usize>,
 }
 

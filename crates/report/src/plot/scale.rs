@@ -2,7 +2,7 @@
 
 /// A range of numbers along a range of pixels.
 pub struct Scale {
-    /// Of the numbers' decimal logarithms.
+    /// Bounds of the numbers' decimal logarithms.
     low: f64,
     high: f64,
     from_px: f64,
@@ -63,7 +63,8 @@ fn step_down(log: f64) -> f64 {
     decade + steps.into_iter().find(|step| decade + step <= log).unwrap_or(0.0)
 }
 
-/// The same, not below `log`. The inverses of 1, 2 and 5 are such numbers, too.
+/// The logarithm of the next 1, 2 or 5 times a power of ten that is not below `log`. The inverses of 1, 2 and 5 are such
+/// numbers, too.
 fn step_up(log: f64) -> f64 {
     -step_down(-log)
 }

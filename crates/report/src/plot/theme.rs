@@ -31,7 +31,7 @@ pub fn css() -> String {
     for_light_and_dark(&SHADES, rule, |rules| rules)
 }
 
-/// The same colours as variables of a page, `--ink` and so on.
+/// The colours of [`css`] as variables of a page, `--ink` and so on.
 pub fn css_variables() -> String {
     let variable = |class: &str, color: &str| format!("--{class}:{color};");
     for_light_and_dark(&SHADES, variable, |all| format!(":root{{{all}}}"))

@@ -197,7 +197,7 @@ pub fn render(scene: &Path, camera: &str, size: [u32; 2], kernel: &str) -> Image
     render_show(scene, camera, size, kernel, "colour")
 }
 
-/// The same of a mode of `--show`.
+/// The picture that `render` draws in a mode of `--show` of a scene seen by another camera.
 pub fn render_show(
     scene: &Path,
     camera: &str,
