@@ -82,7 +82,7 @@ impl StageCounts {
 pub struct Hits {
     /// Object id; 0 is the background.
     pub id: Vec<u32>,
-    /// WorldRay parameter, +∞ on the background; empty unless [`Wants::surface`].
+    /// Ray parameter, +∞ on the background; empty unless [`Wants::surface`].
     pub t: Vec<f32>,
     /// Unit normal that faces the ray, zero on the background; empty unless [`Wants::surface`].
     pub normal: Vec<[f32; 3]>,

@@ -213,7 +213,7 @@ fn wider([low, high]: [f32; 2], reach: f32) -> [f32; 2] {
     [low - reach, high + reach]
 }
 
-/// CloudScratch for the squares of a picture of many spheres.
+/// Memory for the squares of a picture of many spheres.
 #[derive(Default)]
 pub struct CloudScratch {
     tile: Tile,

@@ -35,7 +35,7 @@ pub struct Search<'a> {
     cloud: Option<CloudSearch<'a>>,
 }
 
-/// Scratch for the squares of a block.
+/// Memory for the squares of a block.
 #[derive(Default)]
 pub struct Scratch {
     open: Vec<[u32; 2]>,

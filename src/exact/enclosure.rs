@@ -1,4 +1,4 @@
-//! Dyadic numbers between two dyadic ones, for what has no simple sign rule.
+//! Real numbers between two dyadic ones, for what has no simple sign rule.
 
 use dashu_int::ops::{BitTest, SquareRoot};
 

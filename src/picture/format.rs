@@ -142,7 +142,7 @@ fn suggestion(name: &str, prefix: &str) -> String {
         .map_or_else(String::new, |format| format!("; did you mean {prefix}{format}?"))
 }
 
-/// ChannelBits a colour channel in PNG and PPM; EXR and NPY always hold f32.
+/// Bits a colour channel in PNG and PPM; EXR and NPY always hold f32.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum ChannelBits {
     /// 8 bits: `#rrggbb` comes out as the scene file names it.

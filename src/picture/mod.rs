@@ -39,7 +39,7 @@ const MAX_FILE_BYTES: u64 = i64::MAX as u64;
 /// How a picture is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PictureOptions {
-    /// ChannelBits a channel in PNG and PPM.
+    /// Bits a channel in PNG and PPM.
     pub bits: ChannelBits,
     /// True where EXR and NPY get the level that decided each pixel.
     pub certificates: bool,

@@ -107,7 +107,7 @@ fn no_scene(path: &Path, found: &str) -> Error {
     let name = path.shown();
     let help = format!(
         "a scene is a text in TOML; data that end in .npy, .csv or .xyz become one by `kugelblitz render \
-         {name} --print-scene=scene.toml`, and `render`, `view` and `export` take them as they are"
+         {name} --print-scene=scene.toml`, and all commands but `report` take them as they are"
     );
     SceneError::whole_file(path, format!("this is no scene, but {found}"), help).into()
 }

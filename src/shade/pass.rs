@@ -79,7 +79,7 @@ struct Source<F> {
     casts_shadows: bool,
 }
 
-/// LightBounds in numbers of `F`.
+/// Light in numbers of `F`.
 pub struct LightPass<'a, F: Float> {
     job: Job<'a>,
     occluders: &'a Occluders<'a>,

@@ -188,7 +188,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub size: SizeArgs,
     #[command(flatten)]
-    pub picture: picture::PictureArgs,
+    pub picture: picture::DrawArgs,
     #[command(flatten)]
     pub film: film::FilmArgs,
 }
@@ -201,7 +201,7 @@ pub struct RenderArgs {
 /// light. Exit code 6 where a kernel breaks what it promises.
 #[derive(Args)]
 pub struct VerifyArgs {
-    /// Scene file (TOML)
+    /// Scene file (TOML), or data: .npy, .csv, .xyz
     pub scene: PathBuf,
     /// Pixels to compare with exact arithmetic, drawn at random [default: all up to 65536,
     /// fewer where there are very many objects, lights or samples]
@@ -219,21 +219,25 @@ pub struct VerifyArgs {
     pub device: DeviceArgs,
     #[command(flatten)]
     pub size: SizeArgs,
+    #[command(flatten)]
+    pub picture: picture::PictureArgs,
 }
 
 /// Read a scene and say what it costs, without rendering
 #[derive(Args)]
 pub struct CheckArgs {
-    /// Scene file (TOML)
+    /// Scene file (TOML), or data: .npy, .csv, .xyz
     pub scene: PathBuf,
     #[command(flatten)]
     pub size: SizeArgs,
+    #[command(flatten)]
+    pub picture: picture::PictureArgs,
 }
 
 /// Trace any rays of a NumPy file
 #[derive(Args)]
 pub struct TraceArgs {
-    /// Scene file (TOML); it needs no camera
+    /// Scene file (TOML), which needs no camera, or data: .npy, .csv, .xyz
     pub scene: PathBuf,
     /// Rays: .npy, shape (N, 6), float64 or float32: origins and directions of any length. `-` is
     /// standard input
@@ -250,6 +254,8 @@ pub struct TraceArgs {
     pub kernel: KernelArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
+    #[command(flatten)]
+    pub data: picture::DataArgs,
 }
 
 /// Show the lecture's formulas with one ray's numbers in them
@@ -261,7 +267,7 @@ pub struct TraceArgs {
 #[derive(Args)]
 #[command(group(ArgGroup::new("of").args(["pixel", "ray"]).required(true)))]
 pub struct ExplainArgs {
-    /// Scene file (TOML)
+    /// Scene file (TOML), or data: .npy, .csv, .xyz
     pub scene: PathBuf,
     /// The pixel, counted from 0 at the top left of the whole picture
     #[arg(
@@ -296,6 +302,8 @@ pub struct ExplainArgs {
     pub device: DeviceArgs,
     #[command(flatten)]
     pub size: SizeArgs,
+    #[command(flatten)]
+    pub picture: picture::PictureArgs,
 }
 
 /// Measure speed against error: every kernel on every device
@@ -335,7 +343,7 @@ pub struct ReportArgs {
     pub rounds: Option<NonZeroUsize>,
 }
 
-/// Write a scene for another renderer: POV-WorldRay or Tachyon
+/// Write a scene for another renderer: POV-Ray or Tachyon
 ///
 /// The same objects and camera, with flat colours: no light, no shadow, no reflection.
 #[derive(Args)]
@@ -351,7 +359,7 @@ pub struct ExportArgs {
     #[command(flatten)]
     pub size: WholeArgs,
     #[command(flatten)]
-    pub picture: picture::PictureArgs,
+    pub picture: picture::DrawArgs,
 }
 
 /// Look at a scene in a window and move through it
@@ -377,7 +385,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "N", hide = true)]
     pub lose_device_after: Option<u64>,
     #[command(flatten)]
-    pub picture: picture::PictureArgs,
+    pub picture: picture::DrawArgs,
 }
 
 /// Make up spheres to trace

@@ -25,7 +25,7 @@ pub struct Summary {
 
 /// Reads a scene and says what it costs.
 pub fn run(args: &CheckArgs, run: &Run) -> Result<Done<Summary>> {
-    let scene = scene::read(&args.scene, run)?;
+    let scene = args.picture.scene(&args.scene, args.size.whole.size, run)?;
     let pixels = match scene.camera {
         Some(_) => Some(args.size.pixels(&scene, &args.scene)?),
         None => None,

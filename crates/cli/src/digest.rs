@@ -20,8 +20,9 @@ use crate::args::{DeviceArgs, SizeArgs, WholeArgs};
 use crate::head::{Done, On, failed};
 use crate::options::{parse_size, samples_parser};
 use crate::output::written;
+use crate::picture::PictureArgs;
 use crate::progress::Progress;
-use crate::{Run, device, scene, wrong_usage};
+use crate::{Run, device, wrong_usage};
 
 /// Print one hash of a picture's exact content
 ///
@@ -30,7 +31,7 @@ use crate::{Run, device, scene, wrong_usage};
 /// tolerances.
 #[derive(Args)]
 pub struct DigestArgs {
-    /// Scene files (TOML)
+    /// Scene files (TOML), or data: .npy, .csv, .xyz
     #[arg(value_name = "SCENE", required_unless_present = "check", conflicts_with = "check")]
     pub scenes: Vec<PathBuf>,
     /// Also write the digests into this text file, a line for each scene
@@ -50,6 +51,8 @@ pub struct DigestArgs {
     pub device: DeviceArgs,
     #[command(flatten)]
     pub size: SizeArgs,
+    #[command(flatten)]
+    pub picture: PictureArgs,
 }
 
 /// A picture, and what its digest is to be.
@@ -109,7 +112,7 @@ pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
         Some(path) => pictures_of(path)?,
         None => args.scenes.iter().cloned().map(picture).collect(),
     };
-    let digested = |picture: &Picture| digest(picture, &args.device, run);
+    let digested = |picture: &Picture| digest(picture, args, run);
     let mut digests = pictures.iter().map(digested).collect::<Result<Vec<_>>>()?;
     let lines: String = digests.iter().map(Digested::to_string).collect();
     let mut files = Vec::new();
@@ -170,12 +173,12 @@ fn pictures_of(path: &Path) -> Result<Vec<Picture>> {
     }
 }
 
-fn digest(picture: &Picture, device: &DeviceArgs, run: &Run) -> Result<Digested> {
+fn digest(picture: &Picture, args: &DigestArgs, run: &Run) -> Result<Digested> {
     let Picture { scene: path, size, samples, expected } = picture;
-    let scene = scene::read(path, run)?;
+    let scene = args.picture.scene(path, size.whole.size, run)?;
     let pixels = size.pixels(&scene, path)?;
     let samples = samples.or(scene.samples).unwrap_or_default();
-    let mut session = device::session(device, Kernel::Certified, &scene, pixels.len(), run)?;
+    let mut session = device::session(&args.device, Kernel::Certified, &scene, pixels.len(), run)?;
     let n_steps = n_steps(&pixels, samples, scene.is_lit());
     let digest = || session.digest(&pixels, samples, &run.control);
     let digest = Progress::start(run, n_steps).during(digest)?;

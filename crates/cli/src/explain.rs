@@ -12,11 +12,11 @@ use kugelblitz_judge::compare::ObjectCounts;
 use kugelblitz_judge::explain::{DEFAULT_OBJECTS, Explanation, Style, explain_as, latex, text};
 use serde::Serialize;
 
+use crate::Run;
 use crate::args::ExplainArgs;
 use crate::device;
 use crate::head::{Done, On};
 use crate::wrong_usage;
-use crate::{Run, scene};
 
 /// An explanation, and the device that it asked.
 #[derive(Serialize)]
@@ -29,7 +29,7 @@ pub struct Summary {
 
 /// Shows the formulas of one ray with its numbers in them.
 pub fn run(args: &ExplainArgs, run: &Run) -> Result<Done<Summary>> {
-    let scene = scene::read(&args.scene, run)?;
+    let scene = args.picture.scene(&args.scene, args.size.whole.size, run)?;
     let rays = match (args.pixel, args.ray) {
         (Some(pixel), _) => Rays::Pixels(one_pixel(args.size.pixels(&scene, &args.scene)?, pixel)?),
         (None, Some(ray)) => Rays::List(vec![usable(ray)?]),

@@ -13,6 +13,7 @@ use crate::args::{LangArgs, WholeArgs};
 use crate::head::Done;
 use crate::options::parser_of;
 use crate::output::{check_ending, is_stdout, name, written};
+use crate::picture::PictureArgs;
 use crate::{Run, scene};
 
 /// Draw the lecture's figure 3 or 4 from a scene, as SVG
@@ -26,7 +27,7 @@ pub struct FigureArgs {
     #[arg(value_name = "N", value_parser = parser_of(Figure::ALL, Figure::number),
         hide_possible_values = true)]
     pub figure: Figure,
-    /// Scene file (TOML) [default: the lecture's figure]
+    /// Scene file (TOML), or data: .npy, .csv, .xyz [default: the lecture's figure]
     pub scene: Option<PathBuf>,
     /// The file, .svg. `-` is standard output
     #[arg(short, long, value_name = "OUT.svg", default_value = "-")]
@@ -38,6 +39,8 @@ pub struct FigureArgs {
     pub lang: LangArgs,
     #[command(flatten)]
     pub size: WholeArgs,
+    #[command(flatten)]
+    pub picture: PictureArgs,
 }
 
 #[derive(Serialize)]
@@ -57,7 +60,7 @@ pub fn run(args: &FigureArgs, run: &Run) -> Result<Done<Summary>> {
     }
     let (figure, lang) = (args.figure, args.lang.lang);
     let (path, scene) = match &args.scene {
-        Some(path) => (path.as_path(), scene::read(path, run)?),
+        Some(path) => (path.as_path(), args.picture.scene(path, args.size.size, run)?),
         None => {
             let (name, text) = figure.scene();
             (Path::new(name), parse_scene(text, Path::new(name))?.into())

@@ -22,10 +22,11 @@ use crate::compare::{begin_picture, write_picture};
 use crate::head::{Done, On, failed};
 use crate::options::number;
 use crate::output::{objects, shell_quoted};
+use crate::picture::{CameraArgs, DataArgs, PictureArgs};
 use crate::progress::Progress;
 use crate::render::size;
 use crate::wrong_usage;
-use crate::{Run, device, scene};
+use crate::{Run, device};
 
 /// Hold another renderer's picture or hits against exact arithmetic
 ///
@@ -36,7 +37,7 @@ use crate::{Run, device, scene};
 /// --allow.
 #[derive(Args)]
 pub struct JudgeArgs {
-    /// Scene file (TOML)
+    /// Scene file (TOML), or data: .npy, .csv, .xyz
     pub scene: PathBuf,
     /// The other renderer's picture or hits
     #[arg(long, value_name = "FILE")]
@@ -97,6 +98,10 @@ pub struct JudgeArgs {
     pub device: DeviceArgs,
     #[command(flatten)]
     pub size: SizeArgs,
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    #[command(flatten)]
+    pub data: DataArgs,
 }
 
 /// The direction of normals.
@@ -144,13 +149,20 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<Done<Summary>> {
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
     let begin = |output: &PathBuf| begin_picture(output, &inputs, run);
     let file = args.output.as_ref().map(begin).transpose()?;
-    let scene = scene::read(&args.scene, run)?;
     let conventions = conventions(args)?;
     let image = read_image(&args.against)?;
     let format = image.format;
-    let rays = match &args.rays {
-        Some(rays) => Rays::List(read_rays(rays, &run.control)?),
-        None => Rays::Pixels(pixels(args, &scene, &image)?),
+    let (camera, data) = (args.camera.clone(), args.data.clone());
+    let picture = PictureArgs { camera, data, ..PictureArgs::default() };
+    let read = |size| picture.scene(&args.scene, size, run);
+    let (scene, rays) = match &args.rays {
+        Some(rays) => (read(None)?, Rays::List(read_rays(rays, &run.control)?)),
+        None => {
+            let size = size_of(args, &image)?;
+            let scene = read(size)?;
+            let pixels = pixels(args, &scene, size, &image)?;
+            (scene, Rays::Pixels(pixels))
+        }
     };
     let n = rays.len();
     let allowed = args.allow.clone().map_or_else(|| Allowed::of_rays(""), Ok)?;
@@ -212,13 +224,23 @@ fn conventions(args: &JudgeArgs) -> Result<Conventions> {
     })
 }
 
-/// The pixels that the file shows.
-fn pixels(args: &JudgeArgs, scene: &Scene, image: &Image) -> Result<Pixels> {
+/// The size of the whole picture that the file is of.
+fn size_of(args: &JudgeArgs, image: &Image) -> Result<Option<[u32; 2]>> {
     let SizeArgs { whole: WholeArgs { size }, crop } = args.size;
-    let size = whole_size(image, size, crop).map_err(|error| match error {
+    whole_size(image, size, crop).map_err(|error| match error {
         Error::Usage(what) => Error::Usage(format!("{}: {what}", args.against.shown())),
         error => error,
-    })?;
+    })
+}
+
+/// The pixels that the file shows.
+fn pixels(
+    args: &JudgeArgs,
+    scene: &Scene,
+    size: Option<[u32; 2]>,
+    image: &Image,
+) -> Result<Pixels> {
+    let crop = args.size.crop;
     let pixels = SizeArgs { whole: WholeArgs { size }, crop }.pixels(scene, &args.scene)?;
     if crop.is_some() { Ok(pixels) } else { pixels_of(image, pixels) }
 }

@@ -14,6 +14,7 @@ use kugelblitz::scene::schema::{
 };
 use kugelblitz::scene::{
     Color, ColorMap, Composed, Framing, Samples, Scene, SceneOverrides, Viewpoint, compose_scene,
+    is_cloud_file,
 };
 use kugelblitz::{Error, Result};
 
@@ -25,9 +26,20 @@ use crate::scene::{refuse_overwriting, say_notes};
 use crate::wrong_usage;
 
 /// What a picture shows: the options win over the scene.
-#[derive(Args, Clone)]
-#[command(next_help_heading = "What the picture shows (wins over the scene)")]
+#[derive(Args, Clone, Default)]
 pub struct PictureArgs {
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    #[command(flatten)]
+    pub light: LightArgs,
+    #[command(flatten)]
+    pub data: DataArgs,
+}
+
+/// The camera.
+#[derive(Args, Clone, Default)]
+#[command(next_help_heading = "What the picture shows (wins over the scene)")]
+pub struct CameraArgs {
     /// Frame everything, seen from this side: quarter, iso, x, -x, y, -y, z, -z [default without a
     /// camera: quarter]
     #[arg(
@@ -57,6 +69,12 @@ pub struct PictureArgs {
     /// An orthographic camera: the picture's height in the scene's unit, or `auto` to frame everything
     #[arg(long, value_name = "H", value_parser = parse_height, allow_negative_numbers = true)]
     pub height: Option<ValueOr<f64>>,
+}
+
+/// Light, and what is seen where no object is.
+#[derive(Args, Clone, Default)]
+#[command(next_help_heading = "What the picture shows (wins over the scene)")]
+pub struct LightArgs {
     /// Colour where no object is: "#rrggbb", a name of CSS, or linear R,G,B
     #[arg(long, value_name = "COLOUR", value_parser = option(schema::color))]
     pub background: Option<Color>,
@@ -70,6 +88,12 @@ pub struct PictureArgs {
     /// Light that every surface gets: a number or a colour; or none
     #[arg(long, value_name = "LIGHT", value_parser = parse_ambient, allow_negative_numbers = true)]
     pub ambient: Option<ValueOr<Color>>,
+}
+
+/// What is drawn, and the scene that all this amounts to.
+#[derive(Args, Clone)]
+#[command(next_help_heading = "What the picture shows (wins over the scene)")]
+pub struct DrawArgs {
     /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1; 2 for data]
     #[arg(long, value_name = "N", value_parser = samples_parser())]
     pub samples: Option<Samples>,
@@ -83,11 +107,11 @@ pub struct PictureArgs {
     )]
     pub print_scene: Option<PathBuf>,
     #[command(flatten)]
-    pub data: DataArgs,
+    pub picture: PictureArgs,
 }
 
 /// How data are read, and the spheres of a scene's only cloud.
-#[derive(Args, Clone)]
+#[derive(Args, Clone, Default)]
 #[command(next_help_heading = "Data (.npy, .csv, .xyz), or a scene's only cloud")]
 pub struct DataArgs {
     /// Radius of all spheres, where the data have none [default: half the median distance between
@@ -124,43 +148,82 @@ fn given<T>(value: Option<T>) -> Option<Spanned<T>> {
 }
 
 impl PictureArgs {
-    /// The keys of these options for a picture of this size, and of a turntable of `n_turns` pictures.
+    /// The keys of these options for a picture of this size.
     ///
     /// # Errors
     /// [`Error::Usage`] where `none` stands beside lights; [`Error::TooLarge`].
-    pub fn overrides(&self, size: Option<[u32; 2]>, n_turns: u32) -> Result<SceneOverrides> {
-        if self.light.len() > 1 && self.light.iter().any(|light| light.0.is_none()) {
+    pub fn overrides(&self, size: Option<[u32; 2]>) -> Result<SceneOverrides> {
+        let PictureArgs { camera, light, data } = self;
+        if light.light.len() > 1 && light.light.iter().any(|light| light.0.is_none()) {
             return wrong_usage("--light none stands alone");
         }
-        let lights = self.light.iter().filter_map(|light| light.0.clone()).collect();
-        let height = self.height.as_ref().map(|height| height.0);
+        let lights = light.light.iter().filter_map(|light| light.0.clone()).collect();
+        let height = camera.height.as_ref().map(|height| height.0);
         Ok(SceneOverrides {
-            view: self.view,
-            margin: self.margin,
+            view: camera.view,
+            margin: camera.margin,
             is_height_chosen: height == Some(None),
-            n_turns,
             camera: CameraKeys {
-                position: given(self.position),
-                look_at: given(self.look_at),
-                up: given(self.up),
-                fov: given(self.fov),
+                position: given(camera.position),
+                look_at: given(camera.look_at),
+                up: given(camera.up),
+                fov: given(camera.fov),
                 height: given(height.flatten()),
                 ..CameraKeys::default()
             },
             size: size.map(check_size).transpose()?,
-            samples: self.samples,
-            background: self.background,
-            lights: (!self.light.is_empty()).then_some(lights),
-            sky: self.sky.clone().map(|sky| sky.0),
-            ambient: self.ambient.clone().map(|ambient| ambient.0),
-            cloud: self.data.keys()?,
+            background: light.background,
+            lights: (!light.light.is_empty()).then_some(lights),
+            sky: light.sky.clone().map(|sky| sky.0),
+            ambient: light.ambient.clone().map(|ambient| ambient.0),
+            cloud: data.keys()?,
+            ..SceneOverrides::default()
         })
+    }
+
+    /// Reads what `render` with these options draws: but a scene without a camera has none unless an option asks for one.
+    ///
+    /// # Errors
+    /// Those of [`PictureArgs::overrides`] and [`compose_scene`].
+    pub fn scene(&self, path: &Path, size: Option<[u32; 2]>, run: &Run) -> Result<Arc<Scene>> {
+        let is_as_written = self.overrides(None)? == SceneOverrides::default();
+        if is_as_written && !is_cloud_file(path) {
+            return crate::scene::read(path, run);
+        }
+        read_composed(path, &self.overrides(size)?, run).map(|(scene, _)| scene)
+    }
+}
+
+/// Reads the scene or the data at `path`, shows how far it is, and says what was chosen.
+fn read_composed(
+    path: &Path,
+    overrides: &SceneOverrides,
+    run: &Run,
+) -> Result<(Arc<Scene>, Composed)> {
+    let compose = || compose_scene(path, overrides, &run.control);
+    let mut composed = Progress::of_bytes(run).during(compose)?;
+    for note in &composed.notes {
+        run.say(&format!("note: {note}"));
+    }
+    say_notes(&composed.scene, run);
+    let scene = Arc::new(std::mem::take(&mut composed.scene));
+    Ok((scene, composed))
+}
+
+impl DrawArgs {
+    /// The keys of these options for a picture of this size, and of a turntable of `n_turns` pictures.
+    ///
+    /// # Errors
+    /// Those of [`PictureArgs::overrides`].
+    pub fn overrides(&self, size: Option<[u32; 2]>, n_turns: u32) -> Result<SceneOverrides> {
+        let overrides = self.picture.overrides(size)?;
+        Ok(SceneOverrides { n_turns, samples: self.samples, ..overrides })
     }
 
     /// Reads the scene or the data at `path`, shows how far it is, and says what was chosen.
     ///
     /// # Errors
-    /// Those of [`PictureArgs::overrides`] and [`compose_scene`].
+    /// Those of [`DrawArgs::overrides`] and [`compose_scene`].
     pub fn read(
         &self,
         path: &Path,
@@ -168,15 +231,7 @@ impl PictureArgs {
         n_turns: u32,
         run: &Run,
     ) -> Result<(Arc<Scene>, Composed)> {
-        let overrides = self.overrides(size, n_turns)?;
-        let compose = || compose_scene(path, &overrides, &run.control);
-        let mut composed = Progress::of_bytes(run).during(compose)?;
-        for note in &composed.notes {
-            run.say(&format!("note: {note}"));
-        }
-        say_notes(&composed.scene, run);
-        let scene = Arc::new(std::mem::take(&mut composed.scene));
-        Ok((scene, composed))
+        read_composed(path, &self.overrides(size, n_turns)?, run)
     }
 
     /// Refuses two outputs on standard output. `what` is the one beside the scene: `the picture`.
@@ -199,7 +254,7 @@ impl PictureArgs {
     /// Writes the scene alone.
     ///
     /// # Errors
-    /// Those of [`PictureArgs::check_outputs`], [`PictureArgs::read`] and [`PictureArgs::print`].
+    /// Those of [`DrawArgs::check_outputs`], [`DrawArgs::read`] and [`DrawArgs::print`].
     pub fn print_alone(
         &self,
         path: &Path,

@@ -16,6 +16,7 @@ use crate::args::TraceArgs;
 use crate::device;
 use crate::head::{Done, Drawn, Traced, Work, traced_in_words};
 use crate::output::{check_ending, is_stdout, name};
+use crate::picture::PictureArgs;
 use crate::progress::Progress;
 use crate::{Run, scene};
 
@@ -31,7 +32,8 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<Done<Traced>> {
     }
     let wants = Wants { surface: true, level: args.certificates };
     let start = Instant::now();
-    let scene = scene::read(&args.scene, run)?;
+    let picture = PictureArgs { data: args.data.clone(), ..PictureArgs::default() };
+    let scene = picture.scene(&args.scene, None, run)?;
     refuse_what_cannot_fit(&args.rays, wants)?;
     scene::refuse_overwriting(&[&args.output], &[&args.scene, &args.rays], &scene)?;
     let mut file = OutputFile::create(&args.output, false)?;

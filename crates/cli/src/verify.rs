@@ -6,13 +6,13 @@ use kugelblitz::trace::Kernel;
 use kugelblitz_judge::verify::{Verification, Verified};
 use serde::Serialize;
 
+use crate::Run;
 use crate::args::VerifyArgs;
 use crate::device;
 use crate::head::{Done, On, failed};
 use crate::output::objects;
 use crate::progress::Progress;
 use crate::render::size;
-use crate::{Run, scene};
 
 /// What was found on a device.
 #[derive(Serialize)]
@@ -25,7 +25,7 @@ pub struct Summary {
 
 /// Compares the devices with each other and with exact arithmetic.
 pub fn run(args: &VerifyArgs, run: &Run) -> Result<Done<Summary>> {
-    let scene = scene::read(&args.scene, run)?;
+    let scene = args.picture.scene(&args.scene, args.size.whole.size, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
     let verification = Verification::new(&scene, &pixels, args.samples, args.seed)?;
     let only = (!args.all_kernels).then_some(args.kernel.kernel);
