@@ -378,11 +378,9 @@ impl Samples {
         other.values.iter().for_each(|(&metric, values)| self.add(metric, values.iter().copied()));
     }
 
-    /// Puts what was collected into a row.
-    pub fn put_into(&self, row: &mut Row) {
-        row.counts.extend(&self.counts);
-        for (&metric, values) in &self.values {
-            row.numbers.extend(Spread::of(values.clone()).map(|spread| (metric, spread)));
-        }
+    /// How the values of each quantity lie.
+    pub fn spreads(&self) -> impl Iterator<Item = (Metric, Spread)> {
+        let values = self.values.iter();
+        values.filter_map(|(&metric, values)| Some((metric, Spread::of(values.clone())?)))
     }
 }

@@ -15,7 +15,7 @@ use kugelblitz::trace::{Kernel, Ray, Rays};
 use kugelblitz::{Error, Result};
 
 use super::line::{Derivation, Line, Shown};
-use super::numbers::{Columns, Quantity, scaled};
+use super::numbers::{Columns, Quantity, rows_of_vector, scaled};
 use super::step::{Step, vector};
 use super::words::Words;
 use super::{ObjectExplanation, Rank, Reason, Style, gap, label_in};
@@ -95,17 +95,17 @@ impl RayNumbers {
         let [o, d] = self.told();
         told.given("o", o, false);
         told.given("d", d, true);
-        let symbols = [["o.x", "o.y", "o.z"], ["d.x", "d.y", "d.z"]];
-        let quantity = |at: usize| {
-            let (vector, axis) = (at / 3, at % 3);
-            let lecture = [self.lecture.origin, self.lecture.direction][vector].0[axis];
+        let num::Ray { origin, direction, .. } = self.lecture;
+        let origins = rows_of_vector(["o.x", "o.y", "o.z"], o, |axis| {
+            Columns(
+                [Some(origin.0[axis].into()), None, Some(self.origin[axis])].map(|x| x.map(Some)),
+            )
+        });
+        let directions = rows_of_vector(["d.x", "d.y", "d.z"], d, |axis| {
             let stable = scaled(self.stable.ray.direction.0[axis], self.exponent);
-            let double = [self.origin, self.direction][vector][axis];
-            let columns = Columns::all(lecture, stable, double);
-            let columns = if vector == 0 { columns.without_stable() } else { columns };
-            columns.against(symbols[vector][axis], Some(&[o, d][vector].0[axis].value()))
-        };
-        ((0..6).map(quantity).collect(), told.lines)
+            Columns::all(direction.0[axis], stable, self.direction[axis])
+        });
+        ([origins, directions].concat(), told.lines)
     }
 
     pub fn object(

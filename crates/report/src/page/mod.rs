@@ -11,8 +11,8 @@ use super::order::SeriesOrder;
 use super::plot::{plane, sweep, theme};
 use super::tables::Table;
 use super::{
-    Baseline, CLOUD_SIZE, Count, LIGHT_SIZE, MeasuredScene, Of, Report, SWEEPS, Settings, Sweep,
-    print, tables,
+    Baseline, CLOUD_SIZE, Case, Count, LIGHT_SIZE, Of, Report, SWEEPS, Settings, Sweep, print,
+    tables,
 };
 
 /// The page's own style; colours are from the plots' table.
@@ -189,7 +189,7 @@ fn sweep_section(report: &Report, sweep: &Sweep, order: &SeriesOrder) -> Markup 
 }
 
 /// All figures of a scene; nothing where its rays were not measured.
-fn scene_details(report: &Report, scene: &MeasuredScene, order: &SeriesOrder) -> Markup {
+fn scene_details(report: &Report, scene: &Case, order: &SeriesOrder) -> Markup {
     let tables = tables::scene(report, &scene.name, order);
     html! {
         @if !tables[0].is_empty() {
