@@ -1,5 +1,6 @@
 //! Saving what is shown, as `render` would draw it.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -7,9 +8,8 @@ use std::thread::JoinHandle;
 use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::output::{OutputFile, commit};
-use kugelblitz::picture::{Format, PictureOptions, PictureWriter};
-use kugelblitz::shade::Colors;
-use kugelblitz::trace::{Hits, Kernel};
+use kugelblitz::picture::rgb8_file;
+use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::show::{self, Show};
 
@@ -46,17 +46,13 @@ impl Saving {
             }
             None => ([session.kernel(); 2], 0.0),
         };
-        let (format, options) = (Format::from_path(path)?, PictureOptions::default());
         let pixels = session.pixels(width, height)?;
-        let file = OutputFile::create(path, format.needs_seek())?;
+        let mut file = OutputFile::create(path, false)?;
         let parts = (kernels, (f64::from(divider) * f64::from(width)).round() as u32);
         let n_samples = session.scene().samples.unwrap_or_default();
         let colors = show::side_by_side(&mut session, show, &pixels, parts, n_samples, &control)?;
-        let mut writer = PictureWriter::create(format, options, &pixels, file, path)?;
-        // PNG wants no more of the hits than that they are there.
-        let hits = Hits { id: vec![0; pixels.len()], ..Hits::default() };
-        writer.rows(&Colors::Srgb8(colors), &hits, height)?;
-        let file = writer.finish()?;
+        let png = rgb8_file([width, height], &colors).and_then(|png| file.write_all(&png));
+        png.map_err(Error::io(path))?;
         // A control of its own: the program's is for all that the window does.
         control.check()?;
         commit([file], &Control::default())
