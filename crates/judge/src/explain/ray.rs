@@ -258,37 +258,33 @@ impl RayNumbers {
     /// in this order.
     pub fn residual(&self, scene: &Scene, kernel: usize, seen: &PlainPoint) -> Option<f64> {
         let index = seen.id.checked_sub(1)? as usize;
-        let object = scene.object(seen.id)?;
-        let of_planes = || index - scene.spheres.len();
-        let (ray, way) = (&self.stable, self.direction * seen.t);
-        Some(match (kernel, object) {
-            (0, Object::Sphere(_)) => {
-                let sphere = self.lecture_objects.spheres.get(index)?;
-                let p = V3(seen.at.map(|x| x as f32));
-                f64::from(off_sphere(p - V3(sphere.center), sphere.radius))
+        let (p, way) = (V3(seen.at.map(|x| x as f32)), self.direction * seen.t);
+        let (ray, way_of_stable) = (&self.stable, self.stable.ray.direction * seen.t as f32);
+        let of_kernels = match scene.object(seen.id)? {
+            Object::Sphere(sphere) => {
+                let lecture = self.lecture_objects.spheres.get(index)?;
+                let stable = self.stable_objects.spheres.get(index)?;
+                let way = V3::near((self.origin - sphere.center) + way);
+                [
+                    off_sphere(p - V3(lecture.center), lecture.radius).into(),
+                    off_sphere(way_of_stable - stable.offset(ray), stable.radius).into(),
+                    off_sphere(way, sphere.radius),
+                ]
             }
-            (0, Object::Plane(_)) => {
-                let plane = self.lecture_objects.planes.get(of_planes())?;
-                let p = V3(seen.at.map(|x| x as f32));
-                f64::from((p - V3(plane.point)).dot(V3(plane.normal)))
+            Object::Plane(plane) => {
+                let index = index - scene.spheres.len();
+                let lecture = self.lecture_objects.planes.get(index)?;
+                let stable = self.stable_objects.planes.get(index)?;
+                let along = way_of_stable.dot(V3(stable.normal)) - stable.n_offset(ray);
+                let way = V3::<f64>::near((self.origin - plane.point) + way);
+                [
+                    (p - V3(lecture.point)).dot(V3(lecture.normal)).into(),
+                    scaled(along, exponent_of(plane.normal)),
+                    way.dot(V3::near(plane.normal)),
+                ]
             }
-            (1, Object::Sphere(_)) => {
-                let sphere = self.stable_objects.spheres.get(index)?;
-                let v = ray.ray.direction * seen.t as f32 - sphere.offset(ray);
-                f64::from(off_sphere(v, sphere.radius))
-            }
-            (1, Object::Plane(of_scene)) => {
-                let plane = self.stable_objects.planes.get(of_planes())?;
-                let along = (ray.ray.direction * seen.t as f32).dot(V3(plane.normal));
-                scaled(along - plane.n_offset(ray), exponent_of(of_scene.normal))
-            }
-            (_, Object::Sphere(sphere)) => {
-                off_sphere(V3::near((self.origin - sphere.center) + way), sphere.radius)
-            }
-            (_, Object::Plane(plane)) => {
-                V3::<f64>::near((self.origin - plane.point) + way).dot(V3::near(plane.normal))
-            }
-        })
+        };
+        of_kernels.get(kernel).copied()
     }
 }
 
