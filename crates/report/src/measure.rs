@@ -123,13 +123,9 @@ impl<'a> Work<'a> {
             let mut measured = measured.iter_mut();
             for case in self.timed() {
                 let pixels = picture(case, size)?;
-                let truth = match round {
-                    0 => {
-                        let index = sample(pixels.len(), samples, seed);
-                        Some(Truth::of_pixels(&case.scene, &pixels, index, self.control)?)
-                    }
-                    _ => None,
-                };
+                let index = || sample(pixels.len(), samples, seed);
+                let truth = || Truth::of_pixels(&case.scene, &pixels, index(), self.control);
+                let truth = (round == 0).then(truth).transpose()?;
                 let rays = Rays::Pixels(pixels);
                 for (benchmark, measured) in self.benchmarks.iter().zip(&mut measured) {
                     let mut hits = Hits::default();

@@ -27,7 +27,7 @@ use super::picture::{self, Frame, Order};
 use super::present;
 use super::recent::{add_recent, recent};
 use super::reload::watch;
-use super::save::{Halves, Save, Saving, free_name};
+use super::save::{Save, Saving, free_name};
 use super::state::{Command, Explained, State};
 use super::turns::Turns;
 use super::worker::Worker;
@@ -345,7 +345,6 @@ impl<'a> App<'a> {
         let size = vec2(width, height + panels::around(&context, &mut self.state, width));
         eframe::NativeOptions {
             viewport: ViewportBuilder::default().with_inner_size(size).with_app_id("kugelblitz"),
-            wgpu_options: present::options(self.device.facts().map(|facts| facts.name.clone())),
             // Colours of the legend are those of the picture, to the byte.
             dithering: false,
             ..eframe::NativeOptions::default()
@@ -472,12 +471,10 @@ impl<'a> App<'a> {
         let size = self.full_size().unwrap_or([state.area.width, state.area.height]);
         let mut session = Session::new(state.saved_scene(), self.device.clone(), state.kernels[1]);
         session.set_camera(state.rig.camera.clone());
-        let halves =
-            state.compares.then_some(Halves { kernels: state.kernels, divider: state.divider });
-        let saves = &mut self.end.saves;
-        let path = free_name(Path::new("."), &state.path, state.show, halves, saves);
-        let control = Arc::clone(&self.options.control);
-        let saving = Saving { session, size, show: state.show, halves, control };
+        let (saves, kernels) = (&mut self.end.saves, state.shown_kernels());
+        let path = free_name(Path::new("."), &state.path, state.show, &kernels, saves);
+        let (control, &State { show, divider, .. }) = (Arc::clone(&self.options.control), state);
+        let saving = Saving { session, size, show, kernels, divider, control };
         match Save::start(saving, path, teller(&self.to_window, context, Event::Saved)) {
             Ok(save) => saves.push(save),
             Err(error) => self.state.tell(format!("The picture can't be saved: {error}")),

@@ -350,9 +350,7 @@ impl Explanation {
     ) -> Result<&'static str> {
         let mut hits = Hits::default();
         tracer.trace(rays, &Control::default(), &mut hits)?;
-        let id = hits.id.first().copied().unwrap_or(0);
-        let t = hits.t.first().copied().unwrap_or(f32::INFINITY);
-        let normal = hits.normal.first().copied().unwrap_or([0.0; 3]);
+        let (id, t, normal) = (hits.id[0], hits.t[0], hits.normal[0]);
         let right = id == self.winner.as_ref().map_or(0, |winner| winner.id);
         let exact = self.winner.as_ref().filter(|_| right).and_then(|winner| {
             self.objects.iter().find(|object| object.id == winner.id)?.visible_t()

@@ -110,8 +110,7 @@ fn simplest(low: &Real, high: &Real) -> Real {
 
 /// `x·2^exponent`: a number for a scaled direction as one for the ray's own.
 pub fn scaled(x: f32, exponent: i32) -> f64 {
-    let half = exponent / 2;
-    f64::from(x) * 2f64.powi(half) * 2f64.powi(exponent - half)
+    libm::ldexp(x.into(), exponent)
 }
 
 /// A number as one arithmetic has it.
