@@ -1,5 +1,6 @@
 //! The scene, and what is done with it.
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -24,6 +25,7 @@ use kugelblitz::{Error, Session};
 use kugelblitz_judge::export::{self, Language};
 use kugelblitz_judge::figure::svg_of_colorings;
 use kugelblitz_judge::show::{self, Entry, Show};
+use kugelblitz_judge::verify::{Verification, Verified};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -41,7 +43,7 @@ use crate::picture::Picture;
 use crate::place;
 use crate::session::Sessions;
 use crate::table::{Given, Keywords, Object, keys_of, section, to_python};
-use crate::verdict;
+use crate::verdict::verdict;
 use crate::work::{self, Steps};
 
 /// Spheres, planes and their light.
@@ -421,7 +423,26 @@ impl Scene {
         progress: Given<'py>,
     ) -> Object<'py> {
         let pixels = pixels_of(&self.of, camera, size, crop)?;
-        verdict::verify(py, self, &pixels, (samples, seed), (kernel, device), progress)
+        let kernels = match kernel {
+            "all" => Kernel::ALL.to_vec(),
+            name => vec![place::kernel(name)?],
+        };
+        let n_samples = samples.map(NonZeroUsize::new);
+        if n_samples == Some(None) {
+            return wrong_value("samples: 0 pixels are nothing to compare; give 1 or more");
+        }
+        let verification = Verification::new(&self.of, &pixels, n_samples.flatten(), seed);
+        let verification = verification.map_err(error::of(""))?;
+        let devices = place::devices(py, device, &kernels, self.n_spheres(), pixels.len())?;
+        let has_gpu = devices.values().any(|device| device.facts().is_some());
+        let steps = Steps::Rays(verification.n_steps(kernels.len(), has_gpu));
+        let of = work::run_with_progress(py, progress, steps, |control| {
+            verification.run(&kernels, |kernel| &devices[&kernel], control)
+        })?;
+        let Verified { size: [width, height], samples, .. } = of;
+        let head =
+            format!("{width}×{height}, {samples} pixels (seed {seed}) against exact arithmetic\n");
+        verdict(py, "Verification", &of.broken(), &of, head + &of.in_words(), None)
     }
 
     /// The digest of a picture, band by band: the same on every device, and that of `render(…).digest()`.

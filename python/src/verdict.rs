@@ -1,24 +1,16 @@
-//! Two pictures, and kernels and devices, held against each other or against exact arithmetic; what comparisons come
-//! to, see `_verdicts.py`.
-
-use std::num::NonZeroUsize;
+//! Two pictures, held against each other, and what comparisons come to, see `_verdicts.py`.
 
 use kugelblitz::picture::Image;
-use kugelblitz::rays::Pixels;
-use kugelblitz::trace::Kernel;
 use kugelblitz_judge::compare::{Allowed, PictureDifference, compare_pictures};
-use kugelblitz_judge::verify::{Verification, Verified};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use serde::Serialize;
 
 use crate::drawing::tinted;
-use crate::error::{self, wrong_value};
+use crate::error;
 use crate::image::{image_of, indices};
-use crate::place;
-use crate::scene::Scene;
 use crate::table::{Given, Object, helpers, to_python};
-use crate::work::{self, Steps};
+use crate::work;
 
 /// A `Verdict` of this kind: what is not as it may be, what the program prints as JSON and in words, and, where there
 /// is one, an object that knows the rest.
@@ -75,37 +67,4 @@ pub fn compare<'py>(
     let of = &compared.get().of;
     let known = Some(compared.clone().into_any());
     verdict(py, "Difference", &of.broken, of, of.in_words(), known)
-}
-
-/// Holds a kernel, or all, against exact arithmetic at so many of these pixels, drawn by a seed.
-pub fn verify<'py>(
-    py: Python<'py>,
-    scene: &Scene,
-    pixels: &Pixels,
-    (n_samples, seed): (Option<usize>, u64),
-    (kernel, device): (&str, &str),
-    progress: Given<'py>,
-) -> Object<'py> {
-    let kernels = match kernel {
-        "all" => Kernel::ALL.to_vec(),
-        name => vec![place::kernel(name)?],
-    };
-    let n_samples = match n_samples.map(NonZeroUsize::new) {
-        Some(None) => {
-            return wrong_value("samples: 0 pixels are nothing to compare; give 1 or more");
-        }
-        n_samples => n_samples.flatten(),
-    };
-    let verification =
-        Verification::new(&scene.of, pixels, n_samples, seed).map_err(error::of(""))?;
-    let devices = place::devices(py, device, &kernels, scene.of.spheres.len(), pixels.len())?;
-    let has_gpu = devices.values().any(|device| device.facts().is_some());
-    let steps = Steps::Rays(verification.n_steps(kernels.len(), has_gpu));
-    let of = work::run_with_progress(py, progress, steps, |control| {
-        verification.run(&kernels, |kernel| &devices[&kernel], control)
-    })?;
-    let Verified { size: [width, height], samples, seed, .. } = of;
-    let head =
-        format!("{width}×{height}, {samples} pixels (seed {seed}) against exact arithmetic\n");
-    verdict(py, "Verification", &of.broken(), &of, head + &of.in_words(), None)
 }

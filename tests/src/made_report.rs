@@ -1,10 +1,12 @@
 //! A report with made-up but likely figures, for what shows reports.
 
+use std::sync::Arc;
+
 use kugelblitz::gpu::{AdapterFacts, Arithmetic};
 use kugelblitz_judge::compare::{FALSE_HIT, FALSE_MISS, RAMP, WRONG_OBJECT};
 use kugelblitz_report::{
-    AdapterArithmetic, Baseline, Class, Count, Earlier, Environment, ErrorPicture, MeasuredScene,
-    Metric, Missing, Noise, Of, Report, Row, RowKey, Settings, Spread,
+    AdapterArithmetic, Baseline, Case, Class, Count, Earlier, Environment, ErrorPicture, Metric,
+    Missing, Noise, Of, Report, Row, RowKey, Settings, Spread,
 };
 
 pub const KERNELS: [&str; 4] = ["lecture", "stable", "double", "certified"];
@@ -254,13 +256,14 @@ pub fn report() -> Report {
         LIT_SCENES.iter().zip([1, 2]).flat_map(|(scene, n_lights)| light_rows(scene, n_lights)),
     );
     let lit = LIT_SCENES.map(|name| (name, Class::Lit));
-    let scene = |(name, class): (&str, Class)| MeasuredScene {
+    let scene = |(name, class): (&str, Class)| Case {
         name: name.into(),
         class,
         about: format!("What {name} shows, in the words of its first comment."),
         n_spheres: 3,
         n_planes: 1,
         n_lights: usize::from(class == Class::Lit),
+        scene: Arc::default(),
     };
     let of_errors = |key| {
         let colors = [RAMP[0], FALSE_HIT, FALSE_MISS, WRONG_OBJECT, RAMP[1]];

@@ -30,12 +30,9 @@ pub struct Summary {
 /// Shows the formulas of one ray with its numbers in them.
 pub fn run(args: &ExplainArgs, run: &Run) -> Result<Done<Summary>> {
     let scene = args.picture.scene(&args.scene, args.size.whole.size, run)?;
-    let rays = match (args.pixel, args.ray) {
-        (Some(pixel), _) => Rays::Pixels(one_pixel(args.size.pixels(&scene, &args.scene)?, pixel)?),
-        (None, Some(ray)) => Rays::List(vec![usable(ray)?]),
-        (None, None) => {
-            return wrong_usage("give a pixel (--pixel X,Y) or a ray (--ray)");
-        }
+    let rays = match (args.ray, args.pixel.unwrap_or_default()) {
+        (Some(ray), _) => Rays::List(vec![usable(ray)?]),
+        (None, pixel) => Rays::Pixels(one_pixel(args.size.pixels(&scene, &args.scene)?, pixel)?),
     };
     let style = Style {
         limit: (!args.all).then_some(DEFAULT_OBJECTS),

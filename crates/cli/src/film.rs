@@ -21,8 +21,8 @@ use serde::Serialize;
 
 use crate::Run;
 use crate::args::RenderArgs;
-use crate::head::{Done, Drawn, Work};
-use crate::output::{is_stdout, ms, name, objects, shell_quoted};
+use crate::head::{Done, Drawn, Times, Work};
+use crate::output::{is_stdout, name, objects, shell_quoted};
 use crate::progress::Progress;
 use crate::render::{Begun, size};
 use crate::wrong_usage;
@@ -89,16 +89,10 @@ pub struct Summary {
     /// The frames that were asked for.
     frames: Vec<Frame>,
     bytes_device: u64,
-    ms: MsFilm,
+    ms: Times,
     /// The command that makes a film of all frames.
     #[serde(skip_serializing_if = "Option::is_none")]
     ffmpeg: Option<String>,
-}
-
-#[derive(Serialize)]
-struct MsFilm {
-    read: f64,
-    total: f64,
 }
 
 #[derive(Serialize)]
@@ -183,7 +177,7 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         n_frames,
         frames,
         bytes_device: session.bytes_device(),
-        ms: MsFilm { read: ms(begun.read), total: ms(run.start.elapsed()) },
+        ms: Times(vec![("read", begun.read), ("total", run.start.elapsed())]),
         ffmpeg,
     };
     let mut done = Done::with_files(summary, begun.beside, line);

@@ -11,8 +11,8 @@ use serde::Serialize;
 
 use crate::Run;
 use crate::args::GenerateCloudArgs;
-use crate::head::Done;
-use crate::output::{check_ending, is_stdout, ms, name};
+use crate::head::{Done, Times};
+use crate::output::{check_ending, is_stdout, name};
 use crate::progress::Progress;
 use crate::wrong_usage;
 
@@ -23,12 +23,7 @@ pub struct Summary {
     seed: u64,
     file: String,
     scene: Option<String>,
-    ms: Ms,
-}
-
-#[derive(Serialize)]
-struct Ms {
-    total: f64,
+    ms: Times,
 }
 
 /// Makes a cloud.
@@ -51,7 +46,7 @@ pub fn run(args: &GenerateCloudArgs, run: &Run) -> Result<Done<Summary>> {
         seed,
         file: named(&args.output),
         scene: args.scene.as_ref().map(named),
-        ms: Ms { total: ms(took) },
+        ms: Times(vec![("total", took)]),
     };
     let line = format!(
         "{}: {}, {}, seed {seed}, in {}",

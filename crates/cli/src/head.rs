@@ -14,7 +14,7 @@ use kugelblitz::trace::StageCounts;
 use kugelblitz::words::duration;
 use kugelblitz::{Error, Making, Result, Session};
 use kugelblitz_judge::compare::ObjectCounts;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::Run;
 use crate::args::Cli;
@@ -213,54 +213,24 @@ impl From<StageCounts> for RayCounts {
     }
 }
 
-/// Milliseconds of all stages.
-#[derive(Serialize)]
-struct Ms {
-    /// Reading the input; absent for a film's frame.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    read: Option<f64>,
-    prepare: f64,
-    /// Building the hierarchy over many spheres, or fitting it to another view.
-    build: f64,
-    upload: f64,
-    compile: f64,
-    #[serde(flatten)]
-    stages: MsStages,
-    write: f64,
-    /// From the program's start, so with opening the device as well; of a film's frame, from its own.
-    total: f64,
-}
+/// Times by the names of what took them, as milliseconds.
+pub struct Times(pub Vec<(&'static str, Duration)>);
 
-/// Milliseconds of tracing and colours.
-#[derive(Serialize)]
-pub struct MsStages {
-    trace: f64,
-    refine: f64,
-    decide: f64,
-    readback: f64,
-    /// Colours. Flat ones count only with the first picture.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    shade: Option<f64>,
-}
-
-impl From<&Rendered> for MsStages {
-    fn from(Rendered { timing, shade, .. }: &Rendered) -> MsStages {
-        MsStages {
-            trace: ms(timing.trace),
-            refine: ms(timing.refine),
-            decide: ms(timing.decide),
-            readback: ms(timing.readback),
-            shade: Some(ms(*shade)),
-        }
+impl Serialize for Times {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|&(name, time)| (name, ms(time))))
     }
 }
 
-impl MsStages {
-    /// The stages of another picture after the first one, whose colours may be flat.
-    pub fn again(done: &Rendered, is_flat: bool) -> MsStages {
-        let stages = MsStages::from(done);
-        MsStages { shade: stages.shade.filter(|_| !is_flat), ..stages }
-    }
+/// The stages of tracing and colours.
+pub fn stages(Rendered { timing, shade, .. }: &Rendered) -> [(&'static str, Duration); 5] {
+    [
+        ("trace", timing.trace),
+        ("refine", timing.refine),
+        ("decide", timing.decide),
+        ("readback", timing.readback),
+        ("shade", *shade),
+    ]
 }
 
 /// A traced picture or list of rays.
@@ -274,11 +244,12 @@ pub struct Drawn {
     /// Pixels by where their colours are from, of lit pictures only.
     #[serde(skip_serializing_if = "Option::is_none")]
     colors: Option<ColorCounts>,
-    ms: Ms,
+    ms: Times,
 }
 
 impl Drawn {
-    /// What was drawn, with the times that it took to make it ready, to read its input, and in all.
+    /// What was drawn, with the times that it took to make it ready, to read its input where that is its own, and in all:
+    /// from the program's start, so with opening the device as well; of a film's frame, from its own.
     pub fn new(
         done: &Rendered,
         making: Making,
@@ -286,21 +257,21 @@ impl Drawn {
         total: Duration,
         is_lit: bool,
     ) -> Drawn {
+        let before = [
+            ("prepare", making.prepare),
+            // The hierarchy over many spheres, or fitting it to another view.
+            ("build", making.build),
+            ("upload", making.upload),
+            ("compile", making.compile),
+        ];
+        let read = read.map(|read| ("read", read));
+        let times = read.into_iter().chain(before).chain(stages(done));
         Drawn {
             rays: RayCounts::from(done.counts),
             hits: done.hits,
             shadow_rays: is_lit.then(|| done.shadow_rays.into()),
             colors: is_lit.then_some(done.colors),
-            ms: Ms {
-                read: read.map(ms),
-                prepare: ms(making.prepare),
-                build: ms(making.build),
-                upload: ms(making.upload),
-                compile: ms(making.compile),
-                stages: MsStages::from(done),
-                write: ms(done.write),
-                total: ms(total),
-            },
+            ms: Times(times.chain([("write", done.write), ("total", total)]).collect()),
         }
     }
 }
@@ -350,7 +321,7 @@ pub struct Traced {
     pub bytes_device: u64,
     /// Times of the `--repeat` runs, in order.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub ms_runs: Option<Vec<MsStages>>,
+    pub ms_runs: Option<Vec<Times>>,
 }
 
 /// `3 spheres, 1 plane, certified on the CPU, in 24 ms`, all that the user waited for.

@@ -67,7 +67,7 @@ pub struct CameraArgs {
     #[arg(long, value_name = "DEGREES", value_parser = option(schema::fov), allow_negative_numbers = true, conflicts_with = "height")]
     pub fov: Option<f64>,
     /// An orthographic camera: the picture's height in the scene's unit, or `auto` to frame everything
-    #[arg(long, value_name = "H", value_parser = parse_height, allow_negative_numbers = true)]
+    #[arg(long, value_name = "H", value_parser = value_or("auto", "", option(schema::height)), allow_negative_numbers = true)]
     pub height: Option<ValueOr<f64>>,
 }
 
@@ -80,13 +80,13 @@ pub struct LightArgs {
     pub background: Option<Color>,
     /// A light in place of all others; can be given several times: eye, a point X,Y,Z, a sun's way
     /// sun:X,Y,Z, each with its intensity behind @ (4,6,3@0.7); or none
-    #[arg(long, value_name = "LIGHT", value_parser = parse_light, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LIGHT", value_parser = value_or("none", LIGHT, parse_light), allow_hyphen_values = true)]
     pub light: Vec<ValueOr<LightKeys>>,
     /// Soft light from everywhere: intensity, or intensity,directions; or none
-    #[arg(long, value_name = "I,N", value_parser = parse_sky, allow_negative_numbers = true)]
+    #[arg(long, value_name = "I,N", value_parser = value_or("none", SKY, parse_sky), allow_negative_numbers = true)]
     pub sky: Option<ValueOr<SkyKeys>>,
     /// Light that every surface gets: a number or a colour; or none
-    #[arg(long, value_name = "LIGHT", value_parser = parse_ambient, allow_negative_numbers = true)]
+    #[arg(long, value_name = "LIGHT", value_parser = value_or("none", "", option(schema::ambient)), allow_negative_numbers = true)]
     pub ambient: Option<ValueOr<Color>>,
 }
 
@@ -311,16 +311,18 @@ impl DataArgs {
     }
 }
 
-/// Reads a value, or the word in its place.
-fn value_or<T>(
-    word: &str,
-    text: &str,
-    parse: impl Fn(&str) -> Result<T, String>,
-) -> Result<ValueOr<T>, String> {
-    if text == word {
-        Ok(ValueOr(None))
-    } else {
-        parse(text).map(Some).map(ValueOr).map_err(|help| format!("{help}; or {word}"))
+/// Reads a value, or the word in its place; `usage` says more of what to give.
+fn value_or<T: Clone + Send + Sync + 'static>(
+    word: &'static str,
+    usage: &'static str,
+    parse: impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static,
+) -> impl Fn(&str) -> Result<ValueOr<T>, String> + Clone + Send + Sync + 'static {
+    move |text| match text == word {
+        true => Ok(ValueOr(None)),
+        false => match parse(text) {
+            Ok(value) => Ok(ValueOr(Some(value))),
+            Err(help) => Err(format!("{help}{usage}; or {word}")),
+        },
     }
 }
 
@@ -341,10 +343,6 @@ fn parse_margin(text: &str) -> Result<f64, String> {
     number(text, |margin| (0.0..=most).contains(&margin), &usage)
 }
 
-fn parse_height(text: &str) -> Result<ValueOr<f64>, String> {
-    value_or("auto", text, option(schema::height))
-}
-
 fn parse_column(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((key, name)) if !key.trim().is_empty() && !name.is_empty() => {
@@ -354,42 +352,34 @@ fn parse_column(text: &str) -> Result<(String, String), String> {
     }
 }
 
-fn parse_light(text: &str) -> Result<ValueOr<LightKeys>, String> {
-    let light = |text: &str| -> Result<LightKeys, String> {
-        let (place, intensity) = text.split_once('@').unwrap_or((text, "1"));
-        let (position, direction) = match place.strip_prefix("sun:") {
-            Some(way) => (None, Some(option(schema::direction)(way)?)),
-            None => (Some(option(schema::lamp)(place)?), None),
-        };
-        Ok(LightKeys {
-            position: given(position),
-            direction: given(direction),
-            intensity: given(Some(option(schema::intensity)(intensity)?)),
-            ..LightKeys::default()
-        })
+const LIGHT: &str = "; give eye, a point X,Y,Z, a sun's way sun:X,Y,Z, each with its intensity behind @ where it is \
+                     not 1, e.g. 4,6,3@0.7";
+
+fn parse_light(text: &str) -> Result<LightKeys, String> {
+    let (place, intensity) = text.split_once('@').unwrap_or((text, "1"));
+    let (position, direction) = match place.strip_prefix("sun:") {
+        Some(way) => (None, Some(option(schema::direction)(way)?)),
+        None => (Some(option(schema::lamp)(place)?), None),
     };
-    let usage = "give eye, a point X,Y,Z, a sun's way sun:X,Y,Z, each with its intensity behind @ where \
-                 it is not 1, e.g. 4,6,3@0.7";
-    value_or("none", text, |text| light(text).map_err(|help| format!("{help}; {usage}")))
+    Ok(LightKeys {
+        position: given(position),
+        direction: given(direction),
+        intensity: given(Some(option(schema::intensity)(intensity)?)),
+        ..LightKeys::default()
+    })
 }
 
-fn parse_sky(text: &str) -> Result<ValueOr<SkyKeys>, String> {
-    let sky = |text: &str| -> Result<SkyKeys, String> {
-        let (intensity, directions) = match text.split_once(',') {
-            Some((intensity, number)) => (intensity, Some(option(schema::directions)(number)?)),
-            None => (text, None),
-        };
-        Ok(SkyKeys {
-            intensity: given(Some(option(schema::intensity)(intensity)?)),
-            directions: given(directions),
-            ..SkyKeys::default()
-        })
-    };
-    let usage =
-        "give the light of an open plane, and perhaps the number of directions, e.g. 0.5,16";
-    value_or("none", text, |text| sky(text).map_err(|help| format!("{help}; {usage}")))
-}
+const SKY: &str =
+    "; give the light of an open plane, and perhaps the number of directions, e.g. 0.5,16";
 
-fn parse_ambient(text: &str) -> Result<ValueOr<Color>, String> {
-    value_or("none", text, option(schema::ambient))
+fn parse_sky(text: &str) -> Result<SkyKeys, String> {
+    let (intensity, directions) = match text.split_once(',') {
+        Some((intensity, number)) => (intensity, Some(option(schema::directions)(number)?)),
+        None => (text, None),
+    };
+    Ok(SkyKeys {
+        intensity: given(Some(option(schema::intensity)(intensity)?)),
+        directions: given(directions),
+        ..SkyKeys::default()
+    })
 }

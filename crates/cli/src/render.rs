@@ -21,7 +21,7 @@ use kugelblitz_judge::show::{self, Show};
 
 use crate::args::RenderArgs;
 use crate::device;
-use crate::head::{Done, Drawn, MsStages, Traced, Work, traced_in_words};
+use crate::head::{Done, Drawn, Times, Traced, Work, stages, traced_in_words};
 use crate::output::{built, check_ending, name, written};
 use crate::progress::Progress;
 use crate::show::{LegendEntry, check, legend};
@@ -82,7 +82,9 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         plan.n_samples == Samples::ONE && !begun.scene.is_lit() && !plan.options.transparent;
     let again = || {
         let done = session.draw_nothing(&pixels, &plan, &run.control)?;
-        Ok(MsStages::again(&done, is_flat))
+        // Flat colours count only with the first picture.
+        let counts = |(name, _): &(&str, Duration)| !(is_flat && *name == "shade");
+        Ok(Times(stages(&done).into_iter().filter(counts).collect()))
     };
     let ms_runs = args
         .repeat

@@ -2,13 +2,12 @@
 
 use super::Metric::TraceNsPerRay;
 use super::figures::{digits, digits_borne, list, percent};
-use super::order::SeriesOrder;
 use super::{Class, Count, Of, Report, Row, Spread};
 
 /// Which kernels were wrong, where, and how much, in a sentence.
 pub fn answer(report: &Report) -> String {
     let (mut right, mut parts) = (Vec::new(), Vec::new());
-    for kernel in SeriesOrder::of(report).kernels {
+    for kernel in report.kernels() {
         let scenes = worst_rows(report, kernel);
         let n_wrong = scenes.iter().filter(|row| row.wrong_ids() > 0).count();
         let Some(row) = scenes.iter().copied().max_by(by_share) else { continue };
@@ -51,11 +50,11 @@ fn worst_rows<'a>(report: &'a Report, kernel: &str) -> Vec<&'a Row> {
 /// The time of the kernels that were never wrong, against the fastest of all, in a sentence. `None`
 /// where each was wrong.
 pub fn price(report: &Report) -> Option<String> {
-    let (order, classes) = (SeriesOrder::of(report), report.classes());
+    let classes = report.classes();
     let mut parts = Vec::new();
-    for device in &order.devices {
+    for device in report.devices() {
         let mut kernels = Vec::new();
-        for kernel in &order.kernels {
+        for kernel in report.kernels() {
             let ratios = classes.iter().map(|(class, rows)| {
                 let ratio = ratio(rows, device, kernel)?;
                 Some(if classes.len() > 1 {
@@ -73,7 +72,7 @@ pub fn price(report: &Report) -> Option<String> {
             });
         }
         if !kernels.is_empty() {
-            parts.push(format!("on {}, {}", order.short(device), kernels.join(", ")));
+            parts.push(format!("on {}, {}", report.short(device), kernels.join(", ")));
         }
     }
     (!parts.is_empty()).then(|| format!("Without a wrong object: {}.", parts.join("; ")))

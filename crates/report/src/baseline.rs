@@ -146,10 +146,10 @@ impl Baseline {
         for now in report.rows.iter().filter(|row| !matches!(row.key.of, Of::Class { .. })) {
             let Some(before) = earlier.rows.iter().find(|row| row.key == now.key) else { continue };
             times.extend(TIMES.iter().filter_map(|metric| Change::new(*metric, before, now)));
-            let n = |row: &Row| (row.count(Count::Rays), row.wrong_ids());
-            if same_rays && n(before).0 == n(now).0 && n(before).1 != n(now).1 {
-                let ((rays, before), (_, now_wrong)) = (n(before), n(now));
-                wrong_ids.push(WrongIds { key: now.key.clone(), rays, before, now: now_wrong });
+            let (key, rays) = (now.key.clone(), now.count(Count::Rays));
+            let found = WrongIds { key, rays, before: before.wrong_ids(), now: now.wrong_ids() };
+            if same_rays && before.count(Count::Rays) == rays && found.before != found.now {
+                wrong_ids.push(found);
             }
         }
         let EarlierEnvironment { version, commit, date, .. } = earlier.environment.clone();

@@ -30,7 +30,7 @@ pub use light::LIGHT_SIZE;
 pub use measure::{Benchmark, Make};
 pub use noise::Noise;
 pub use pictures::ErrorPicture;
-pub use scenes::{Case, Class, MeasuredScene, default_cases};
+pub use scenes::{Case, Class, default_cases};
 pub use sweep::{CLOUD_SIZE, SWEEPS, Sweep};
 
 use kugelblitz::Result;
@@ -49,7 +49,7 @@ pub struct Report {
     /// How much was measured.
     pub settings: Settings,
     /// The scenes that were measured.
-    pub scenes: Vec<MeasuredScene>,
+    pub scenes: Vec<Case>,
     /// All numbers.
     pub rows: Vec<Row>,
     /// All that could not be measured, and why.
@@ -84,8 +84,7 @@ impl Report {
         rows.extend(clouds);
         rows.extend(work.light_rows()?);
         pictures.extend(work.light_pictures(&rows)?);
-        let scenes = cases.iter().map(MeasuredScene::from).collect();
-        let noise = Noise::of(&rows);
+        let (scenes, noise) = (cases.to_vec(), Noise::of(&rows));
         Ok(Report { environment, settings, scenes, rows, missing, noise, baseline: None, pictures })
     }
 
@@ -96,7 +95,7 @@ impl Report {
     }
 
     /// The scene that is called so.
-    fn scene(&self, name: &str) -> Option<&MeasuredScene> {
+    fn scene(&self, name: &str) -> Option<&Case> {
         self.scenes.iter().find(|scene| scene.name == name)
     }
 }
@@ -273,9 +272,9 @@ impl Row {
     fn new(of: Of, benchmark: &Benchmark, measured: &[&Samples]) -> Row {
         let (kernel, device) = (benchmark.name.clone(), benchmark.device.clone());
         let key = RowKey { of, kernel, device, epsilon: None };
-        let mut row = Row { key, numbers: BTreeMap::new(), counts: BTreeMap::new() };
-        measured.iter().for_each(|samples| samples.put_into(&mut row));
-        row
+        let numbers = measured.iter().flat_map(|samples| samples.spreads()).collect();
+        let counts = measured.iter().flat_map(|samples| samples.counts.clone()).collect();
+        Row { key, numbers, counts }
     }
 
     /// A quantity's values; `None` where it was not measured.

@@ -123,13 +123,9 @@ impl<'a> Work<'a> {
             let mut measured = measured.iter_mut();
             for case in self.timed() {
                 let pixels = picture(case, size)?;
-                let truth = match round {
-                    0 => {
-                        let index = sample(pixels.len(), samples, seed);
-                        Some(Truth::of_pixels(&case.scene, &pixels, index, self.control)?)
-                    }
-                    _ => None,
-                };
+                let index = || sample(pixels.len(), samples, seed);
+                let truth = || Truth::of_pixels(&case.scene, &pixels, index(), self.control);
+                let truth = (round == 0).then(truth).transpose()?;
                 let rays = Rays::Pixels(pixels);
                 for (benchmark, measured) in self.benchmarks.iter().zip(&mut measured) {
                     let mut hits = Hits::default();
@@ -378,11 +374,9 @@ impl Samples {
         other.values.iter().for_each(|(&metric, values)| self.add(metric, values.iter().copied()));
     }
 
-    /// Puts what was collected into a row.
-    pub fn put_into(&self, row: &mut Row) {
-        row.counts.extend(&self.counts);
-        for (&metric, values) in &self.values {
-            row.numbers.extend(Spread::of(values.clone()).map(|spread| (metric, spread)));
-        }
+    /// How the values of each quantity lie.
+    pub fn spreads(&self) -> impl Iterator<Item = (Metric, Spread)> {
+        let values = self.values.iter();
+        values.filter_map(|(&metric, values)| Some((metric, Spread::of(values.clone())?)))
     }
 }

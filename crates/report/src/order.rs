@@ -3,40 +3,6 @@
 use super::figures::{list, short_name};
 use super::{Class, Metric, Of, Report, Row, RowKey, Sweep};
 
-/// Kernels and devices, in order.
-pub struct SeriesOrder<'a> {
-    pub kernels: Vec<&'a str>,
-    pub devices: Vec<&'a str>,
-}
-
-impl<'a> SeriesOrder<'a> {
-    pub fn of(report: &'a Report) -> SeriesOrder<'a> {
-        let mut order = SeriesOrder { kernels: Vec::new(), devices: Vec::new() };
-        for row in &report.rows {
-            add(&mut order.kernels, &row.key.kernel);
-            add(&mut order.devices, &row.key.device);
-        }
-        order
-    }
-
-    /// The device's short name, if no other device has the same.
-    pub fn short<'b>(&self, device: &'b str) -> &'b str {
-        let short = short_name(device);
-        let alike = self.devices.iter().filter(|other| short_name(other) == short).count();
-        if alike > 1 { device } else { short }
-    }
-
-    /// The place of a device in the order.
-    pub fn device_index(&self, device: &str) -> usize {
-        self.devices.iter().position(|known| *known == device).unwrap_or(self.devices.len())
-    }
-
-    /// `certified, CPU`
-    pub fn label(&self, key: &RowKey) -> String {
-        format!("{}, {}", key.kernel, self.short(&key.device))
-    }
-}
-
 /// Adds what is not there yet.
 pub fn add<T: PartialEq>(known: &mut Vec<T>, new: T) {
     if !known.contains(&new) {
@@ -45,6 +11,40 @@ pub fn add<T: PartialEq>(known: &mut Vec<T>, new: T) {
 }
 
 impl Report {
+    /// The kernels, in the order in which the rows first name them.
+    pub(super) fn kernels(&self) -> Vec<&str> {
+        self.named(|key| &key.kernel)
+    }
+
+    /// The devices, in the same order.
+    pub(super) fn devices(&self) -> Vec<&str> {
+        self.named(|key| &key.device)
+    }
+
+    fn named(&self, name: fn(&RowKey) -> &String) -> Vec<&str> {
+        let mut names = Vec::new();
+        self.rows.iter().for_each(|row| add(&mut names, name(&row.key).as_str()));
+        names
+    }
+
+    /// The device's short name, if no other device has the same.
+    pub(super) fn short<'b>(&self, device: &'b str) -> &'b str {
+        let short = short_name(device);
+        let alike = self.devices().into_iter().filter(|other| short_name(other) == short);
+        if alike.count() > 1 { device } else { short }
+    }
+
+    /// The place of a device in the order.
+    pub(super) fn device_index(&self, device: &str) -> usize {
+        let devices = self.devices();
+        devices.iter().position(|known| *known == device).unwrap_or(devices.len())
+    }
+
+    /// `certified, CPU`
+    pub(super) fn label(&self, key: &RowKey) -> String {
+        format!("{}, {}", key.kernel, self.short(&key.device))
+    }
+
     /// The rows of some things.
     pub(super) fn rows_of(&self, is: impl Fn(&Of) -> bool) -> Vec<&Row> {
         self.rows.iter().filter(|row| is(&row.key.of)).collect()
@@ -133,9 +133,9 @@ impl<'a> Series<'a> {
     }
 
     /// `certified, llvmpipe and CPU`
-    pub fn label(&self, order: &SeriesOrder) -> String {
+    pub fn label(&self, report: &Report) -> String {
         let devices: Vec<_> =
-            self.devices.iter().map(|device| order.short(device).into()).collect();
+            self.devices.iter().map(|device| report.short(device).into()).collect();
         format!("{}, {}", self.key().kernel, list(&devices))
     }
 }

@@ -34,9 +34,9 @@ impl Class {
     }
 }
 
-/// What a report says of a scene, beside its numbers.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct MeasuredScene {
+/// A scene to be measured, and what a report says of it beside its numbers.
+#[derive(Clone, Debug, Serialize)]
+pub struct Case {
     /// The file's name without folder and ending.
     pub name: String,
     /// Sort of the scene.
@@ -49,31 +49,8 @@ pub struct MeasuredScene {
     pub n_planes: usize,
     /// Lights in it, without a sky.
     pub n_lights: usize,
-}
-
-impl From<&Case> for MeasuredScene {
-    fn from(case: &Case) -> MeasuredScene {
-        MeasuredScene {
-            name: case.name.clone(),
-            class: case.class,
-            about: case.about.clone(),
-            n_spheres: case.scene.spheres.len(),
-            n_planes: case.scene.planes.len(),
-            n_lights: case.scene.lights.len(),
-        }
-    }
-}
-
-/// A scene to be measured.
-#[derive(Clone, Debug)]
-pub struct Case {
-    /// The file's name without folder and ending.
-    pub name: String,
-    /// Sort of the scene.
-    pub class: Class,
-    /// The file's first comment: what it shows.
-    pub about: String,
     /// The scene; it has a camera.
+    #[serde(skip)]
     pub scene: Arc<Scene>,
 }
 
@@ -91,6 +68,9 @@ impl Case {
             name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             class,
             about: comment.unwrap_or_default().trim().to_string(),
+            n_spheres: scene.spheres.len(),
+            n_planes: scene.planes.len(),
+            n_lights: scene.lights.len(),
             scene: Arc::new(scene),
         })
     }

@@ -146,21 +146,18 @@ impl<'a> Work<'a> {
         Ok((Arc::new(recipe.scene(self.control)?), pixels))
     }
 
-    /// The other kernels test every ray against each sphere.
-    fn certified(&self) -> impl Iterator<Item = &'a Benchmark> + use<'a> {
-        self.benchmarks.iter().filter(|benchmark| benchmark.kernel == Kernel::Certified)
-    }
-
     fn n_cloud_samples(&self) -> usize {
         self.settings.samples.min(CLOUD_SAMPLES)
     }
 
     /// Rays that [`Work::cloud_rows`] traces or compares.
     pub fn n_cloud_rays(&self) -> u64 {
-        let pictures = self.certified().count() as u64 * (1 + self.n_pictures());
-        let traced = n_pixels(CLOUD_SIZE) * pictures;
-        let compared = if traced > 0 { self.n_cloud_samples() as u64 } else { 0 };
-        self.settings.clouds.len() as u64 * (traced + compared)
+        let of_cloud = |&n: &u64| {
+            let pictures = self.timed_with(n).count() as u64 * (1 + self.n_pictures());
+            let traced = n_pixels(CLOUD_SIZE) * pictures;
+            if traced > 0 { traced + self.n_cloud_samples() as u64 } else { 0 }
+        };
+        self.settings.clouds.iter().map(of_cloud).sum()
     }
 
     /// Each cloud on each device that traces with `certified`, and what did not fit.
@@ -169,17 +166,15 @@ impl<'a> Work<'a> {
     /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
     pub fn cloud_rows(&self) -> Result<(Vec<Row>, Vec<Missing>)> {
         let (mut rows, mut missing) = (Vec::new(), Vec::new());
-        if self.certified().next().is_none() {
-            return Ok((rows, missing));
-        }
-        for &spheres in &self.settings.clouds {
+        let is_timed = |n: &&u64| self.timed_with(**n).next().is_some();
+        for &spheres in self.settings.clouds.iter().filter(is_timed) {
             let (scene, pixels) = self.cloud(spheres, 1, CLOUD_SIZE)?;
             let index = sample(pixels.len(), self.n_cloud_samples(), self.settings.seed);
             let truth = Truth::of_pixels(&scene, &pixels, index, self.control)?;
             let n_rounds = self.settings.rounds;
             let subject =
                 Subject { scene, rays: Rays::Pixels(pixels), truth: Some(truth), n_rounds };
-            let found = self.rows(&Of::Cloud { spheres }, self.certified(), &subject)?;
+            let found = self.rows(&Of::Cloud { spheres }, self.timed_with(spheres), &subject)?;
             rows.extend(found.0);
             missing.extend(found.1);
         }

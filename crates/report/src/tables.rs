@@ -1,4 +1,4 @@
-//! The report's tables: what each shows is data, a [`View`]; [`table`] makes them all, and
+//! The report's tables: what each shows is data; [`table`] makes them all, and
 //! [`super::print`] prints them.
 
 use super::Count::{
@@ -12,7 +12,7 @@ use super::Metric::{
 use super::figures::{
     NONE, count, digits, digits_borne, figure, median, percent, quantity, range, typeset, wrong,
 };
-use super::order::{Series, SeriesOrder, add};
+use super::order::{Series, add};
 use super::{
     Baseline, Change, Class, Count, Metric, Of, Report, Row, RowKey, Spread, Sweep, Verdict,
     WrongIds,
@@ -91,18 +91,11 @@ impl Table {
     }
 }
 
-/// What a table shows of rows.
-struct View<'a> {
-    /// The columns that name a row.
-    names: Columns<'a>,
-    /// Rows of the same names stand in one line where they differ in this, which is over their columns.
-    across: Option<Figure>,
-    /// The columns of figures, under headings that may be empty.
-    columns: &'a [(&'a str, Columns<'a>)],
-}
-
 /// Columns side by side, with their names.
 type Columns<'a> = &'a [(&'a str, Figure)];
+
+/// Columns of figures under a heading, which may be empty.
+type Under<'a> = (&'a str, Columns<'a>);
 
 /// What a cell shows of a row.
 #[derive(Clone, Copy)]
@@ -136,7 +129,7 @@ enum Figure {
 use Figure::*;
 
 impl Figure {
-    fn of(self, row: &Row, order: &SeriesOrder) -> Cell {
+    fn of(self, row: &Row, report: &Report) -> Cell {
         let error = |metric, part: fn(Spread) -> f64| {
             cell(row.number(metric).map_or(NONE.into(), |errors| figure(part(errors))))
         };
@@ -145,7 +138,7 @@ impl Figure {
         match self {
             Subject => cell(row.key.of.name()),
             Kernel => kernel(&row.key),
-            Device => device(&row.key, order),
+            Device => device(&row.key, report),
             Epsilon => cell(with_epsilon(row.key.epsilon)),
             X => cell(quantity(row.x())),
             Counted(count) => cell(row.count(count).to_string()),
@@ -163,45 +156,51 @@ impl Figure {
     }
 }
 
-/// The rows of `groups` as a view shows them.
-fn table(view: View, groups: Vec<Group<&Row>>, order: &SeriesOrder) -> Table {
-    let over =
-        |row: &Row| view.across.map_or_else(String::new, |across| across.of(row, order).text);
+/// The rows of `groups`: columns that name a row, and columns of figures. Rows of the same names stand in one line
+/// where they differ in what is `across`, which is over their columns.
+fn table(
+    report: &Report,
+    groups: Vec<Group<&Row>>,
+    names: Columns,
+    across: Option<Figure>,
+    columns: &[Under],
+) -> Table {
+    let over = |row: &Row| across.map_or_else(String::new, |across| across.of(row, report).text);
     let mut overs: Vec<String> = Vec::new();
     groups.iter().flat_map(|group| &group.rows).for_each(|row| add(&mut overs, over(row)));
     let cells = |rows: Vec<&Row>| -> Vec<Vec<Cell>> {
         let mut lines: Vec<(Vec<Cell>, Vec<&Row>)> = Vec::new();
         for row in rows {
-            let names: Vec<Cell> = view.names.iter().map(|(_, name)| name.of(row, order)).collect();
-            match lines.iter_mut().find(|line| view.across.is_some() && line.0 == names) {
+            let own: Vec<Cell> = names.iter().map(|(_, name)| name.of(row, report)).collect();
+            match lines.iter_mut().find(|line| across.is_some() && line.0 == own) {
                 Some((_, rows)) => rows.push(row),
-                None => lines.push((names, vec![row])),
+                None => lines.push((own, vec![row])),
             }
         }
         let with_figures = |(mut line, rows): (Vec<Cell>, Vec<&Row>)| {
             for wanted in &overs {
                 let row = rows.iter().find(|row| over(row) == *wanted);
-                let figures = view.columns.iter().flat_map(|(_, columns)| *columns);
-                line.extend(figures.map(|(_, f)| row.map_or(cell(NONE), |row| f.of(row, order))));
+                let figures = columns.iter().flat_map(|(_, columns)| *columns);
+                line.extend(figures.map(|(_, f)| row.map_or(cell(NONE), |row| f.of(row, report))));
             }
             line
         };
         lines.into_iter().map(with_figures).collect()
     };
-    let mut head = vec![("", view.names)];
+    let mut head = vec![("", names)];
     for over in &overs {
-        for &(own, columns) in view.columns {
+        for &(own, columns) in columns {
             head.push((if over.is_empty() { own } else { over.as_str() }, columns));
         }
     }
-    let names = |columns: Columns| columns.iter().map(|(name, _)| name.to_string()).collect();
-    let head = head.into_iter().map(|(over, columns)| (over, names(columns))).collect();
+    let titles = |columns: Columns| columns.iter().map(|(name, _)| name.to_string()).collect();
+    let head = head.into_iter().map(|(over, columns)| (over, titles(columns))).collect();
     let group = |Group { name, rows }| Group { name, rows: cells(rows) };
     Table::new(head, groups.into_iter().map(group).collect())
 }
 
 const CONFIG: Columns = &[("kernel", Kernel), ("device", Device)];
-const FAULTS: (&str, Columns) = (
+const FAULTS: Under = (
     "wrong ids",
     &[
         ("share", Wrong),
@@ -210,10 +209,10 @@ const FAULTS: (&str, Columns) = (
         ("another", Counted(WrongObject)),
     ],
 );
-const T_ULP: (&str, Columns) = ("error of t, ulp", &quantiles(TUlp));
-const T_RELATIVE: (&str, Columns) = ("error of t, relative", &quantiles(TRelative));
-const NORMAL: (&str, Columns) = ("error of the normal, °", &quantiles(NormalDegrees));
-const STAGES: (&str, Columns) =
+const T_ULP: Under = ("error of t, ulp", &quantiles(TUlp));
+const T_RELATIVE: Under = ("error of t, relative", &quantiles(TRelative));
+const NORMAL: Under = ("error of the normal, °", &quantiles(NormalDegrees));
+const STAGES: Under =
     ("decided in", &[("f32", Decided(F32)), ("f64", Decided(F64)), ("exact", Decided(Exact))]);
 
 /// The columns of an error.
@@ -222,22 +221,20 @@ const fn quantiles(metric: Metric) -> [(&'static str, Figure); 3] {
 }
 
 /// The classes: how wrong.
-pub fn class_errors(report: &Report, order: &SeriesOrder) -> Table {
-    let normal: (&str, Columns) = ("normal, °", &[("largest", Largest(NormalDegrees))]);
-    let view = View { names: CONFIG, across: None, columns: &[FAULTS, T_ULP, normal] };
-    table(view, by_class(report), order)
+pub fn class_errors(report: &Report) -> Table {
+    let normal: Under = ("normal, °", &[("largest", Largest(NormalDegrees))]);
+    table(report, by_class(report), CONFIG, None, &[FAULTS, T_ULP, normal])
 }
 
 /// The classes: how fast, and which stage decided.
-pub fn class_costs(report: &Report, order: &SeriesOrder) -> Table {
+pub fn class_costs(report: &Report) -> Table {
     let times: Columns =
         &[("ids", Time(TraceNsPerRay)), ("with t and normals", Time(SurfaceNsPerRay))];
-    let columns = &[("time, ns a ray", times), STAGES];
-    table(View { names: CONFIG, across: None, columns }, by_class(report), order)
+    table(report, by_class(report), CONFIG, None, &[("time, ns a ray", times), STAGES])
 }
 
 /// The classes in a few columns.
-pub fn summary(report: &Report, order: &SeriesOrder) -> Table {
+pub fn summary(report: &Report) -> Table {
     let figures: Columns = &[
         ("rays with a wrong object", Wrong),
         ("error of `t`, 99.9 %, ulp", P999(TUlp)),
@@ -245,11 +242,11 @@ pub fn summary(report: &Report, order: &SeriesOrder) -> Table {
     ];
     let names = &[("scenes", Subject), ("kernel", Kernel), ("device", Device)];
     let rows = report.classes().into_iter().flat_map(|(_, rows)| rows).collect();
-    table(View { names, across: None, columns: &[("", figures)] }, one_group(rows), order)
+    table(report, one_group(rows), names, None, &[("", figures)])
 }
 
 /// Many spheres.
-pub fn clouds(report: &Report, order: &SeriesOrder) -> Table {
+pub fn clouds(report: &Report) -> Table {
     let figures: Columns = &[
         ("ms a picture (least–most)", Time(PictureMs)),
         ("building, ms", Time(BuildMs)),
@@ -258,20 +255,20 @@ pub fn clouds(report: &Report, order: &SeriesOrder) -> Table {
         ("wrong ids", Wrong),
     ];
     let names = &[("cloud", Subject), ("device", Device)];
-    let view = View { names, across: None, columns: &[("", figures)] };
-    table(view, one_group(report.rows_of(|of| matches!(of, Of::Cloud { .. }))), order)
+    let rows = report.rows_of(|of| matches!(of, Of::Cloud { .. }));
+    table(report, one_group(rows), names, None, &[("", figures)])
 }
 
 /// Lit scenes: wrong shadows and bytes of each kernel with each epsilon.
-pub fn light(report: &Report, order: &SeriesOrder) -> Table {
+pub fn light(report: &Report) -> Table {
     let wrong: Columns = &[("shadows", WrongShadows), ("bytes", WrongPixels)];
     let names = &[("lit scene", Subject), ("", Epsilon)];
-    let view = View { names, across: Some(Kernel), columns: &[("", wrong)] };
-    table(view, one_group(report.rows_of(|of| matches!(of, Of::Light { .. }))), order)
+    let rows = report.rows_of(|of| matches!(of, Of::Light { .. }));
+    table(report, one_group(rows), names, Some(Kernel), &[("", wrong)])
 }
 
 /// All scenes: who was wrong, and the time of ids.
-pub fn overview(report: &Report, order: &SeriesOrder) -> Table {
+pub fn overview(report: &Report) -> Table {
     let figures: Columns = &[("wrong", WrongShare), ("ns/ray", TimeAlone(TraceNsPerRay))];
     let names = &[("scene", Subject), ("device", Device)];
     let group = |(class, _): (Class, _)| {
@@ -279,13 +276,13 @@ pub fn overview(report: &Report, order: &SeriesOrder) -> Table {
         Group { name: class.name().into(), rows: report.rows_of(is_own) }
     };
     let groups = report.classes().into_iter().map(group).collect();
-    table(View { names, across: Some(Kernel), columns: &[("", figures)] }, groups, order)
+    table(report, groups, names, Some(Kernel), &[("", figures)])
 }
 
 /// All figures of one scene: errors, more errors, costs.
-pub fn scene(report: &Report, name: &str, order: &SeriesOrder) -> [Table; 3] {
-    let rays: (&str, Columns) = ("", &[("rays compared", Counted(Rays))]);
-    let per_ray: (&str, Columns) = (
+pub fn scene(report: &Report, name: &str) -> [Table; 3] {
+    let rays: Under = ("", &[("rays compared", Counted(Rays))]);
+    let per_ray: Under = (
         "time, ns a ray",
         &[
             ("ids", Time(TraceNsPerRay)),
@@ -293,7 +290,7 @@ pub fn scene(report: &Report, name: &str, order: &SeriesOrder) -> [Table; 3] {
             ("device's clock", Time(DeviceNsPerRay)),
         ],
     );
-    let times: (&str, Columns) = (
+    let times: Under = (
         "time, ms",
         &[
             ("read-back", Time(ReadbackMs)),
@@ -301,17 +298,14 @@ pub fn scene(report: &Report, name: &str, order: &SeriesOrder) -> [Table; 3] {
             ("first picture", Time(FirstPictureMs)),
         ],
     );
-    let bytes: (&str, Columns) = ("", &[("bytes on the device", Counted(BytesDevice))]);
-    let views = [[rays, FAULTS, T_ULP], [T_RELATIVE, NORMAL, STAGES], [per_ray, times, bytes]];
-    views.map(|columns| {
-        let own = |of: &Of| matches!(of, Of::Scene { scene, .. } if scene == name);
-        let view = View { names: CONFIG, across: None, columns: &columns };
-        table(view, one_group(report.rows_of(own)), order)
-    })
+    let bytes: Under = ("", &[("bytes on the device", Counted(BytesDevice))]);
+    let own = report.rows_of(|of| matches!(of, Of::Scene { scene, .. } if scene == name));
+    [[rays, FAULTS, T_ULP], [T_RELATIVE, NORMAL, STAGES], [per_ray, times, bytes]]
+        .map(|columns| table(report, one_group(own.clone()), CONFIG, None, &columns))
 }
 
 /// All numbers of a sweep: a row an x, and columns for each line.
-pub fn sweep(report: &Report, sweep: &Sweep, order: &SeriesOrder) -> Table {
+pub fn sweep(report: &Report, sweep: &Sweep) -> Table {
     let rows = report.rows_along(sweep);
     let figures: Columns = if rows.iter().any(|row| row.number(TraceNsPerRay).is_some()) {
         &[("ns a ray", Time(TraceNsPerRay))]
@@ -320,26 +314,26 @@ pub fn sweep(report: &Report, sweep: &Sweep, order: &SeriesOrder) -> Table {
     };
     // A line is named after all of its devices.
     let of_line = |line: Series| -> Vec<Row> {
-        let kernel = line.label(order);
+        let kernel = line.label(report);
         let key = |row: &Row| RowKey { kernel: kernel.clone(), ..row.key.clone() };
         line.rows.into_iter().map(|row| Row { key: key(row), ..row.clone() }).collect()
     };
     let lines: Vec<Row> = Series::shared(&rows).into_iter().flat_map(of_line).collect();
     let named = one_group(lines.iter().collect());
     let names = &[(sweep.x_label, X)];
-    table(View { names, across: Some(Kernel), columns: &[("", figures)] }, named, order)
+    table(report, named, names, Some(Kernel), &[("", figures)])
 }
 
 /// All that changed since an earlier report, with its title.
-pub fn since(baseline: &Baseline, order: &SeriesOrder) -> [(&'static str, Table); 2] {
+pub fn since(baseline: &Baseline, report: &Report) -> [(&'static str, Table); 2] {
     [
-        ("Changes beyond noise", changes(baseline, order)),
-        ("Wrong ids that changed", changed_ids(baseline, order)),
+        ("Changes beyond noise", changes(baseline, report)),
+        ("Wrong ids that changed", changed_ids(baseline, report)),
     ]
 }
 
 /// Times that changed by more than noise.
-fn changes(baseline: &Baseline, order: &SeriesOrder) -> Table {
+fn changes(baseline: &Baseline, report: &Report) -> Table {
     let row = |change: &Change| {
         let Change { key, metric, before, now, ratio, verdict } = change;
         let n_digits = digits_borne(before).min(digits_borne(now));
@@ -349,7 +343,7 @@ fn changes(baseline: &Baseline, order: &SeriesOrder) -> Table {
         };
         let ratio = cell(format!("× {}", digits(*ratio, n_digits)));
         let figures = [spread(before), spread(now), ratio, Cell { emphasis, ..cell(mark) }];
-        let names = [cell(key.of.name()), kernel(key), device(key, order), cell(metric.name())];
+        let names = [cell(key.of.name()), kernel(key), device(key, report), cell(metric.name())];
         [names, figures].concat()
     };
     let head = [["of", "kernel", "device", "time"], ["before", "now", "change", ""]];
@@ -357,9 +351,9 @@ fn changes(baseline: &Baseline, order: &SeriesOrder) -> Table {
 }
 
 /// Numbers of wrong ids that changed.
-fn changed_ids(baseline: &Baseline, order: &SeriesOrder) -> Table {
+fn changed_ids(baseline: &Baseline, report: &Report) -> Table {
     let row = |WrongIds { key, rays, before, now }: &WrongIds| {
-        let names = [cell(key.of.name()), kernel(key), device(key, order)];
+        let names = [cell(key.of.name()), kernel(key), device(key, report)];
         [names, [rays, before, now].map(|n| cell(n.to_string()))].concat()
     };
     let head = [["of", "kernel", "device"], ["rays compared", "wrong before", "wrong now"]];
@@ -413,8 +407,8 @@ fn kernel(key: &RowKey) -> Cell {
     Cell { emphasis: Emphasis::Kernel, ..cell(&key.kernel) }
 }
 
-fn device(key: &RowKey, order: &SeriesOrder) -> Cell {
-    cell(order.short(&key.device))
+fn device(key: &RowKey, report: &Report) -> Cell {
+    cell(report.short(&key.device))
 }
 
 /// `ε = 10⁻³`

@@ -8,14 +8,12 @@ use kugelblitz_judge::markup;
 use super::answer::{answer, price};
 use super::environment::program;
 use super::figures::{count, list, plain};
-use super::order::SeriesOrder;
 use super::print::{self, WIDTH, markdown_text};
 use super::tables::{self, Table};
 use super::{AdapterArithmetic, Baseline, CLOUD_SIZE, LIGHT_SIZE, Report, SWEEPS, Settings};
 
 /// The whole report but the pictures and each scene's own figures, at most 110 columns wide.
 pub fn terminal(report: &Report) -> String {
-    let order = SeriesOrder::of(report);
     let mut parts = vec![environment(report), wrapped(&answer(report), "")];
     parts.extend(price(report).map(|price| wrapped(&price, "")));
     parts.extend(report.noise.warning().map(|warning| wrapped(&warning, "")));
@@ -27,17 +25,17 @@ pub fn terminal(report: &Report) -> String {
         }
     };
     if let Some(baseline) = &report.baseline {
-        tables::since(baseline, &order).into_iter().for_each(|(title, table)| add(title, table));
+        tables::since(baseline, report).into_iter().for_each(|(title, table)| add(title, table));
     }
-    add("How wrong", tables::class_errors(report, &order));
-    add("How fast", tables::class_costs(report, &order));
-    add("Many spheres", tables::clouds(report, &order));
-    add("Light: wrong shadows, and pixels with wrong bytes", tables::light(report, &order));
+    add("How wrong", tables::class_errors(report));
+    add("How fast", tables::class_costs(report));
+    add("Many spheres", tables::clouds(report));
+    add("Light: wrong shadows, and pixels with wrong bytes", tables::light(report));
     let title = "Scenes: share of wrong ids, and nanoseconds a ray (ids)";
-    add(title, tables::overview(report, &order));
+    add(title, tables::overview(report));
     for sweep in &SWEEPS {
         let title = format!("Sweep “{}”: {}; x: {}", sweep.name, sweep.title, sweep.x_label);
-        add(&title, tables::sweep(report, sweep, &order));
+        add(&title, tables::sweep(report, sweep));
     }
     if !report.missing.is_empty() {
         let lines = report.missing.iter().map(|missing| {
@@ -51,13 +49,12 @@ pub fn terminal(report: &Report) -> String {
 /// The classes in a short table, light in another, many spheres in a third, each with what it was measured
 /// on; then what changed since an earlier report.
 pub fn markdown(report: &Report) -> String {
-    let order = SeriesOrder::of(report);
     let measured = measured_on(report);
     let mut text = String::new();
     for (table, [width, height]) in [
-        (tables::summary(report, &order), report.settings.size),
-        (tables::light(report, &order), LIGHT_SIZE),
-        (tables::clouds(report, &order), CLOUD_SIZE),
+        (tables::summary(report), report.settings.size),
+        (tables::light(report), LIGHT_SIZE),
+        (tables::clouds(report), CLOUD_SIZE),
     ] {
         if !table.is_empty() {
             let table = print::markdown(&table);
@@ -69,7 +66,7 @@ pub fn markdown(report: &Report) -> String {
     }
     if let Some(baseline) = &report.baseline {
         let _ = write!(text, "\n{}\n", markdown_text(&baseline.in_words().join(" ")));
-        for (_, table) in tables::since(baseline, &order) {
+        for (_, table) in tables::since(baseline, report) {
             if !table.is_empty() {
                 let _ = write!(text, "\n{}", print::markdown(&table));
             }

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
-use eframe::egui::{self, Context, RawInput, Ui, Vec2, ViewportBuilder, ViewportCommand, vec2};
+use eframe::egui::{self, Context, RawInput, Ui, ViewportBuilder, ViewportCommand, vec2};
 use eframe::wgpu;
 use kugelblitz::Session;
 use kugelblitz::control::Control;
@@ -27,16 +27,13 @@ use super::picture::{self, Frame, Order};
 use super::present;
 use super::recent::{add_recent, recent};
 use super::reload::watch;
-use super::save::{Halves, Save, Saving, free_name};
+use super::save::{Save, Saving, free_name};
 use super::state::{Command, Explained, State};
 use super::turns::Turns;
 use super::worker::Worker;
 
 /// Size of the picture where neither the options nor the scene file has one.
 const DEFAULT_SIZE: [u32; 2] = [1280, 720];
-
-/// Part of the screen that the window takes at most.
-const SCREEN_PART: f32 = 0.92;
 
 /// Frames farther apart than this do not belong to a movement.
 const MOVEMENT: Duration = Duration::from_millis(300);
@@ -256,8 +253,6 @@ struct App<'a> {
     reader: Worker<PathBuf>,
     /// The last pixel that was asked for.
     hovered: Option<Question>,
-    /// Size that the window asked for, points; `None` once it was looked at.
-    size: Option<Vec2>,
     n_frames: u64,
     last_frame: Option<Instant>,
 }
@@ -284,9 +279,6 @@ impl eframe::App for App<'_> {
             ui.ctx().request_repaint();
         }
         let commands = panels::layout(ui, &mut self.state);
-        if self.follow_screen(ui) {
-            return;
-        }
         // Where the pointer comes back from elsewhere, what it finds is looked up again.
         if self.hovered != self.state.pointed {
             self.hovered = self.state.pointed.clone();
@@ -339,39 +331,24 @@ impl<'a> App<'a> {
             events,
             to_window,
             hovered: None,
-            size: None,
             n_frames: 0,
             last_frame: None,
         })
     }
 
-    /// With room for the whole picture, on a screen that has it.
+    /// With room for the whole picture, a point a pixel, on a screen that has it.
     fn native_options(&mut self) -> eframe::NativeOptions {
         let [width, height] = self.full_size().unwrap_or(DEFAULT_SIZE).map(|px| px as f32);
         // Its own one: the window's must give its letters to the window first.
         let context = Context::default();
         style(&context);
         let size = vec2(width, height + panels::around(&context, &mut self.state, width));
-        self.size = Some(size);
         eframe::NativeOptions {
             viewport: ViewportBuilder::default().with_inner_size(size).with_app_id("kugelblitz"),
-            wgpu_options: present::options(self.device.facts().map(|facts| facts.name.clone())),
             // Colours of the legend are those of the picture, to the byte.
             dithering: false,
             ..eframe::NativeOptions::default()
         }
-    }
-
-    /// Takes the size that the window asked for as pixels, and no more than the screen has. True where the window changes.
-    fn follow_screen(&mut self, ui: &Ui) -> bool {
-        let Some(asked) = self.size.take() else { return false };
-        let screen = ui.input(|input| input.viewport().monitor_size).filter(|size| size.x > 1.0);
-        let most = screen.map_or(Vec2::INFINITY, |size| size * SCREEN_PART);
-        let size = (asked / ui.pixels_per_point()).min(most);
-        if size != asked {
-            ui.ctx().send_viewport_cmd(ViewportCommand::InnerSize(size));
-        }
-        size != asked
     }
 
     fn opened(&mut self, creation: &eframe::CreationContext) {
@@ -494,12 +471,10 @@ impl<'a> App<'a> {
         let size = self.full_size().unwrap_or([state.area.width, state.area.height]);
         let mut session = Session::new(state.saved_scene(), self.device.clone(), state.kernels[1]);
         session.set_camera(state.rig.camera.clone());
-        let halves =
-            state.compares.then_some(Halves { kernels: state.kernels, divider: state.divider });
-        let saves = &mut self.end.saves;
-        let path = free_name(Path::new("."), &state.path, state.show, halves, saves);
-        let control = Arc::clone(&self.options.control);
-        let saving = Saving { session, size, show: state.show, halves, control };
+        let (saves, kernels) = (&mut self.end.saves, state.shown_kernels());
+        let path = free_name(Path::new("."), &state.path, state.show, &kernels, saves);
+        let (control, &State { show, divider, .. }) = (Arc::clone(&self.options.control), state);
+        let saving = Saving { session, size, show, kernels, divider, control };
         match Save::start(saving, path, teller(&self.to_window, context, Event::Saved)) {
             Ok(save) => saves.push(save),
             Err(error) => self.state.tell(format!("The picture can't be saved: {error}")),

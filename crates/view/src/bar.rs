@@ -1,7 +1,7 @@
 //! The bar above the picture, in as many rows as it needs.
 
 use eframe::egui;
-use egui::{Button, ThemePreference, Ui};
+use egui::{Button, Ui};
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::Samples;
 use kugelblitz::trace::Kernel;
@@ -31,9 +31,8 @@ pub fn bar(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
         });
         ui.menu_button("file", |ui| file_menu(ui, state, commands));
         ui.menu_button("camera", |ui| camera_menu(ui, state, commands));
-        if ui.button(THEMES[theme(ui)].1).on_hover_text("Light or dark (T)").clicked() {
-            next_theme(ui);
-        }
+        let themes = egui::widgets::global_theme_preference_buttons;
+        ui.menu_button("theme", themes).response.on_hover_text("Light or dark (T)");
         if ui.add(toggle("help", state.has_help)).on_hover_text("All controls (H)").clicked() {
             state.has_help = !state.has_help;
         }
@@ -78,24 +77,6 @@ fn light(ui: &mut Ui, state: &mut State) {
 
 fn samples_text(samples: Samples) -> String {
     format!("{0} × {0}", samples.across())
-}
-
-/// In the order of the key T.
-const THEMES: [(ThemePreference, &str); 3] = [
-    (ThemePreference::System, "system theme"),
-    (ThemePreference::Light, "light theme"),
-    (ThemePreference::Dark, "dark theme"),
-];
-
-/// The theme's place among all.
-fn theme(ui: &Ui) -> usize {
-    let chosen = ui.options(|options| options.theme_preference);
-    THEMES.iter().position(|(theme, _)| *theme == chosen).unwrap_or(0)
-}
-
-/// The theme after this one, and round.
-pub fn next_theme(ui: &Ui) {
-    ui.ctx().set_theme(THEMES[(theme(ui) + 1) % THEMES.len()].0);
 }
 
 fn item(ui: &mut Ui, name: &str, key: &str, is_there: bool) -> bool {

@@ -5,12 +5,11 @@ use std::time::Duration;
 use eframe::egui;
 use egui::{
     Align2, Color32, CursorIcon, Event, Key, Modifiers, MouseWheelUnit, PointerButton, Rect,
-    Response, Sense, Ui, pos2,
+    Response, Sense, Theme, Ui, pos2,
 };
 use glam::{DVec2, DVec3};
 use kugelblitz_judge::show::Show;
 
-use super::bar;
 use super::overlay;
 use super::rig::Axis;
 use super::state::{Area, Command, PAUSE, State};
@@ -32,9 +31,6 @@ const FAST: f64 = 4.0;
 
 /// Most time that one step of flying stands for, seconds, and what a touch of a key stands for.
 const FLY_STEPS: [f64; 2] = [0.1, 1.0 / 30.0];
-
-/// A click is half a double click up to this time, seconds: longer than egui takes two clicks for one.
-const DOUBLE_CLICK: f64 = 0.32;
 
 /// Half the width in which the divider can be taken, points.
 const GRIP: f32 = 6.0;
@@ -102,7 +98,10 @@ fn press(ui: &Ui, key: Key, shift: bool, state: &mut State, commands: &mut Vec<C
         Key::V => state.show = state.show.step(!shift),
         Key::L => state.has_light = !state.has_light,
         Key::N => state.step_samples(!shift),
-        Key::T => bar::next_theme(ui),
+        Key::T => ui.ctx().set_theme(match ui.ctx().theme() {
+            Theme::Dark => Theme::Light,
+            Theme::Light => Theme::Dark,
+        }),
         Key::O => state.has_panels = !state.has_panels,
         Key::H | Key::Questionmark => state.has_help = !state.has_help,
         Key::Escape if state.has_help => state.has_help = false,
@@ -137,7 +136,7 @@ pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Co
     let divider = state.compares.then(|| divide(ui, rect, state));
     match &divider {
         Some(divider) if divider.dragged() => state.pointed = None,
-        _ => mouse(ui, &response, state),
+        _ => mouse(ui, &response, state, commands),
     }
     state.area = Area::of(rect, ui.pixels_per_point());
     state.paint(&ui.painter_at(rect));
@@ -151,15 +150,9 @@ pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Co
             ui.ctx().request_repaint_after(Duration::from_secs_f32(PAUSE));
         }
     }
-    let now = ui.input(|input| input.time);
-    if let Some((question, _)) = state.click.take_if(|(_, since)| now - *since >= DOUBLE_CLICK) {
-        commands.push(Command::Explain(question));
-    } else if state.click.is_some() {
-        ui.ctx().request_repaint_after(Duration::from_secs_f64(DOUBLE_CLICK));
-    }
 }
 
-fn mouse(ui: &Ui, response: &Response, state: &mut State) {
+fn mouse(ui: &Ui, response: &Response, state: &mut State, commands: &mut Vec<Command>) {
     state.pointed = None;
     let scale = f64::from(ui.pixels_per_point());
     if response.drag_started() {
@@ -175,7 +168,15 @@ fn mouse(ui: &Ui, response: &Response, state: &mut State) {
     let in_picture = double(at.to_vec2()) * scale - corner;
     let Some(pixel) = pixel_at(in_picture, state) else { return };
     wheel(ui, in_picture, pixel, state);
-    click(response, pixel, state);
+    if response.double_clicked() {
+        state.explained = None;
+        match state.known(pixel) {
+            Some(_) => state.set_pivot(),
+            None => state.pivot_wanted = Some(pixel),
+        }
+    } else if response.clicked() {
+        commands.push(Command::Explain(state.question(pixel)));
+    }
     state.pointed = (!response.dragged()).then(|| state.question(pixel));
 }
 
@@ -236,19 +237,6 @@ fn wheel(ui: &Ui, at: DVec2, pixel: [u32; 2], state: &mut State) {
     state.rig.zoom(across, depth, ZOOM_STEP.powf(steps));
 }
 
-fn click(response: &Response, pixel: [u32; 2], state: &mut State) {
-    if response.double_clicked() {
-        state.click = None;
-        if state.known(pixel).is_some() {
-            state.set_pivot();
-        } else {
-            state.pivot_wanted = Some(pixel);
-        }
-    } else if response.clicked() {
-        state.click = Some((state.question(pixel), response.ctx.input(|input| input.time)));
-    }
-}
-
 /// Where the line between two kernels is in the window: between two columns of pixels.
 fn divider_at(ui: &Ui, state: &State) -> f32 {
     state.area.point([f64::from(state.divider_px()), 0.0], ui.pixels_per_point()).x
@@ -290,7 +278,7 @@ mod tests {
 
     use egui::{Pos2, RawInput};
     use kugelblitz::prepare::Prepared;
-    use kugelblitz::scene::{Camera, Projection, parse_scene};
+    use kugelblitz::scene::{Camera, parse_scene};
     use kugelblitz::trace::{Kernel, Rays};
 
     use egui::vec2;
@@ -336,7 +324,7 @@ mod tests {
         Event::PointerButton { pos: at, button, pressed, modifiers }
     }
 
-    /// A click waits for its second half; meanwhile window, camera and scene may change.
+    /// Where the window changes in the frame of the click, the pixel that was seen is explained.
     #[test]
     fn a_click_asks_about_what_was_clicked() {
         let (context, mut state) = (egui::Context::default(), state());
@@ -349,14 +337,8 @@ mod tests {
         let and_away = [&click[..], &[Event::PointerMoved(away)]].concat();
         let (scene, pixels) = (Arc::clone(&state.scene), state.pixels());
         // The window becomes smaller in the frame of the click.
-        frames(&context, &mut state, small, and_away);
+        let commands = frames(&context, &mut state, small, and_away);
         assert_ne!(state.pixels(), pixels);
-        let projection = Projection::Perspective { fov_degrees: 20.0 };
-        let camera = Camera { projection, ..state.home.clone() };
-        let other = parse_scene(&FIGURE5.replace("radius", "radius "), Path::new("figure5.toml"));
-        state.reload(Arc::new(other.unwrap()), camera);
-        let later = (0..40).flat_map(|_| frames(&context, &mut state, small, Vec::new()));
-        let commands: Vec<Command> = later.collect();
         let asked = commands.into_iter().find_map(|command| match command {
             Command::Explain(question) => Some(question),
             _ => None,

@@ -96,36 +96,25 @@ fn beside(rect: Rect, at: Pos2) -> Rect {
     places.into_iter().reduce(larger).unwrap_or(rect)
 }
 
-/// The text with a cell of one width for each letter, so that columns stand straight: letters that the font
-/// lacks come from another one, and subscripts are small digits.
+/// The text with small digits for subscripts, which the font lacks, each as wide as a letter: columns stand straight.
 fn aligned(ui: &Ui, text: &str, letters: f32) -> LayoutJob {
-    let font = FontId::monospace(letters);
-    let small = FontId::monospace(letters * SUBSCRIPT);
-    let color = ui.visuals().text_color();
-    let width = |font: &FontId, c: char| ui.fonts_mut(|fonts| fonts.glyph_width(font, c));
-    let cell = width(&font, '0');
-    let mut job = LayoutJob::default();
-    let mut plain = String::new();
-    let format = |font_id: &FontId, spacing: f32| TextFormat {
-        font_id: font_id.clone(),
-        extra_letter_spacing: spacing,
-        color,
+    let width = |size| ui.fonts_mut(|fonts| fonts.glyph_width(&FontId::monospace(size), '0'));
+    let format = |size: f32| TextFormat {
+        font_id: FontId::monospace(size),
+        extra_letter_spacing: width(letters) - width(size),
+        color: ui.visuals().text_color(),
         valign: Align::BOTTOM,
         line_height: Some((letters * 1.2).round()),
         ..TextFormat::default()
     };
-    for c in text.chars() {
-        let digit = subscript(c);
-        let (shown, font_id) = digit.map_or((c, &font), |digit| (digit, &small));
-        let missing = cell - width(font_id, shown);
-        if c == '\n' || (digit.is_none() && missing.abs() < 0.01) {
-            plain.push(c);
-            continue;
+    let mut job = LayoutJob::default();
+    for part in text.split_inclusive(|c| subscript(c).is_some()) {
+        let digit = part.chars().next_back().and_then(subscript);
+        job.append(part.trim_end_matches(|c| subscript(c).is_some()), 0.0, format(letters));
+        if let Some(digit) = digit {
+            job.append(&digit.to_string(), 0.0, format(letters * SUBSCRIPT));
         }
-        job.append(&std::mem::take(&mut plain), 0.0, format(&font, 0.0));
-        job.append(&shown.to_string(), 0.0, format(font_id, missing));
     }
-    job.append(&plain, 0.0, format(&font, 0.0));
     job
 }
 

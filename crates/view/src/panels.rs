@@ -49,7 +49,7 @@ const HELP: [(&str, &str); 27] = [
     ("F1 … F8", "colour, depth, normal, id, side, discriminant, error, stage"),
     ("L", "the scene's light on and off"),
     ("N, shift + N", "more samples a pixel, fewer"),
-    ("T", "light, dark, or as the system"),
+    ("T", "light or dark"),
     ("O", "panels on and off"),
     ("H or ?", "this help"),
     ("Esc", "close what is open"),

@@ -180,7 +180,7 @@ impl Artist {
         let work_of = |n: Samples, n_rows: u32| n.of_pixel() as f32 * n_rows as f32;
         let work: f32 = parts.iter().map(|&(n, _)| work_of(n, pixels.height)).sum();
         let (mut done, mut last_look) = (0.0, Instant::now());
-        let mut shown = vec![Shown::default(); n_kernels];
+        let mut shown = vec![Shown::new(show, frame.range); n_kernels];
         for (n, kernel) in parts {
             let most_rows = sampled_band_rows(&pixels, n, show.wants());
             let mut n_rows = match show {
@@ -191,13 +191,10 @@ impl Artist {
             while y < pixels.height {
                 let start = Instant::now();
                 let band = pixels.rows(y, n_rows.min(pixels.height - y));
-                let (session, hits) = (&mut self.sessions[kernel], &mut self.hits);
+                let session = &mut self.sessions[kernel];
                 let colors = match show {
                     Show::Color => session.colors(&band, n, control)?,
-                    _ => {
-                        let shown = &mut shown[kernel];
-                        show::paint(session, show, &band, frame.range, control, hits, shown)?
-                    }
+                    _ => shown[kernel].paint(session, &band, control)?,
                 };
                 Image::change(&mut frame.images[kernel], (y * pixels.width) as usize, colors);
                 y += band.height;

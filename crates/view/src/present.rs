@@ -3,13 +3,9 @@
 use std::sync::{Arc, OnceLock};
 
 use eframe::egui::PaintCallbackInfo;
-use eframe::egui_wgpu::{
-    CallbackResources, CallbackTrait, RenderState, ScreenDescriptor, WgpuConfiguration,
-    WgpuSetupCreateNew,
-};
+use eframe::egui_wgpu::{CallbackResources, CallbackTrait, RenderState, ScreenDescriptor};
 use eframe::wgpu;
 use wgpu::util::DeviceExt;
-use wgpu::{Adapter, AdapterInfo, DeviceType, Surface};
 
 /// Colours for the window.
 #[derive(Clone)]
@@ -81,32 +77,6 @@ impl CallbackTrait for Presented {
             pass.draw(0..3, 0..1);
         }
     }
-}
-
-/// How a window's device is chosen: hardware before software, and the one with this name, which traces, before others.
-pub fn options(tracing: Option<String>) -> WgpuConfiguration {
-    let choose = move |adapters: &[Adapter], surface: Option<&Surface>| {
-        let rank = |adapter: &&Adapter| {
-            let AdapterInfo { device_type, name, .. } = adapter.get_info();
-            (device_type == DeviceType::Cpu, Some(name) != tracing)
-        };
-        let presents = |adapter: &&Adapter| {
-            surface.is_none_or(|surface| {
-                let able = surface.get_capabilities(adapter);
-                !able.formats.is_empty() && !able.present_modes.is_empty()
-            })
-        };
-        let mut adapters: Vec<_> = adapters.iter().collect();
-        adapters.sort_by_key(rank);
-        let names: Vec<_> = adapters.iter().map(|adapter| adapter.get_info().name).collect();
-        let chosen = adapters.into_iter().find(presents).cloned();
-        chosen.ok_or_else(|| format!("none of {}", names.join(", ")))
-    };
-    let setup = WgpuSetupCreateNew {
-        native_adapter_selector: Some(Arc::new(choose)),
-        ..WgpuSetupCreateNew::without_display_handle()
-    };
-    WgpuConfiguration { wgpu_setup: setup.into(), ..WgpuConfiguration::default() }
 }
 
 /// What images are drawn with.

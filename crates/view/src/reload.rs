@@ -4,7 +4,6 @@
 //! systems and with editors that write a new file in the old one's place, where the system's
 //! notifications need special care.
 
-use std::fs::Metadata;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
@@ -19,24 +18,11 @@ const INTERVAL: Duration = Duration::from_millis(250);
 const REST: Duration = Duration::from_millis(40);
 
 /// The mark that tells one state of a file from the next; `None` while it isn't there.
-type Stamp = Option<(SystemTime, u64, Option<(u64, u64)>)>;
+type Stamp = Option<(SystemTime, u64)>;
 
 fn stamp(path: &Path) -> Stamp {
     let metadata = std::fs::metadata(path).ok()?;
-    Some((metadata.modified().ok()?, metadata.len(), identity(&metadata)))
-}
-
-/// The device and the number of a file: the same for all its paths.
-#[cfg(unix)]
-fn identity(metadata: &Metadata) -> Option<(u64, u64)> {
-    use std::os::unix::fs::MetadataExt;
-    Some((metadata.dev(), metadata.ino()))
-}
-
-/// No stable call tells it.
-#[cfg(not(unix))]
-fn identity(_: &Metadata) -> Option<(u64, u64)> {
-    None
+    Some((metadata.modified().ok()?, metadata.len()))
 }
 
 /// Starts a thread that calls `look` at each interval, with true where the file has changed since the last time and come

@@ -1,5 +1,6 @@
 //! Saving what is shown, as `render` would draw it.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -7,56 +8,44 @@ use std::thread::JoinHandle;
 use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::output::{OutputFile, commit};
-use kugelblitz::picture::{Format, PictureOptions, PictureWriter};
-use kugelblitz::shade::Colors;
-use kugelblitz::trace::{Hits, Kernel};
+use kugelblitz::picture::rgb8_file;
+use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::show::{self, Show};
 
-/// Two kernels side by side.
-#[derive(Clone, Copy)]
-pub struct Halves {
-    /// Left and right.
-    pub kernels: [Kernel; 2],
-    /// Where the divider stands, 0 to 1.
-    pub divider: f32,
-}
-
 /// What is to be saved.
 pub struct Saving {
-    /// Scene, light, samples, camera and kernel.
+    /// Scene, light, samples, camera and kernel, where it is one.
     pub session: Session,
     /// Columns and rows.
     pub size: [u32; 2],
     /// The mode of showing.
     pub show: Show,
-    /// Two kernels in place of the session's.
-    pub halves: Option<Halves>,
+    /// The kernels that are shown: one, or two side by side.
+    pub kernels: Vec<Kernel>,
+    /// Where the divider between them stands, 0 to 1.
+    pub divider: f32,
     /// Stops it.
     pub control: Arc<Control>,
 }
 
 impl Saving {
     fn work(self, path: &Path) -> Result<()> {
-        let Saving { mut session, size: [width, height], show, halves, control } = self;
-        let (kernels, divider) = match halves {
-            Some(Halves { kernels, divider }) => (kernels, divider),
-            None if show == Show::Color => {
+        let Saving { mut session, size: [width, height], show, kernels, divider, control } = self;
+        let (kernels, divider) = match kernels[..] {
+            [left, right] => ([left, right], divider),
+            _ if show == Show::Color => {
                 return session.render_to_file(path, width, height).map(drop);
             }
-            None => ([session.kernel(); 2], 0.0),
+            _ => ([session.kernel(); 2], 0.0),
         };
-        let (format, options) = (Format::from_path(path)?, PictureOptions::default());
         let pixels = session.pixels(width, height)?;
-        let file = OutputFile::create(path, format.needs_seek())?;
+        let mut file = OutputFile::create(path, false)?;
         let parts = (kernels, (f64::from(divider) * f64::from(width)).round() as u32);
         let n_samples = session.scene().samples.unwrap_or_default();
         let colors = show::side_by_side(&mut session, show, &pixels, parts, n_samples, &control)?;
-        let mut writer = PictureWriter::create(format, options, &pixels, file, path)?;
-        // PNG wants no more of the hits than that they are there.
-        let hits = Hits { id: vec![0; pixels.len()], ..Hits::default() };
-        writer.rows(&Colors::Srgb8(colors), &hits, height)?;
-        let file = writer.finish()?;
+        let png = rgb8_file([width, height], &colors).and_then(|png| file.write_all(&png));
+        png.map_err(Error::io(path))?;
         // A control of its own: the program's is for all that the window does.
         control.check()?;
         commit([file], &Control::default())
@@ -107,13 +96,13 @@ pub fn free_name(
     folder: &Path,
     scene: &Path,
     show: Show,
-    halves: Option<Halves>,
+    kernels: &[Kernel],
     saves: &[Save],
 ) -> PathBuf {
     let mut stem =
         scene.file_stem().map_or_else(|| "view".into(), |stem| stem.to_string_lossy().into_owned());
     let mode = (show != Show::Color).then(|| show.name());
-    let kernels = halves.iter().flat_map(|halves| halves.kernels.map(Kernel::name));
+    let kernels = kernels.iter().map(|kernel| kernel.name()).filter(|_| kernels.len() > 1);
     for word in mode.into_iter().chain(kernels) {
         stem = format!("{stem}-{word}");
     }
@@ -135,7 +124,7 @@ mod tests {
     fn no_picture_is_written_over() {
         let folder = tempfile::tempdir().unwrap();
         let scene = Path::new("scenes/ball.toml");
-        let next = |saves: &[Save]| free_name(folder.path(), scene, Show::Color, None, saves);
+        let next = |saves: &[Save]| free_name(folder.path(), scene, Show::Color, &[], saves);
         let [one, two, three] = [1, 2, 3].map(|n| folder.path().join(format!("ball-{n}.png")));
         assert_eq!(next(&[]), one);
         std::fs::write(&one, "").unwrap();
@@ -146,11 +135,10 @@ mod tests {
 
     #[test]
     fn names_say_what_is_shown() {
-        let halves = Halves { kernels: [Kernel::Lecture, Kernel::Certified], divider: 0.5 };
         let name =
-            |show, halves| free_name(Path::new("."), Path::new("a/b.toml"), show, halves, &[]);
-        assert_eq!(name(Show::Depth, None), Path::new("./b-depth-1.png"));
-        let both = name(Show::Color, Some(halves));
+            |show, kernels| free_name(Path::new("."), Path::new("a/b.toml"), show, kernels, &[]);
+        assert_eq!(name(Show::Depth, &[Kernel::Certified]), Path::new("./b-depth-1.png"));
+        let both = name(Show::Color, &[Kernel::Lecture, Kernel::Certified]);
         assert_eq!(both, Path::new("./b-lecture-certified-1.png"));
     }
 }

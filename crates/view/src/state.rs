@@ -135,8 +135,6 @@ pub struct State {
     pub hover: Option<Answer>,
     /// The pixel that shall become the pivot when its answer comes.
     pub pivot_wanted: Option<[u32; 2]>,
-    /// A click that may turn out to be half a double click, and its time, seconds.
-    pub click: Option<(Question, f64)>,
     pub explained: Option<Explained>,
     /// The fault of the scene file as it is now.
     pub scene_error: Option<String>,
@@ -175,7 +173,6 @@ impl State {
             pointed: None,
             hover: None,
             pivot_wanted: None,
-            click: None,
             explained: None,
             scene_error: None,
             message: None,
@@ -208,7 +205,7 @@ impl State {
         self.reload(scene, home);
         self.rig = Rig::new(&self.home);
         self.history = history(&self.rig);
-        (self.path, self.explained, self.click) = (path, None, None);
+        (self.path, self.explained) = (path, None);
     }
 
     /// The files that were opened last but this one, the newest first.

@@ -43,15 +43,12 @@ pub(crate) enum Precision {
 impl Precision {
     /// The distance of the format's numbers at `x`, and not less than its smallest subnormal.
     pub fn ulp(self, x: f64) -> f64 {
-        let (lowest, fraction_bits) = match self {
-            Precision::Single => (-126, 23),
-            Precision::Double => (-1022, 52),
+        let (epsilon, least) = match self {
+            Precision::Single => (f32::EPSILON.into(), f32::from_bits(1).into()),
+            Precision::Double => (f64::EPSILON, f64::from_bits(1)),
         };
-        let exponent = ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-        match exponent.max(lowest) - fraction_bits {
-            exponent @ -1022.. => 2f64.powi(exponent),
-            // Subnormal, where `powi` gives 0.
-            exponent => f64::from_bits(1 << (exponent + 1074).clamp(0, 51)),
-        }
+        // The sign and the fraction taken away, it is a power of two; from infinity all is far.
+        let power = f64::from_bits(x.to_bits() & f64::INFINITY.to_bits()).min(f64::MAX);
+        (power * epsilon).max(least)
     }
 }

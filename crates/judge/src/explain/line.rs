@@ -4,7 +4,7 @@
 //! many digits as it takes to get the result from it with a calculator.
 
 use Notation::{Latex, Text};
-use kugelblitz::exact::{Root, exact};
+use kugelblitz::exact::Root;
 use kugelblitz::num::V3;
 use serde::{Serialize, Serializer};
 
@@ -189,14 +189,14 @@ impl Derivation {
 
     /// A line with a number of the scene, as someone has written it.
     pub fn number(&mut self, letter: &'static str, x: f64) -> Step {
-        let step = step::number(letter, Root::from(exact(x)));
+        let step = step::of_scene(letter, x);
         self.tell(letter, step.into(), &[Short::given(x)], true);
         step
     }
 
     /// A line with three numbers of the scene.
     pub fn vector(&mut self, letter: &'static str, v: [f64; 3], is_joined: bool) -> V3<Step> {
-        let steps = step::vector(letter, v.map(|x| Root::from(exact(x))));
+        let steps = step::vector_of_scene(letter, v);
         self.tell(letter, steps.into(), &v.map(Short::given), is_joined);
         steps
     }

@@ -350,9 +350,7 @@ impl Explanation {
     ) -> Result<&'static str> {
         let mut hits = Hits::default();
         tracer.trace(rays, &Control::default(), &mut hits)?;
-        let id = hits.id.first().copied().unwrap_or(0);
-        let t = hits.t.first().copied().unwrap_or(f32::INFINITY);
-        let normal = hits.normal.first().copied().unwrap_or([0.0; 3]);
+        let (id, t, normal) = (hits.id[0], hits.t[0], hits.normal[0]);
         let right = id == self.winner.as_ref().map_or(0, |winner| winner.id);
         let exact = self.winner.as_ref().filter(|_| right).and_then(|winner| {
             self.objects.iter().find(|object| object.id == winner.id)?.visible_t()
@@ -480,23 +478,18 @@ fn ranked(scene: &Scene, numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, Left
 }
 
 fn left_out(scene: &Scene, numbers: &RayNumbers, ranks: &[Rank]) -> LeftOut {
-    let meets_line = |object: &Object| match *object {
-        Object::Sphere(s) => {
+    let hit = ranks.iter().filter(|rank| rank.root.is_some()).count();
+    let is_behind = |rank: &&Rank| match scene.object(rank.id) {
+        Some(object) if rank.root.is_some() || is_clearly_missed(&numbers.near, &object) => false,
+        Some(Object::Sphere(s)) => {
             signum_of_discriminant(&numbers.exact, s.center, s.radius).is_some_and(|sign| sign >= 0)
         }
-        Object::Plane(p) => plane_numbers(&numbers.exact, p.point, p.normal)
+        Some(Object::Plane(p)) => plane_numbers(&numbers.exact, p.point, p.normal)
             .is_some_and(|plane| plane.denominator.signum() != 0),
+        None => false,
     };
-    let count = |rank: &Rank| {
-        let object = scene.object(rank.id)?;
-        let is_missed = || is_clearly_missed(&numbers.near, &object);
-        let is_hit = rank.root.is_some();
-        let is_behind = !is_hit && !is_missed() && meets_line(&object);
-        Some([is_hit, is_behind, !is_hit && !is_behind].map(usize::from))
-    };
-    let sum = |a: [usize; 3], b: [usize; 3]| std::array::from_fn(|i| a[i] + b[i]);
-    let [hit, behind, missed] = ranks.par_iter().filter_map(count).reduce(|| [0; 3], sum);
-    LeftOut { hit, behind, missed }
+    let behind = ranks.par_iter().filter(is_behind).count();
+    LeftOut { hit, behind, missed: ranks.len() - hit - behind }
 }
 
 /// How far the half line passes from a surface that it misses, and whether its origin is as near as any

@@ -1,8 +1,10 @@
 //! Numbers beside the exact ones.
 
 use kugelblitz::exact::{Dyadic, Enclosure, Root, exact, real};
+use kugelblitz::num::V3;
 use serde::Serialize;
 
+use super::step::Step;
 use crate::compare::Precision;
 
 /// Digits of an exact number.
@@ -78,14 +80,9 @@ const FEWEST_BITS: usize = 512;
 /// Bits of the last ones.
 const MOST_BITS: usize = 4096;
 
-/// Stands for a number, at least 0, of which bounds are known that `n_bits` bits make narrow: the middle
-/// of bounds that are equal in all digits that are looked at.
-pub fn enclosed(bounds: impl Fn(usize) -> Enclosure) -> Root {
-    enclosed_if_possible(|n_bits| Some(bounds(n_bits)))
-}
-
-/// [`enclosed`] where few bits may not suffice for any bounds.
-pub fn enclosed_if_possible(bounds: impl Fn(usize) -> Option<Enclosure>) -> Root {
+/// Stands for a number, at least 0, of which bounds are known that `n_bits` bits make narrow, unless they are too few for
+/// any: the middle of bounds that are equal in all digits that are looked at.
+pub fn enclosed(bounds: impl Fn(usize) -> Option<Enclosure>) -> Root {
     let mut n_bits = FEWEST_BITS;
     loop {
         let found = bounds(n_bits);
@@ -113,8 +110,7 @@ fn simplest(low: &Dyadic, high: &Dyadic) -> Dyadic {
 
 /// `x·2^exponent`: a number for a scaled direction as one for the ray's own.
 pub fn scaled(x: f32, exponent: i32) -> f64 {
-    let half = exponent / 2;
-    f64::from(x) * 2f64.powi(half) * 2f64.powi(exponent - half)
+    libm::ldexp(x.into(), exponent)
 }
 
 /// A number as one arithmetic has it.
@@ -192,6 +188,15 @@ impl Columns {
         let [lecture, stable, f64] = [0, 1, 2].map(entry);
         Quantity { symbol, lecture, stable, f64, exact }
     }
+}
+
+/// The rows of a vector, each against the exact component.
+pub fn rows_of_vector(
+    symbols: [&'static str; 3],
+    exact: V3<Step>,
+    columns: impl Fn(usize) -> Columns,
+) -> [Quantity; 3] {
+    [0, 1, 2].map(|axis| columns(axis).against(symbols[axis], Some(&exact.0[axis].value())))
 }
 
 /// The shortest decimal that gives this f32 back. A number beyond f32's range, which stands for

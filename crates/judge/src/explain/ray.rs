@@ -15,7 +15,7 @@ use kugelblitz::trace::{Kernel, Rays, WorldRay};
 use kugelblitz::{Error, Result};
 
 use super::line::{Derivation, Line, Shown};
-use super::numbers::{Columns, Quantity, scaled};
+use super::numbers::{Columns, Quantity, rows_of_vector, scaled};
 use super::step::{Step, vector};
 use super::words::Words;
 use super::{ObjectExplanation, Rank, Reason, Style, gap, label_in};
@@ -95,17 +95,17 @@ impl RayNumbers {
         let [o, d] = self.told();
         told.given("o", o, false);
         told.given("d", d, true);
-        let symbols = [["o.x", "o.y", "o.z"], ["d.x", "d.y", "d.z"]];
-        let quantity = |at: usize| {
-            let (vector, axis) = (at / 3, at % 3);
-            let lecture = [self.lecture.origin, self.lecture.direction][vector].0[axis];
+        let num::Ray { origin, direction, .. } = self.lecture;
+        let origins = rows_of_vector(["o.x", "o.y", "o.z"], o, |axis| {
+            Columns(
+                [Some(origin.0[axis].into()), None, Some(self.origin[axis])].map(|x| x.map(Some)),
+            )
+        });
+        let directions = rows_of_vector(["d.x", "d.y", "d.z"], d, |axis| {
             let stable = scaled(self.stable.ray.direction.0[axis], self.exponent);
-            let double = [self.origin, self.direction][vector][axis];
-            let columns = Columns::all(lecture, stable, double);
-            let columns = if vector == 0 { columns.without_stable() } else { columns };
-            columns.against(symbols[vector][axis], Some(&[o, d][vector].0[axis].value()))
-        };
-        ((0..6).map(quantity).collect(), told.lines)
+            Columns::all(direction.0[axis], stable, self.direction[axis])
+        });
+        ([origins, directions].concat(), told.lines)
     }
 
     pub fn object(
@@ -258,37 +258,33 @@ impl RayNumbers {
     /// in this order.
     pub fn residual(&self, scene: &Scene, kernel: usize, seen: &PlainPoint) -> Option<f64> {
         let index = seen.id.checked_sub(1)? as usize;
-        let object = scene.object(seen.id)?;
-        let of_planes = || index - scene.spheres.len();
-        let (ray, way) = (&self.stable, self.direction * seen.t);
-        Some(match (kernel, object) {
-            (0, Object::Sphere(_)) => {
-                let sphere = self.lecture_objects.spheres.get(index)?;
-                let p = V3(seen.at.map(|x| x as f32));
-                f64::from(off_sphere(p - V3(sphere.center), sphere.radius))
+        let (p, way) = (V3(seen.at.map(|x| x as f32)), self.direction * seen.t);
+        let (ray, way_of_stable) = (&self.stable, self.stable.ray.direction * seen.t as f32);
+        let of_kernels = match scene.object(seen.id)? {
+            Object::Sphere(sphere) => {
+                let lecture = self.lecture_objects.spheres.get(index)?;
+                let stable = self.stable_objects.spheres.get(index)?;
+                let way = V3::near((self.origin - sphere.center) + way);
+                [
+                    off_sphere(p - V3(lecture.center), lecture.radius).into(),
+                    off_sphere(way_of_stable - stable.offset(ray), stable.radius).into(),
+                    off_sphere(way, sphere.radius),
+                ]
             }
-            (0, Object::Plane(_)) => {
-                let plane = self.lecture_objects.planes.get(of_planes())?;
-                let p = V3(seen.at.map(|x| x as f32));
-                f64::from((p - V3(plane.point)).dot(V3(plane.normal)))
+            Object::Plane(plane) => {
+                let index = index - scene.spheres.len();
+                let lecture = self.lecture_objects.planes.get(index)?;
+                let stable = self.stable_objects.planes.get(index)?;
+                let along = way_of_stable.dot(V3(stable.normal)) - stable.n_offset(ray);
+                let way = V3::<f64>::near((self.origin - plane.point) + way);
+                [
+                    (p - V3(lecture.point)).dot(V3(lecture.normal)).into(),
+                    scaled(along, exponent_of(plane.normal)),
+                    way.dot(V3::near(plane.normal)),
+                ]
             }
-            (1, Object::Sphere(_)) => {
-                let sphere = self.stable_objects.spheres.get(index)?;
-                let v = ray.ray.direction * seen.t as f32 - sphere.offset(ray);
-                f64::from(off_sphere(v, sphere.radius))
-            }
-            (1, Object::Plane(of_scene)) => {
-                let plane = self.stable_objects.planes.get(of_planes())?;
-                let along = (ray.ray.direction * seen.t as f32).dot(V3(plane.normal));
-                scaled(along - plane.n_offset(ray), exponent_of(of_scene.normal))
-            }
-            (_, Object::Sphere(sphere)) => {
-                off_sphere(V3::near((self.origin - sphere.center) + way), sphere.radius)
-            }
-            (_, Object::Plane(plane)) => {
-                V3::<f64>::near((self.origin - plane.point) + way).dot(V3::near(plane.normal))
-            }
-        })
+        };
+        of_kernels.get(kernel).copied()
     }
 }
 

@@ -2,13 +2,13 @@
 
 use glam::DVec3;
 use kugelblitz::exact::{
-    Dyadic, ExactBeam, ExactHit, ExactPixels, Root, Shape, Side, exact, integer, real,
+    Dyadic, ExactBeam, ExactHit, ExactPixels, Root, Shape, Side, integer, real,
 };
 use kugelblitz::kernel::Kernel;
 use kugelblitz::num::{Real as _, V3};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Lens, Pixels, Rays, View};
-use kugelblitz::scene::{Edges, Scene, Source};
+use kugelblitz::scene::{Edges, Light, Scene, Source};
 use kugelblitz::shade::{ExactMean, Lamp, LampOrigin, Lighting, PlainPoint, PlainWay};
 use rayon::prelude::*;
 
@@ -17,9 +17,9 @@ use super::light::{
     SkyExplanation, Verdict,
 };
 use super::line::{Derivation, Shown};
-use super::numbers::{COLUMNS, Columns, Exact, Short, decimal_f64, enclosed, enclosed_if_possible};
+use super::numbers::{COLUMNS, Columns, Exact, Short, decimal_f64, enclosed, rows_of_vector};
 use super::ray::{RayNumbers, off_sphere};
-use super::step::{Value, number, vector};
+use super::step::{Value, number, of_scene, vector, vector_of_scene};
 use super::words::Remark;
 use crate::verify::{LitPoint, add_sample, samples_of_pixel};
 
@@ -119,13 +119,25 @@ impl Seen<'_> {
             .collect::<Option<_>>()?;
         let of_sky = lighting.lamps.iter().position(|lamp| lamp.light.is_none());
         let sky = of_sky.and_then(|first| self.sky(&ways[first..], lighting, first));
-        let of_lamp = |index| lighting.lamps.iter().position(|lamp| lamp.light == Some(index));
-        let light = |index: usize| match of_lamp(index) {
-            Some(at) => self.light((index, at), &ways[at], &lighting.lamps[at], point),
-            None => self.dark(index),
+        let light = |(index, light): (usize, &Light)| {
+            let words = self.numbers.words;
+            // Without a lamp it gives no light.
+            let mut explanation = LightExplanation {
+                name: format!("{} {}", words.light, index + 1),
+                place: self.place_of(light.source),
+                verdict: Verdict::Dark,
+                why: vec![Remark::plain(words.dark)],
+                quantities: Vec::new(),
+                lines: Vec::new(),
+            };
+            let mut lamps = lighting.lamps.iter().enumerate();
+            if let Some(lamp) = lamps.find(|(_, lamp)| lamp.light == Some(index)) {
+                self.light(lamp, &ways[lamp.0], point, light.source, &mut explanation);
+            }
+            explanation
         };
         Some(Shading {
-            lights: (0..self.scene.lights.len()).map(light).collect(),
+            lights: self.scene.lights.iter().enumerate().map(light).collect(),
             sky,
             color: self.lit_color(hit.id, &ways, lighting, &point.lit),
             mean,
@@ -146,15 +158,14 @@ impl Seen<'_> {
         let ([o, d], t) = (self.numbers.told(), number("t", hit.root.clone()));
         let p = o + V3([t; 3]).times(d);
         told.line("p", p, Shown::Numbers);
-        let roots = |v: DVec3| v.to_array().map(|x| Root::from(exact(x)));
         let (letter, off, outward) = match lit.shape {
             Shape::Sphere { center, radius } => {
-                let (c, r) = (vector("c", roots(center)), number("r", Root::from(exact(radius))));
+                let (c, r) = (vector_of_scene("c", center), of_scene("r", radius));
                 told.line("", p - c, Shown::Numbers);
                 ("n", off_sphere(p - c, r), (p - c) / r)
             }
             Shape::Plane { point, normal } => {
-                let (a, n) = (vector("a", roots(point)), vector("n", roots(normal)));
+                let (a, n) = (vector_of_scene("a", point), vector_of_scene("n", normal));
                 told.line("", p - a, Shown::Numbers);
                 let length = n.dot(n).sqrt();
                 Value::from(length).tell(None);
@@ -165,52 +176,37 @@ impl Seen<'_> {
         let normal = if hit.side == Side::Back { -outward } else { outward };
         told.line(letter, normal, Shown::Numbers);
 
-        let [at, normal] = [p, normal].map(|v| v.0.map(|x| x.value()));
-        let mut quantities = Vec::new();
-        for (axis, symbol) in ["p.x", "p.y", "p.z"].into_iter().enumerate() {
-            let world = |kernel, plain: &PlainPoint| {
-                let origin = if kernel == 2 { self.reference[axis] } else { 0.0 };
-                Some(origin + plain.at[axis])
-            };
-            quantities.push(self.columns(world).without_stable().against(symbol, Some(&at[axis])));
-        }
+        let mut quantities = Vec::from(rows_of_vector(["p.x", "p.y", "p.z"], p, |axis| {
+            let origin = |kernel| if kernel == 2 { self.reference[axis] } else { 0.0 };
+            let world = |kernel, plain: &PlainPoint| Some(origin(kernel) + plain.at[axis]);
+            self.columns(world).without_stable()
+        }));
         let residual =
             |kernel, plain: &PlainPoint| self.numbers.residual(self.scene, kernel, plain);
         quantities.push(self.columns(residual).against("f(p)", Some(&off.value())));
-        for (axis, symbol) in ["n.x", "n.y", "n.z"].into_iter().enumerate() {
-            let columns = self.columns(|_, plain| Some(plain.normal[axis]));
-            quantities.push(columns.against(symbol, Some(&normal[axis])));
-        }
+        quantities.extend(rows_of_vector(["n.x", "n.y", "n.z"], normal, |axis| {
+            self.columns(|_, plain| Some(plain.normal[axis]))
+        }));
         let explanation = PointExplanation { quantities, lines: told.lines };
+        let [at, normal] = [p, normal].map(|v| v.0.map(|x| x.value()));
         Some((explanation, Point { lit, at, normal }))
     }
 
-    fn dark(&self, index: usize) -> LightExplanation {
-        LightExplanation {
-            name: self.name_of(index),
-            place: self.place_of(self.scene.lights[index].source),
-            verdict: Verdict::Dark,
-            why: vec![Remark::plain(self.numbers.words.dark)],
-            quantities: Vec::new(),
-            lines: Vec::new(),
-        }
-    }
-
+    /// Adds how a lamp, the one with this index, lights the point.
     fn light(
         &self,
-        (index, at): (usize, usize),
+        (at, lamp): (usize, &Lamp),
         way: &ExactWay,
-        lamp: &Lamp,
         point: &Point,
-    ) -> LightExplanation {
-        let source = self.scene.lights[index].source;
+        source: Source,
+        explanation: &mut LightExplanation,
+    ) {
         let mut told = Derivation::new(self.numbers.digits);
         let (n, p) = (vector("n", point.normal.clone()), vector("p", point.at.clone()));
-        let told_light = |v: DVec3| vector("l", v.to_array().map(|x| Root::from(exact(x))));
         let [o, d] = self.numbers.told();
         let (w, shown) = match (source, lamp.origin) {
-            (Source::Point(position), _) => (told_light(position) - p, Shown::Numbers),
-            (Source::Sun(direction), _) => (-told_light(direction), Shown::Result),
+            (Source::Point(position), _) => (vector_of_scene("l", position) - p, Shown::Numbers),
+            (Source::Sun(direction), _) => (-vector_of_scene("l", direction), Shown::Result),
             (Source::Eye, LampOrigin::Sun(_)) => (-d, Shown::Result),
             (Source::Eye, _) => (o - p, Shown::Numbers),
         };
@@ -224,16 +220,15 @@ impl Seen<'_> {
         if let Some(root) = &root {
             told.given("s", number("s", root.clone()), true);
         }
-        let verdict = way.verdict();
-        if verdict == Verdict::Counts {
+        explanation.verdict = way.verdict();
+        if explanation.verdict == Verdict::Counts {
             told.line("", vector("I", way.strength.clone()) * cosine, Shown::Numbers);
         }
 
-        let mut quantities = Vec::new();
-        for (axis, symbol) in ["w.x", "w.y", "w.z"].into_iter().enumerate() {
-            let columns = self.columns(|_, plain| Some(plain.ways.get(at)?.way[axis]));
-            quantities.push(columns.against(symbol, Some(&w.0[axis].value())));
-        }
+        let quantities = &mut explanation.quantities;
+        quantities.extend(rows_of_vector(["w.x", "w.y", "w.z"], w, |axis| {
+            self.columns(|_, plain| Some(plain.ways.get(at)?.way[axis]))
+        }));
         let columns = self.columns(|_, plain| Some(plain.ways.get(at)?.cosine));
         quantities.push(columns.against("n·ω", Some(&way.cosine)));
         let columns = self.columns(|_, plain| Some(plain.ways.get(at)?.in_the_way?.1));
@@ -248,14 +243,8 @@ impl Seen<'_> {
             });
             quantities.push(columns.against(symbol, Some(&way.gives(channel))));
         }
-        LightExplanation {
-            name: self.name_of(index),
-            place: self.place_of(source),
-            why: self.why(&verdict, lamp, at, (is_at_point, root.as_ref())),
-            verdict,
-            quantities,
-            lines: told.lines,
-        }
+        explanation.lines = told.lines;
+        explanation.why = self.why(&explanation.verdict, lamp, at, (is_at_point, root.as_ref()));
     }
 
     /// Why a light counts or not, and which kernel has it otherwise.
@@ -343,8 +332,7 @@ impl Seen<'_> {
             self.color(&mean, |channel, plain| Some(color[channel] * plain.light[channel]));
         let (mut told, words) = (Derivation::new(self.numbers.digits), self.numbers.words);
         for (channel, name) in words.channels.into_iter().enumerate() {
-            let [c, a] = [("c", color), ("a", lighting.ambient)]
-                .map(|(letter, of)| number(letter, Root::from(exact(of[channel]))));
+            let (c, a) = (of_scene("c", color[channel]), of_scene("a", lighting.ambient[channel]));
             let names = [name, &format!(r"\text{{{name}}}")];
             let formula = r"c\,(a + \textstyle\sum I\,\vec{n} \cdot \vec{\omega})";
             let sum = number("Σ", sum_of(ways, channel));
@@ -352,11 +340,6 @@ impl Seen<'_> {
         }
         found.lines = told.lines;
         found
-    }
-
-    /// `light 1`
-    fn name_of(&self, index: usize) -> String {
-        format!("{} {}", self.numbers.words.light, index + 1)
     }
 
     /// `at (4, 6, 3)`
@@ -378,7 +361,7 @@ impl Seen<'_> {
         of: impl Fn(usize, &PlainPoint) -> Option<f64>,
     ) -> ColorExplanation {
         let values: [Root; 3] =
-            std::array::from_fn(|channel| enclosed(|n_bits| mean.enclosed(channel, n_bits)));
+            std::array::from_fn(|channel| enclosed(|n_bits| Some(mean.enclosed(channel, n_bits))));
         let channels: [Channel; 3] =
             std::array::from_fn(|channel| Channel::new(mean, channel, &values[channel]));
         let mut why = Vec::new();
@@ -462,7 +445,7 @@ impl<'a> ExactWay<'a> {
         let cosine = match beam.slope(&point.shape) {
             None => Root::from(Dyadic::zero()),
             Some((sign, cosine)) => {
-                let magnitude = enclosed(|n_bits| cosine.enclose(n_bits));
+                let magnitude = enclosed(|n_bits| Some(cosine.enclose(n_bits)));
                 if sign < 0 { magnitude.negated() } else { magnitude }
             }
         };
@@ -484,7 +467,7 @@ impl<'a> ExactWay<'a> {
 
     /// `s` of an object that is in the way.
     fn first_root(&self, shape: &Shape) -> Root {
-        enclosed_if_possible(|n_bits| self.beam.first_root(shape, n_bits))
+        enclosed(|n_bits| self.beam.first_root(shape, n_bits))
     }
 
     fn verdict(&self) -> Verdict {

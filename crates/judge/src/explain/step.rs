@@ -55,6 +55,16 @@ pub fn number(name: &'static str, value: Root) -> Step {
     step
 }
 
+/// A number of the scene with a letter.
+pub fn of_scene(name: &'static str, x: f64) -> Step {
+    number(name, Root::from(exact(x)))
+}
+
+/// Three numbers of the scene with a letter.
+pub fn vector_of_scene(name: &'static str, v: impl Into<[f64; 3]>) -> V3<Step> {
+    V3(v.into().map(|x| of_scene(name, x)))
+}
+
 /// Three numbers with a letter.
 pub fn vector(name: &'static str, values: [Root; 3]) -> V3<Step> {
     V3(values.map(|value| number(name, value)))

@@ -3,12 +3,13 @@
 use glam::DVec3;
 
 use super::drawing::Drawing;
-use super::words::number;
+use super::words::{multiple, number, round_step};
 
 /// Draws axes through the origin that reach beyond all points, and the way along them to `to`.
 pub fn draw(drawing: &mut Drawing, points: &[DVec3], to: DVec3, hidden: &dyn Fn(DVec3) -> bool) {
     let extent = points.iter().fold(0.0, |extent: f64, p| extent.max(p.abs().max_element()));
-    let step = step_for(extent);
+    // Some three to six steps to the largest coordinate.
+    let step = if extent > 0.0 { round_step(extent / 2.5) } else { 1.0 };
     let least = points.iter().fold(DVec3::ZERO, |least, p| least.min(*p));
     let most = points.iter().fold(DVec3::ZERO, |most, p| most.max(*p));
     for (axis, letter) in DVec3::AXES.into_iter().zip(["x", "y", "z"]) {
@@ -19,7 +20,7 @@ pub fn draw(drawing: &mut Drawing, points: &[DVec3], to: DVec3, hidden: &dyn Fn(
         let first = (from / step).ceil() as i32;
         let last = (end / step).round() as i32 - 1;
         for i in (first..=last).filter(|i| *i != 0) {
-            let at = rounded(step, i);
+            let at = multiple(step, i);
             drawing.tick(axis * at, axis * step);
             drawing.label(axis * at, ("", number(at)), "soft");
         }
@@ -27,18 +28,4 @@ pub fn draw(drawing: &mut Drawing, points: &[DVec3], to: DVec3, hidden: &dyn Fn(
     let in_floor = DVec3::new(to.x, 0.0, to.z);
     let way = [DVec3::ZERO, DVec3::X * to.x, in_floor, to];
     drawing.thin(&way[1..], &|_| true);
-}
-
-/// 1, 2 or 5 times a power of ten: some three to six steps to the largest coordinate.
-fn step_for(extent: f64) -> f64 {
-    let about = if extent > 0.0 { extent / 2.5 } else { 1.0 };
-    let power = 10f64.powi(about.log10().floor() as i32);
-    let steps = [5.0, 2.0, 1.0].map(|step| step * power);
-    steps.into_iter().find(|step| *step <= about).unwrap_or(power)
-}
-
-/// `i` steps, without what f64 adds to a decimal number.
-fn rounded(step: f64, i: i32) -> f64 {
-    let x = step * f64::from(i);
-    format!("{x:.9e}").parse().unwrap_or(x)
 }

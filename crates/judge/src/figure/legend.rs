@@ -3,6 +3,7 @@
 use kugelblitz::plain::plain;
 use kugelblitz::scene::{Cloud, ColorMap, Coloring, hex};
 
+use super::words::{multiple, number, round_step};
 use crate::markup::{document, escaped};
 
 /// An SVG picture of the bars of colour of all clouds that are coloured by a column, with the columns'
@@ -109,52 +110,22 @@ fn tenths(x: f64) -> String {
 /// Round numbers within a range, each with its share of the way through it; the two ends where there
 /// are none.
 fn ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
-    /// Most steps between ticks.
-    const MOST: f64 = 8.0;
+    /// Least and most steps between ticks.
+    const STEPS: [f64; 2] = [3.2, 8.0];
     if low == high {
-        return vec![(0.5, format!("{low:?}"))];
+        return vec![(0.5, number(low))];
     }
+    // Their difference may be infinite.
     let half = 0.5 * high - 0.5 * low;
-    let raw_step = half / (0.5 * MOST);
-    // The exponent of the least 1, 2 or 5 times a power of ten that is not below the raw step.
-    let mut exponent = raw_step.log10().floor() as i32;
-    let power = |exponent: i32| format!("1e{exponent}").parse::<f64>().unwrap_or(f64::INFINITY);
-    let factors = [1.0, 2.0, 5.0];
-    let factor = match factors.iter().find(|factor| **factor * power(exponent) >= raw_step) {
-        Some(factor) => *factor,
-        None => {
-            exponent += 1;
-            1.0
-        }
-    };
-    let step = factor * power(exponent);
-    let (first, last) = ((low / step).ceil(), (high / step).floor());
     let share = |number: f64| (0.5 * number - 0.5 * low) / half;
-    let n_ticks = last - first + 1.0;
+    let step = round_step(half / (0.5 * STEPS[0]));
+    let (first, last) = ((low / step).ceil(), (high / step).floor());
     // Steps that a number can't be told from the next at.
-    if !(2.0..=MOST + 2.0).contains(&n_ticks) || first.abs().max(last.abs()) > 1e12 {
-        return vec![(0.0, format!("{low:?}")), (1.0, format!("{high:?}"))];
+    if !(1.0..=STEPS[1] + 1.0).contains(&(last - first)) || first.abs().max(last.abs()) > 1e9 {
+        return vec![(0.0, number(low)), (1.0, number(high))];
     }
-    let number = |i: i32| (first + f64::from(i)) * step;
-    let largest = low.abs().max(high.abs());
-    let is_plain = (1e-3..1e6).contains(&largest) && exponent > -6;
-    (0..n_ticks as i32)
-        .map(|i| {
-            let number = number(i);
-            let label = match is_plain {
-                true => format!("{number:.*}", usize::try_from(-exponent).unwrap_or(0)),
-                false if number == 0.0 => "0".into(),
-                // As many digits as the step asks for.
-                false => {
-                    let n = number.abs().log10().floor() as i32 - exponent;
-                    format!("{number:.*e}", usize::try_from(n).unwrap_or(0))
-                }
-            };
-            // A minus stands before no zero.
-            let is_zero = label.starts_with('-') && label.parse() == Ok(0.0);
-            (share(number), if is_zero { label[1..].into() } else { label })
-        })
-        .collect()
+    let places = (first as i32..=last as i32).map(|i| multiple(step, i));
+    places.map(|place| (share(place), number(place))).collect()
 }
 
 #[cfg(test)]
@@ -167,16 +138,16 @@ mod tests {
 
     #[test]
     fn ticks_are_round_numbers_within_the_range() {
-        assert_eq!(labels(0.0, 2.5), ["0.0", "0.5", "1.0", "1.5", "2.0", "2.5"]);
+        assert_eq!(labels(0.0, 2.5), ["0", "0.5", "1", "1.5", "2", "2.5"]);
         assert_eq!(labels(0.013, 0.98), ["0.2", "0.4", "0.6", "0.8"]);
-        assert_eq!(labels(-3.0, 3.0), ["-3", "-2", "-1", "0", "1", "2", "3"]);
-        assert_eq!(labels(0.0, 1e-7), ["0", "2e-8", "4e-8", "6e-8", "8e-8", "1.0e-7"]);
+        assert_eq!(labels(-3.0, 3.0), ["−3", "−2", "−1", "0", "1", "2", "3"]);
+        assert_eq!(labels(0.0, 1e-7), ["0", "2e−8", "4e−8", "6e−8", "8e−8", "1e−7"]);
         assert_eq!(
             labels(1000.0, 1001.0),
-            ["1000.0", "1000.2", "1000.4", "1000.6", "1000.8", "1001.0"]
+            ["1000", "1000.2", "1000.4", "1000.6", "1000.8", "1001"]
         );
         assert_eq!(labels(-1e300, 1.5e300).len(), 6);
-        assert_eq!(labels(7.0, 7.0), ["7.0"]);
+        assert_eq!(labels(7.0, 7.0), ["7"]);
         for (low, high) in [
             (1.0, 1.0 + f64::EPSILON),
             (-f64::MAX, f64::MAX),

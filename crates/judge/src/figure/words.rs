@@ -21,6 +21,20 @@ pub fn caption(figure: Figure, lang: Lang) -> &'static str {
     }
 }
 
+/// The largest of 1, 2 and 5 times a power of ten that is not above a number.
+pub fn round_step(most: f64) -> f64 {
+    // Parsed, it is the nearest number.
+    let power = format!("1e{}", most.log10().floor()).parse().unwrap_or(f64::INFINITY);
+    let steps = [5.0, 2.0, 1.0].map(|step| step * power);
+    steps.into_iter().find(|step| *step <= most).unwrap_or(power)
+}
+
+/// `i` steps, without what f64 adds to a decimal number.
+pub fn multiple(step: f64, i: i32) -> f64 {
+    let x = step * f64::from(i);
+    format!("{x:.9e}").parse().unwrap_or(x)
+}
+
 /// A number of the scene with a true minus sign.
 pub fn number(x: f64) -> String {
     // No negative zero.

@@ -10,7 +10,7 @@ use crate::compare::ErrorSpread;
 /// something else look like gross errors.
 pub(super) fn hint(judged: &Judged) -> Option<String> {
     let Judged { case, truth, errors, .. } = judged;
-    let before = Faults::new(errors);
+    let before = faults(errors);
     // What stays wrong anyway is of another scene.
     let most_wrong = (case.rays.len() as f64 * MOST_WRONG).max(LITTLE[0]);
     let mut best: Option<(Faults, String)> = None;
@@ -18,9 +18,9 @@ pub(super) fn hint(judged: &Judged) -> Option<String> {
         let Ok(claims) = Claims::new(case.image.clone(), &conventions, &case.rays) else {
             continue;
         };
-        let found = Faults::new(&case.errors(&claims, truth));
-        let is_best = best.as_ref().is_none_or(|(best, _)| found.is_better_than(best));
-        if found.wrong_ids <= most_wrong && is_best && found.is_far_better_than(&before) {
+        let found = faults(&case.errors(&claims, truth));
+        let is_best = best.as_ref().is_none_or(|(best, _)| is_better(found, *best));
+        if found[0] <= most_wrong && is_best && is_far_better(found, before) {
             best = Some((found, options));
         }
     }
@@ -33,42 +33,29 @@ const MOST_WRONG: f64 = 0.05;
 /// A few pixels, the rounding of f32, an angle that no eye sees.
 const LITTLE: [f64; 3] = [8.0, 1e-6, 1e-3];
 
-/// How wrong claims are, in few numbers.
-struct Faults {
-    wrong_ids: f64,
-    t: f64,
-    degrees: f64,
+/// How wrong claims are: the number of wrong ids, and the medians of relative errors of `t` and of angles.
+type Faults = [f64; 3];
+
+fn faults(CaseErrors { away, silhouettes, .. }: &CaseErrors) -> Faults {
+    let parts = || [away, silhouettes].into_iter();
+    let median = |of: fn(&ErrorStats) -> Option<ErrorSpread>| {
+        parts().find_map(of).map_or(0.0, |spread| spread.median)
+    };
+    let wrong_ids = parts().map(|part| part.wrong_ids as f64).sum();
+    [wrong_ids, median(|part| part.t_relative), median(|part| part.normal_degrees)]
 }
 
-impl Faults {
-    fn new(CaseErrors { away, silhouettes, .. }: &CaseErrors) -> Faults {
-        let parts = || [away, silhouettes].into_iter();
-        let median = |of: fn(&ErrorStats) -> Option<ErrorSpread>| {
-            parts().find_map(of).map_or(0.0, |spread| spread.median)
-        };
-        Faults {
-            wrong_ids: parts().map(|part| part.wrong_ids as f64).sum(),
-            t: median(|part| part.t_relative),
-            degrees: median(|part| part.normal_degrees),
-        }
-    }
+/// Nothing is much worse, and something is a small part of what it was.
+fn is_far_better(now: Faults, before: Faults) -> bool {
+    const MUCH: f64 = 4.0;
+    let pairs = || now.into_iter().zip(before).zip(LITTLE);
+    pairs().all(|((now, before), little)| now <= before * MUCH + little)
+        && pairs().any(|((now, before), little)| before > little && now * MUCH < before)
+}
 
-    fn numbers(&self) -> [f64; 3] {
-        [self.wrong_ids, self.t, self.degrees]
-    }
-
-    /// Nothing is much worse, and something is a small part of what it was.
-    fn is_far_better_than(&self, before: &Faults) -> bool {
-        const MUCH: f64 = 4.0;
-        let pairs = || self.numbers().into_iter().zip(before.numbers()).zip(LITTLE);
-        pairs().all(|((now, before), little)| now <= before * MUCH + little)
-            && pairs().any(|((now, before), little)| before > little && now * MUCH < before)
-    }
-
-    fn is_better_than(&self, other: &Faults) -> bool {
-        self.wrong_ids < other.wrong_ids
-            || self.wrong_ids == other.wrong_ids && self.t + self.degrees < other.t + other.degrees
-    }
+/// Fewer ids are wrong, or as many and the rest is less so.
+fn is_better([wrong_ids, t, degrees]: Faults, [other_ids, other_t, other_degrees]: Faults) -> bool {
+    (wrong_ids, t + degrees) < (other_ids, other_t + other_degrees)
 }
 
 /// Other conventions, and the options of the command line that say them.
@@ -104,7 +91,7 @@ fn others(judged: &Judged) -> Vec<(String, Conventions)> {
         add(&format!("--background {background}"), &|c| c.background = Some(background));
     }
     if has(Quantity::Normal) {
-        let is_inside = judged.truth.is_back.contains(&true);
+        let is_inside = judged.truth.hits.iter().any(|hit| hit.is_back);
         let outward = NormalSide::Outward;
         let camera = NormalSpace::Camera;
         if is_inside {

@@ -28,9 +28,10 @@ use kugelblitz::trace::{Hits, Kernel, Wants};
 use kugelblitz::{Error, Result};
 
 use crate::compare::{
-    ErrorSpread, ErrorStats, ObjectCounts, RayError, TError, Tolerance, Unit, error_picture, short,
+    ErrorSpread, ErrorStats, ObjectCounts, RayError, RayResult, TError, Tolerance, Unit,
+    error_picture, short,
 };
-use crate::verify::Truth;
+use crate::verify::{TrueHit, Truth};
 use crate::wrong_usage;
 
 /// Bytes of memory that judging a ray takes: what is exact, what is claimed in the file and by
@@ -110,20 +111,20 @@ impl Case {
     /// The errors of claims about these rays.
     fn errors(&self, claims: &Claims, truth: &Truth) -> CaseErrors {
         let palette: Vec<[u8; 3]> = self.scene.colors().map(Color::to_srgb8).collect();
-        let error = |i: usize| {
-            let mut right = truth.row(i);
+        let error = |(i, exact): (usize, &TrueHit)| {
+            let mut right = RayResult::from(exact);
             if claims.is_distance {
                 right.t = right.t.map(|t| t * self.length(i));
             }
-            let said = claims.row(i, &right, truth.is_back[i], &palette);
-            match RayError::of(Some(said), &right, |normal| normal == truth.normal_f32[i]) {
+            let said = claims.row(i, &right, exact.is_back, &palette);
+            match RayError::of(Some(said), &right, |normal| normal == exact.normal_f32) {
                 RayError::Right { id: 0, .. } => RayError::Right { id: 0, t: None, normal: None },
                 error => error,
             }
         };
-        let errors: Vec<RayError> = (0..truth.id.len()).map(error).collect();
+        let errors: Vec<RayError> = truth.hits.iter().enumerate().map(error).collect();
         let is_at_silhouette = match &self.rays {
-            Rays::Pixels(pixels) => silhouettes(pixels, &truth.id),
+            Rays::Pixels(pixels) => silhouettes(pixels, &truth.hits),
             Rays::List(_) => vec![false; errors.len()],
         };
         let class = |at| ErrorStats::new(&self.rays, &errors, |i| is_at_silhouette[i] == at);
@@ -193,8 +194,8 @@ impl Judged {
     /// # Errors
     /// [`Error::Usage`] for the truth about another number of rays.
     pub fn new(case: Case, truth: Truth) -> Result<Judged> {
-        if truth.id.len() != case.rays.len() {
-            let (n, n_rays) = (truth.id.len(), case.rays.len());
+        let (n, n_rays) = (truth.hits.len(), case.rays.len());
+        if n != n_rays {
             return wrong_usage(format!("{n} exact results were given for {n_rays} rays"));
         }
         let errors = case.errors(&case.claims, &truth);
@@ -292,15 +293,16 @@ impl Judged {
 }
 
 /// Whether one of a pixel's eight neighbours sees another object.
-fn silhouettes(pixels: &Pixels, id: &[u32]) -> Vec<bool> {
+fn silhouettes(pixels: &Pixels, hits: &[TrueHit]) -> Vec<bool> {
     let (width, height) = (pixels.width as usize, pixels.height as usize);
     let at = |i: usize| {
         let (x, y) = (i % width, i / width);
         let rows = y.saturating_sub(1)..=(y + 1).min(height - 1);
         let columns = x.saturating_sub(1)..=(x + 1).min(width - 1);
-        rows.flat_map(|y| columns.clone().map(move |x| y * width + x)).any(|j| id[j] != id[i])
+        rows.flat_map(|y| columns.clone().map(move |x| y * width + x))
+            .any(|j| hits[j].id != hits[i].id)
     };
-    (0..id.len()).map(at).collect()
+    (0..hits.len()).map(at).collect()
 }
 
 /// The size of the whole picture that `image` is to be a part of, by a size and a crop that are given or not; `None` for

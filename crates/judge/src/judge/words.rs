@@ -54,7 +54,8 @@ impl Judged {
         let mut findings = Vec::new();
         for kind in 0..KINDS.len() {
             let wrong = |ray| Some((self.size(kind, ray)?, ray));
-            let mut wrong: Vec<(f64, usize)> = (0..self.truth.id.len()).filter_map(wrong).collect();
+            let mut wrong: Vec<(f64, usize)> =
+                (0..self.truth.hits.len()).filter_map(wrong).collect();
             let n = n.min(wrong.len());
             if kind < 2 {
                 wrong = (0..n).map(|k| wrong[k * wrong.len() / n]).collect();
@@ -80,19 +81,20 @@ impl Judged {
 
     fn finding(&self, kind: usize, ray: usize, explain: Option<String>) -> Finding {
         let Judged { case: Case { scene, rays, claims, .. }, truth, .. } = self;
+        let exact = &truth.hits[ray];
         let off = || short(self.size(kind, ray).unwrap_or(f64::NAN));
         let (says, exact) = match (kind, &claims.t, &claims.normal) {
             (2, Some(t), _) => {
                 let what = if claims.is_distance { "distance" } else { "t" };
                 let says = format!("{what} = {:?} ({} ulp off)", t[ray], off());
-                (says, format!("t = {:?}", truth.t[ray]))
+                (says, format!("t = {:?}", exact.t))
             }
             (3, _, Some(normal)) => {
                 let vector = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");
                 let says = format!("{}, {}° off", vector(normal[ray].into()), off());
-                (says, vector(truth.normal[ray]))
+                (says, vector(exact.normal))
             }
-            _ => (says(scene, &claims.seen, ray), object_in_words(scene, truth.id[ray])),
+            _ => (says(scene, &claims.seen, ray), object_in_words(scene, exact.id)),
         };
         Finding { kind: KINDS[kind].0, ray, pixel: rays.pixel(ray), says, exact, explain }
     }

@@ -16,10 +16,8 @@ use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 
 use super::{Entry, Rgb, Show, Tally, tints};
 
-use crate::wrong_usage;
-
-/// The result of drawing what a mode shows, beside the file.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// What a mode shows of a picture, as far as it is painted: band by band, by [`Shown::paint`].
+#[derive(Clone, Debug)]
 pub struct Shown {
     /// Rays, hits and times.
     pub rendered: Rendered,
@@ -27,6 +25,65 @@ pub struct Shown {
     pub legend: Vec<Entry>,
     /// The pixels of each meaning.
     pub tally: Tally,
+    show: Show,
+    range: Option<[f32; 2]>,
+    /// Of the last band.
+    hits: Hits,
+}
+
+impl Shown {
+    /// Nothing yet of a picture whose `t` have this range.
+    pub fn new(show: Show, range: Option<[f32; 2]>) -> Shown {
+        let (rendered, tally, hits) = Default::default();
+        Shown { rendered, legend: Entry::all(show, range), tally, show, range, hits }
+    }
+
+    /// The colours of a band; those of [`Show::Color`] are the objects' own, without light.
+    ///
+    /// # Errors
+    /// Those of [`Session::trace`]; [`Error::Interrupted`](kugelblitz::Error::Interrupted) when `control` was cancelled.
+    pub fn paint(
+        &mut self,
+        session: &mut Session,
+        band: &Pixels,
+        control: &Control,
+    ) -> Result<Vec<Rgb>> {
+        control.check()?;
+        let Shown { rendered, tally, hits, .. } = self;
+        let timing = session.trace(&Rays::Pixels(*band), self.show.wants(), control, hits)?;
+        rendered.timing.add(timing);
+        rendered.counts.add(hits.counts);
+        rendered.hits += hits.n_hits();
+        let start = Instant::now();
+        let tints = match session.prepared() {
+            Some(prepared) => tints(self.show, prepared, band, hits, self.range, control)?,
+            None => Vec::new(),
+        };
+        tally.add(band, &tints);
+        let colors = tints.into_iter().map(|tint| tint.color).collect();
+        rendered.shade += start.elapsed();
+        Ok(colors)
+    }
+
+    /// The colours of all of a picture, in memory.
+    fn paint_all(
+        &mut self,
+        session: &mut Session,
+        pixels: &Pixels,
+        control: &Control,
+    ) -> Result<Vec<Rgb>> {
+        let wants = self.show.wants();
+        let n_rows = band_rows(pixels, wants);
+        let of_band = hits_bytes(u64::from(n_rows) * u64::from(pixels.width), wants);
+        let bytes = of_band.saturating_add((pixels.len() * size_of::<Rgb>()) as u64);
+        memory::require("a picture in memory", bytes, "show a smaller one")?;
+        let mut colors = Vec::new();
+        for band in bands(pixels, n_rows) {
+            colors.extend(self.paint(session, &band, control)?);
+        }
+        control.check()?;
+        Ok(colors)
+    }
 }
 
 /// Steps of drawing `pixels` that [`Control`] counts.
@@ -48,8 +105,7 @@ fn whole(pixels: &Pixels) -> Pixels {
 /// whole, but not in its place: that takes [`output::commit`](kugelblitz::output::commit).
 ///
 /// # Errors
-/// Those of [`Show::check`], [`Session::trace`] and [`PictureWriter::rows`]; [`Error::Usage`](kugelblitz::Error::Usage) for
-/// [`Show::Color`], which [`Session::draw`] draws.
+/// Those of [`Show::check`], [`Shown::paint`] and [`PictureWriter::rows`].
 pub fn draw(
     session: &mut Session,
     show: Show,
@@ -62,15 +118,15 @@ pub fn draw(
     show.check(format, options)?;
     let path = file.path().to_owned();
     let mut writer = PictureWriter::create(format, options, pixels, file, path)?;
-    let n_rows = plan.n_band_rows.min(band_rows(pixels, show.wants()));
     let mut write = Duration::ZERO;
-    let how = (show, range_of_t(session, show, pixels, control)?, n_rows);
-    let mut shown = each_band(session, pixels, how, control, |band, colors, hits| {
+    let mut shown = Shown::new(show, range_of_t(session, show, pixels, control)?);
+    for band in bands(pixels, plan.n_band_rows.min(band_rows(pixels, show.wants()))) {
+        let colors = Colors::Srgb8(shown.paint(session, &band, control)?);
         let start = Instant::now();
-        writer.rows(&Colors::Srgb8(colors), hits, band.height)?;
+        writer.rows(&colors, &shown.hits, band.height)?;
         write += start.elapsed();
-        Ok(())
-    })?;
+    }
+    control.check()?;
     let start = Instant::now();
     let file = writer.finish()?;
     shown.rendered.write = write + start.elapsed();
@@ -80,87 +136,16 @@ pub fn draw(
 /// What `show` shows of `pixels`, in memory.
 ///
 /// # Errors
-/// [`Error::TooLarge`](kugelblitz::Error::TooLarge) where it does not fit; [`Error::Usage`](kugelblitz::Error::Usage) for [`Show::Color`]; those of
-/// [`Session::trace`].
+/// [`Error::TooLarge`](kugelblitz::Error::TooLarge) where it does not fit; those of [`Shown::paint`].
 pub fn keep(
     session: &mut Session,
     show: Show,
     pixels: &Pixels,
     control: &Control,
 ) -> Result<(Shown, Vec<Rgb>)> {
-    let range = range_of_t(session, show, pixels, control)?;
-    kept(session, (show, range), pixels, control)
-}
-
-/// Draws as [`keep`] does, with this range of `t`.
-fn kept(
-    session: &mut Session,
-    (show, range): (Show, Option<[f32; 2]>),
-    pixels: &Pixels,
-    control: &Control,
-) -> Result<(Shown, Vec<Rgb>)> {
-    let n_rows = band_rows(pixels, show.wants());
-    let of_band = hits_bytes(u64::from(n_rows) * u64::from(pixels.width), show.wants());
-    let bytes = of_band.saturating_add((pixels.len() * size_of::<Rgb>()) as u64);
-    memory::require("a picture in memory", bytes, "show a smaller one")?;
-    let mut colors = Vec::new();
-    let how = (show, range, n_rows);
-    let shown = each_band(session, pixels, how, control, |_, of_band, _| {
-        colors.extend(of_band);
-        Ok(())
-    })?;
+    let mut shown = Shown::new(show, range_of_t(session, show, pixels, control)?);
+    let colors = shown.paint_all(session, pixels, control)?;
     Ok((shown, colors))
-}
-
-/// Paints bands of so many rows, and hands each on.
-fn each_band(
-    session: &mut Session,
-    pixels: &Pixels,
-    (show, range, n_rows): (Show, Option<[f32; 2]>, u32),
-    control: &Control,
-    mut take: impl FnMut(Pixels, Vec<Rgb>, &Hits) -> Result<()>,
-) -> Result<Shown> {
-    if show == Show::Color {
-        return wrong_usage("the session itself draws and keeps the objects' colours");
-    }
-    let mut shown = Shown { legend: Entry::all(show, range), ..Shown::default() };
-    let mut hits = Hits::default();
-    for band in bands(pixels, n_rows) {
-        let colors = paint(session, show, &band, range, control, &mut hits, &mut shown)?;
-        take(band, colors, &hits)?;
-    }
-    control.check()?;
-    Ok(shown)
-}
-
-/// The colours of a band of a picture whose `t` have this range; what was traced and seen is added to `shown`.
-///
-/// # Errors
-/// Those of [`Session::trace`]; [`Error::Interrupted`](kugelblitz::Error::Interrupted) when `control` was cancelled.
-pub fn paint(
-    session: &mut Session,
-    show: Show,
-    band: &Pixels,
-    range: Option<[f32; 2]>,
-    control: &Control,
-    hits: &mut Hits,
-    shown: &mut Shown,
-) -> Result<Vec<Rgb>> {
-    control.check()?;
-    let timing = session.trace(&Rays::Pixels(*band), show.wants(), control, hits)?;
-    let Shown { rendered, tally, .. } = shown;
-    rendered.timing.add(timing);
-    rendered.counts.add(hits.counts);
-    rendered.hits += hits.n_hits();
-    let start = Instant::now();
-    let tints = match session.prepared() {
-        Some(prepared) => tints(show, prepared, band, hits, range, control)?,
-        None => Vec::new(),
-    };
-    tally.add(band, &tints);
-    let colors = tints.into_iter().map(|tint| tint.color).collect();
-    rendered.shade += start.elapsed();
-    Ok(colors)
 }
 
 /// The smallest and the largest `t` of the whole picture that `pixels` are a part of, so that each part has
@@ -192,7 +177,7 @@ pub fn range_of_t(
 ///
 /// # Errors
 /// [`Error::TooLarge`](kugelblitz::Error::TooLarge) where they do not fit the memory; those of [`Session::keep`] and
-/// [`Session::trace`].
+/// [`Shown::paint`].
 pub fn side_by_side(
     session: &mut Session,
     show: Show,
@@ -219,7 +204,7 @@ pub fn side_by_side(
             let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
             Pixel::all(session.keep(half, style, Wants::default(), control)?.0.colors)?
         } else {
-            kept(session, (show, range), half, control)?.1
+            Shown::new(show, range).paint_all(session, half, control)?
         };
         let (first, n) = ((half.x - pixels.x) as usize, half.width as usize);
         let rows = colors.chunks_exact_mut(pixels.width as usize);

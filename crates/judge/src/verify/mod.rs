@@ -13,7 +13,7 @@ pub(crate) use lit::{LitPoint, add_sample};
 pub use picture::{ColorsOfKernel, OfKernel, OnBoth, Parity, Verification, Verified};
 use truth::hit_of;
 pub(crate) use truth::{ExactRays, Near, is_clearly_missed};
-pub use truth::{SAMPLE_BYTES, Truth, sample};
+pub use truth::{SAMPLE_BYTES, TrueHit, Truth, sample};
 
 use crate::compare::{RayDifferences, RayResult};
 pub use crate::compare::{RayError, TError};
@@ -34,12 +34,10 @@ pub struct Differences {
 
 /// Compares `hits` with the truth about some of its rays, in the order of the truth.
 pub fn ray_errors<'a>(hits: &'a Hits, truth: &'a Truth) -> impl Iterator<Item = RayError> + 'a {
-    let error = |(k, &index): (usize, &usize)| {
-        RayError::of(RayResult::of(hits, index), &truth.row(k), |normal| {
-            normal == truth.normal_f32[k]
-        })
+    let error = |(&index, right): (&usize, &TrueHit)| {
+        RayError::of(RayResult::of(hits, index), &right.into(), |normal| normal == right.normal_f32)
     };
-    truth.index.iter().enumerate().map(error)
+    truth.index.iter().zip(&truth.hits).map(error)
 }
 
 /// Compares `hits` with the truth about some of its rays. `t` and normals are looked at where
@@ -158,9 +156,9 @@ mod tests {
     /// The exact result, rounded: it keeps every promise.
     fn rounded(truth: &Truth) -> Hits {
         Hits {
-            id: truth.id.clone(),
-            t: truth.t.iter().map(|&t| t as f32).collect(),
-            normal: truth.normal_f32.clone(),
+            id: truth.hits.iter().map(|hit| hit.id).collect(),
+            t: truth.hits.iter().map(|hit| hit.t as f32).collect(),
+            normal: truth.hits.iter().map(|hit| hit.normal_f32).collect(),
             ..Hits::default()
         }
     }
@@ -186,7 +184,7 @@ mod tests {
     fn a_right_result_keeps_all_promises() {
         let truth = truth();
         for id in 0..=3 {
-            assert!(truth.id.contains(&id), "no ray sees {id}");
+            assert!(truth.hits.iter().any(|hit| hit.id == id), "no ray sees {id}");
         }
         let hits = rounded(&truth);
         let against = compare_to_exact(&hits, &truth);
@@ -202,7 +200,7 @@ mod tests {
     #[test]
     fn sabotage_is_noticed() {
         let truth = truth();
-        let on = |id| truth.id.iter().position(|&other| other == id).unwrap();
+        let on = |id| truth.hits.iter().position(|hit| hit.id == id).unwrap();
         type Sabotage = (&'static str, fn(&mut Hits, usize));
         let sabotages: [(u32, Sabotage); 9] = [
             (0, ("false hit", |hits, i| hits.id[i] = 2)),
@@ -235,7 +233,7 @@ mod tests {
             }
         }
         let short = Hits::default();
-        assert_eq!(compare_to_exact(&short, &truth).wrong_ids(), truth.id.len() as u64);
+        assert_eq!(compare_to_exact(&short, &truth).wrong_ids(), truth.hits.len() as u64);
         assert!(!broken(Kernel::Certified, &short).is_empty());
     }
 
@@ -244,7 +242,7 @@ mod tests {
     fn certified_devices_that_differ_are_noticed() {
         let truth = truth();
         let cpu = rounded(&truth);
-        let i = truth.id.iter().position(|&id| id == 1).unwrap();
+        let i = truth.hits.iter().position(|hit| hit.id == 1).unwrap();
         type Sabotage = (&'static str, fn(&mut Hits, usize));
         let sabotages: [Sabotage; 4] = [
             ("t differs in 1", |hits, i| hits.t[i] = f32::from_bits(hits.t[i].to_bits() ^ 1)),

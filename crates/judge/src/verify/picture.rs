@@ -363,8 +363,22 @@ impl Verified {
     pub fn in_words(&self) -> String {
         let mut rows = <[String; 4]>::default();
         for OfKernel { kernel, gpu_against_cpu, against_exact, colors, .. } in &self.kernels {
-            rows[0].extend(gpu_against_cpu.iter().map(|found| found.row(kernel)));
-            rows[1].extend(against_exact.rows().map(|(on, found)| found.row(kernel, on)));
+            if let Some(found) = gpu_against_cpu {
+                let Parity { rays, hit_or_miss, other_object, t_differs, t_ulp_max, .. } = found;
+                let (normals, distance) = (found.normal_differs, found.normal_distance_max);
+                rows[0] += &format!(
+                    "{kernel:<10} {rays:>11} {hit_or_miss:>12} {other_object:>13} {t_differs:>10} \
+                     {t_ulp_max:>8} {normals:>15} {distance:>13.2e}\n"
+                );
+            }
+            for (on, found) in against_exact.rows() {
+                let RayDifferences { rays, false_hits, false_misses, wrong_object, .. } = found;
+                let (ulp, distance) = (found.t_ulp_max, found.normal_distance_max);
+                rows[1] += &format!(
+                    "{kernel:<10} {on} {rays:>7} {false_hits:>12} {false_misses:>13} \
+                     {wrong_object:>13} {ulp:>13.2} {distance:>13.2e}\n"
+                );
+            }
             if let Some(ColorsOfKernel { gpu_against_cpu, against_exact }) = colors {
                 rows[2].extend(gpu_against_cpu.iter().map(|found| found.row(kernel)));
                 let row = |(on, found): (&str, &ColorDifferences)| {
@@ -392,28 +406,6 @@ impl Verified {
             text += &format!("{kernel} promises: {promise}: {kept}\n");
         }
         text
-    }
-}
-
-impl Parity {
-    fn row(&self, kernel: &str) -> String {
-        let Parity { rays, hit_or_miss, other_object, t_differs, t_ulp_max, .. } = self;
-        let (normals, distance) = (self.normal_differs, self.normal_distance_max);
-        format!(
-            "{kernel:<10} {rays:>11} {hit_or_miss:>12} {other_object:>13} {t_differs:>10} {t_ulp_max:>8} {normals:>15} \
-             {distance:>13.2e}\n"
-        )
-    }
-}
-
-impl RayDifferences {
-    fn row(&self, kernel: &str, device: &str) -> String {
-        let RayDifferences { rays, false_hits, false_misses, wrong_object, .. } = self;
-        let (ulp, distance) = (self.t_ulp_max, self.normal_distance_max);
-        format!(
-            "{kernel:<10} {device} {rays:>7} {false_hits:>12} {false_misses:>13} {wrong_object:>13} {ulp:>13.2} \
-             {distance:>13.2e}\n"
-        )
     }
 }
 

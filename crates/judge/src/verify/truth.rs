@@ -19,20 +19,12 @@ use crate::wrong_usage;
 pub const SAMPLE_BYTES: u64 = 128;
 
 /// The exact results for some of the rays.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
     /// The rays, as indices into the [`Hits`](kugelblitz::trace::Hits) of all rays.
     pub index: Vec<usize>,
-    /// Object ids, 0 for the background.
-    pub id: Vec<u32>,
-    /// The exact `t`, rounded to f64; +∞ on the background.
-    pub t: Vec<f64>,
-    /// The exact unit normals, each component rounded to f64; zero on the background.
-    pub normal: Vec<[f64; 3]>,
-    /// The exact unit normals, each component rounded to f32.
-    pub normal_f32: Vec<[f32; 3]>,
-    /// Whether a sphere is seen from inside, or a plane from behind: the normal is then turned.
-    pub is_back: Vec<bool>,
+    /// What each of them sees.
+    pub hits: Vec<TrueHit>,
 }
 
 impl Truth {
@@ -99,20 +91,8 @@ impl Truth {
             control.advance(1);
             Ok(hit(i))
         });
-        let hits: Vec<TrueHit> = hits.collect::<Result<_>>()?;
-        Ok(Truth {
-            index,
-            id: hits.iter().map(|hit| hit.id).collect(),
-            t: hits.iter().map(|hit| hit.t).collect(),
-            normal: hits.iter().map(|hit| hit.normal).collect(),
-            normal_f32: hits.iter().map(|hit| hit.normal_f32).collect(),
-            is_back: hits.iter().map(|hit| hit.is_back).collect(),
-        })
-    }
-
-    /// What is true of the `k`-th of the rays.
-    pub fn row(&self, k: usize) -> RayResult {
-        RayResult { id: self.id[k], t: Some(self.t[k]), normal: Some(self.normal[k].into()) }
+        let hits = hits.collect::<Result<_>>()?;
+        Ok(Truth { index, hits })
     }
 }
 
@@ -173,13 +153,25 @@ impl Near {
     }
 }
 
-/// The exact result of a ray, in the fields of [`Truth`].
-struct TrueHit {
-    id: u32,
-    t: f64,
-    normal: [f64; 3],
-    normal_f32: [f32; 3],
-    is_back: bool,
+/// The exact result of a ray.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrueHit {
+    /// Object id, 0 for the background.
+    pub id: u32,
+    /// The exact `t`, rounded to f64; +∞ on the background.
+    pub t: f64,
+    /// The exact unit normal, each component rounded to f64; zero on the background.
+    pub normal: [f64; 3],
+    /// The same, each component rounded to f32.
+    pub normal_f32: [f32; 3],
+    /// Whether a sphere is seen from inside, or a plane from behind: the normal is then turned.
+    pub is_back: bool,
+}
+
+impl From<&TrueHit> for RayResult {
+    fn from(hit: &TrueHit) -> RayResult {
+        RayResult { id: hit.id, t: Some(hit.t), normal: Some(hit.normal.into()) }
+    }
 }
 
 impl TrueHit {
@@ -276,14 +268,10 @@ mod tests {
         let all = (0..pixels.len()).collect();
         let truth = Truth::of_pixels(&scene, &pixels, all, &control).unwrap();
         let rays = Rays::Pixels(pixels);
-        let known = Truth::of_known(&scene, &rays, &truth.id, &control).unwrap();
-        assert!(truth.is_back.contains(&true) && truth.id.iter().any(|&id| id > 1));
-        let of = |truth: &Truth| {
-            let Truth { index, id, t, normal, normal_f32, is_back } = truth.clone();
-            (index, id, t, normal, normal_f32, is_back)
-        };
-        assert_eq!(of(&known), of(&truth));
-        assert!(Truth::of_known(&scene, &rays, &truth.id[1..], &control).is_err());
+        let ids: Vec<u32> = truth.hits.iter().map(|hit| hit.id).collect();
+        assert!(truth.hits.iter().any(|hit| hit.is_back) && ids.iter().any(|&id| id > 1));
+        assert_eq!(Truth::of_known(&scene, &rays, &ids, &control).unwrap(), truth);
+        assert!(Truth::of_known(&scene, &rays, &ids[1..], &control).is_err());
     }
 
     #[test]

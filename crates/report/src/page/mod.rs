@@ -7,12 +7,11 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::answer::{answer, price};
 use super::figures::{count, typeset};
-use super::order::SeriesOrder;
 use super::plot::{plane, sweep, theme};
 use super::tables::Table;
 use super::{
-    Baseline, CLOUD_SIZE, Count, LIGHT_SIZE, MeasuredScene, Of, Report, SWEEPS, Settings, Sweep,
-    print, tables,
+    Baseline, CLOUD_SIZE, Case, Count, LIGHT_SIZE, Of, Report, SWEEPS, Settings, Sweep, print,
+    tables,
 };
 
 /// The page's own style; colours are from the plots' table.
@@ -47,7 +46,6 @@ const LIGHT: &str = "\
 
 /// The whole report.
 pub fn html(report: &Report) -> String {
-    let order = SeriesOrder::of(report);
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -72,7 +70,7 @@ pub fn html(report: &Report) -> String {
                     }
                 }
                 main {
-                    @if let Some(baseline) = &report.baseline { (since(baseline, &order)) }
+                    @if let Some(baseline) = &report.baseline { (since(baseline, report)) }
                     @let plane = plane::chart(report);
                     @if !plane.is_empty() {
                         section {
@@ -87,30 +85,30 @@ pub fn html(report: &Report) -> String {
                         section {
                             h2 { "Classes of scenes" }
                             h3 { "How wrong" }
-                            (print::html(&tables::class_errors(report, &order)))
+                            (print::html(&tables::class_errors(report)))
                             p.note { (HOW_WRONG) }
                             h3 { "How fast" }
-                            (print::html(&tables::class_costs(report, &order)))
+                            (print::html(&tables::class_costs(report)))
                             p.note { (HOW_FAST) }
                         }
                     }
-                    (titled("Many spheres", &tables::clouds(report, &order), html! {
+                    (titled("Many spheres", &tables::clouds(report), html! {
                         "Kernel certified at " (CLOUD_SIZE[0]) " × " (CLOUD_SIZE[1]) ". " (CLOUDS)
                     }))
-                    (titled("Light", &tables::light(report, &order), html! {
+                    (titled("Light", &tables::light(report), html! {
                         (LIGHT_SIZE[0]) " × " (LIGHT_SIZE[1]) " pixels, of which " (n_lit_pixels(report))
                         " were compared with exact arithmetic. " (LIGHT)
                     }))
                     (pictures::light(report))
-                    @for sweep in &SWEEPS { (sweep_section(report, sweep, &order)) }
+                    @for sweep in &SWEEPS { (sweep_section(report, sweep)) }
                     (pictures::errors(report))
-                    @let overview = tables::overview(report, &order);
+                    @let overview = tables::overview(report);
                     @if !overview.is_empty() {
                         section {
                             h2 { "Scenes" }
                             p { "The share of rays with a wrong object; the details have all figures." }
                             (print::html(&overview))
-                            @for scene in &report.scenes { (scene_details(report, scene, &order)) }
+                            @for scene in &report.scenes { (scene_details(report, scene)) }
                         }
                     }
                     @if !report.missing.is_empty() {
@@ -155,12 +153,12 @@ fn n_lit_pixels(report: &Report) -> String {
 }
 
 /// What changed since an earlier report.
-fn since(baseline: &Baseline, order: &SeriesOrder) -> Markup {
+fn since(baseline: &Baseline, report: &Report) -> Markup {
     html! {
         section {
             h2 { "Since the baseline" }
             @for words in baseline.in_words() { p { (words) } }
-            @for (title, table) in &tables::since(baseline, order) {
+            @for (title, table) in &tables::since(baseline, report) {
                 @if !table.is_empty() {
                     h3 { (title) }
                     (print::html(table))
@@ -171,7 +169,7 @@ fn since(baseline: &Baseline, order: &SeriesOrder) -> Markup {
 }
 
 /// A sweep; nothing where it has no point.
-fn sweep_section(report: &Report, sweep: &Sweep, order: &SeriesOrder) -> Markup {
+fn sweep_section(report: &Report, sweep: &Sweep) -> Markup {
     let chart = sweep::chart(report, sweep);
     html! {
         @if !chart.is_empty() {
@@ -181,7 +179,7 @@ fn sweep_section(report: &Report, sweep: &Sweep, order: &SeriesOrder) -> Markup 
                 figure.wide { (PreEscaped(chart.svg())) }
                 details {
                     summary { "Its numbers" }
-                    (print::html(&tables::sweep(report, sweep, order)))
+                    (print::html(&tables::sweep(report, sweep)))
                 }
             }
         }
@@ -189,8 +187,8 @@ fn sweep_section(report: &Report, sweep: &Sweep, order: &SeriesOrder) -> Markup 
 }
 
 /// All figures of a scene; nothing where its rays were not measured.
-fn scene_details(report: &Report, scene: &MeasuredScene, order: &SeriesOrder) -> Markup {
-    let tables = tables::scene(report, &scene.name, order);
+fn scene_details(report: &Report, scene: &Case) -> Markup {
+    let tables = tables::scene(report, &scene.name);
     html! {
         @if !tables[0].is_empty() {
             details {

@@ -3,13 +3,12 @@
 use super::chart::{Chart, Line, Mark, Panel, Point};
 use super::theme::kernel_class;
 use crate::figures::{count, typeset, wrong};
-use crate::order::{Series, SeriesOrder};
+use crate::order::Series;
 use crate::tables::spread;
 use crate::{Class, Count, Metric, Of, Report, Row, Spread};
 
 /// The plane.
 pub fn chart(report: &Report) -> Chart<'static> {
-    let order = SeriesOrder::of(report);
     let lines = Series::each(&report.rows_of(|of| matches!(of, Of::Class { .. })));
     let classes = report.classes();
     let key = |((class, rows), dash): (&(Class, Vec<&Row>), &str)| {
@@ -18,9 +17,9 @@ pub fn chart(report: &Report) -> Chart<'static> {
         format!("{mark} {dash} {} ({}) and their Pareto front", class.name(), typeset(&rays))
     };
     let line = |line: &Series| Line {
-        name: order.label(line.key()),
+        name: report.label(line.key()),
         color: kernel_class(&line.key().kernel),
-        device: order.device_index(&line.key().device),
+        device: report.device_index(&line.key().device),
         marks: line.rows.iter().map(|row| mark(row)).collect(),
     };
     let panel = Panel {

@@ -3,7 +3,7 @@
 use super::chart::{Chart, Line, Mark, Panel, Point};
 use super::theme::kernel_class;
 use crate::figures::{figure, quantity, typeset};
-use crate::order::{Series, SeriesOrder};
+use crate::order::Series;
 use crate::{Count, Metric, Report, Row, Spread, Sweep};
 
 /// A value, and the least and largest where it was measured repeatedly.
@@ -27,7 +27,6 @@ const QUANTITIES: [Quantity; 3] = [
 
 /// A sweep's panels.
 pub fn chart(report: &Report, sweep: &Sweep) -> Chart<'static> {
-    let order = SeriesOrder::of(report);
     let rows = report.rows_along(sweep);
     let lines = Series::shared(&rows);
     let mut quantities = QUANTITIES.to_vec();
@@ -36,7 +35,7 @@ pub fn chart(report: &Report, sweep: &Sweep) -> Chart<'static> {
     let panel = |(title, of)| Panel {
         title,
         height,
-        lines: lines.iter().map(|own| line(own, &order, of)).collect(),
+        lines: lines.iter().map(|own| line(own, report, of)).collect(),
         is_joined: true,
         steps: Vec::new(),
     };
@@ -50,7 +49,7 @@ pub fn chart(report: &Report, sweep: &Sweep) -> Chart<'static> {
     }
 }
 
-fn line(own: &Series, order: &SeriesOrder, of: fn(&Row) -> Option<Measured>) -> Line {
+fn line(own: &Series, report: &Report, of: fn(&Row) -> Option<Measured>) -> Line {
     let mark = |row: &&Row| {
         let [y, min, max] = of(row).filter(|[y, ..]| *y >= 0.0)?;
         let place = |y: f64| -> Point { (row.x(), y) };
@@ -58,11 +57,11 @@ fn line(own: &Series, order: &SeriesOrder, of: fn(&Row) -> Option<Measured>) -> 
         Some(Mark { at: place(y), range: [min, max].map(place), is_open: false, title })
     };
     let rows = own.rows.iter().filter(|row| row.x() > 0.0 && row.x().is_finite());
-    let is_on_all = own.n_devices() == order.devices.len();
+    let is_on_all = own.n_devices() == report.devices().len();
     Line {
-        name: if is_on_all { own.key().kernel.clone() } else { own.label(order) },
+        name: if is_on_all { own.key().kernel.clone() } else { own.label(report) },
         color: kernel_class(&own.key().kernel),
-        device: order.device_index(&own.key().device),
+        device: report.device_index(&own.key().device),
         marks: rows.map(mark).collect(),
     }
 }
