@@ -7,7 +7,7 @@ use std::time::Duration;
 use kugelblitz::output::OutputFile;
 use kugelblitz::plain::{Shown, plain, plain_json, steers};
 use kugelblitz::scene::Scene;
-use kugelblitz::words::{count, duration};
+use kugelblitz::words::count;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
@@ -169,11 +169,6 @@ impl Run {
 /// Milliseconds for reports, to the microsecond.
 pub fn ms(duration: Duration) -> f64 {
     duration.as_micros() as f64 / 1e3
-}
-
-/// `built 1.2 s, `, or nothing where no hierarchy was built.
-pub fn built(time: Duration) -> String {
-    if time.is_zero() { String::new() } else { format!("built {}, ", duration(time)) }
 }
 
 /// `3 spheres, 1 plane`
