@@ -156,11 +156,12 @@ impl Run {
     /// Refuses --json where an output, `the picture` for one, goes to standard output too.
     ///
     /// # Errors
-    /// [`Error::Usage`], with advice.
-    pub fn refuse_json_beside(&self, outputs: &[&Path], what: &str, advice: &str) -> Result<()> {
+    /// [`Error::Usage`]
+    pub fn refuse_json_beside(&self, outputs: &[&Path], what: &str) -> Result<()> {
         if self.talk.json && outputs.iter().any(|output| is_stdout(output)) {
-            let message = format!("{what} and --json can't both go to standard output; {advice}");
-            return wrong_usage(message);
+            return wrong_usage(format!(
+                "{what} and --json can't both go to standard output; write to a file"
+            ));
         }
         Ok(())
     }
