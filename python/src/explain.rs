@@ -75,7 +75,7 @@ pub fn explained(
     };
     let devices = place::devices(py, device, &Kernel::ALL, scene.spheres.len(), 1)?;
     let of = work::run(py, |control| {
-        let mut of = explain::explain_as(scene, ray, &style)?;
+        let mut of = explain::explain(scene, ray, &style)?;
         control.check()?;
         of.add_device(scene, ray, |prepared, wants| match &devices[&prepared.kernel] {
             device @ Device::Gpu(_) => Ok(Some(device.tracer(prepared, wants)?.tracer)),

@@ -54,7 +54,7 @@ pub fn run(args: &CompareArgs, run: &Run) -> Result<Done<PictureDifference>> {
 
 /// Begins the file for a picture of errors or differences, before the work.
 pub fn begin_picture(output: &Path, inputs: &[&Path], run: &Run) -> Result<OutputFile> {
-    run.refuse_json_beside(&[output], "the picture", "write the picture to a file")?;
+    run.refuse_json_beside(&[output], "the picture")?;
     check_ending(output, "png", "this picture is")?;
     output::refuse_overwriting(&[output], inputs)?;
     OutputFile::create(output, false)

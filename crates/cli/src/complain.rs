@@ -1,7 +1,6 @@
 //! Errors, as the user sees them on standard error.
 
 use std::io::ErrorKind;
-use std::ops::Range;
 use std::path::Path;
 
 use crate::args::Cli;
@@ -9,13 +8,10 @@ use crate::head::failed_in_json;
 use crate::output::{STDOUT, talk, talk_in_colour};
 use anstream::{AutoStream, ColorChoice};
 use clap::Parser;
-use codespan_reporting::diagnostic::{Diagnostic, Label};
-use codespan_reporting::files::{self, Files};
-use codespan_reporting::term::termcolor::Buffer;
-use codespan_reporting::term::{Config, emit_to_write_style};
 use kugelblitz::Error;
 use kugelblitz::error::SceneError;
-use kugelblitz::plain::{Shown as _, plain};
+use kugelblitz::plain::{Shown, plain};
+use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
 
 /// Prints what went wrong: a scene error with its place in the file, all else as one line. `writes`
 /// says whether the command has output files.
@@ -53,72 +49,60 @@ pub fn complain_about_usage(error: clap::Error) -> u8 {
     }
 }
 
+/// The colours of `error`, of what stands out, and of the frame; and what ends them.
+const COLORS: [&str; 4] = ["\x1b[1;91m", "\x1b[1m", "\x1b[34m", "\x1b[0m"];
+
+/// Prints a scene error with its lines of the file. Nothing in it steers a terminal but colours of its own.
 fn complain_about_scene(error: &SceneError) {
     let is_plain = AutoStream::choice(&std::io::stderr()) == ColorChoice::Never;
-    let mut drawn = if is_plain { Buffer::no_color() } else { Buffer::ansi() };
-    match draw(error, &mut drawn) {
-        Ok(()) => talk_in_colour(String::from_utf8_lossy(drawn.as_slice()).trim_end()),
-        Err(_) => talk(&format!("error: {error}\nhelp: {}", error.help)),
+    let [red, bold, blue, end] = if is_plain { [""; 4] } else { COLORS };
+    let mut drawn = format!("{red}error{end}{bold}: {}{end}\n", plain(&error.to_string()));
+    let lines = if error.line > 0 { lines_around(error) } else { Vec::new() };
+    let width = lines.last().map_or(0, |(number, _)| number.to_string().len());
+    let margin = " ".repeat(width);
+    if !lines.is_empty() {
+        let (path, column) = (error.path.shown(), error.column);
+        drawn += &format!("{margin} {blue}┌─{end} {path}:{}:{column}\n", error.line);
+        drawn += &format!("{margin} {blue}│{end}\n");
     }
+    for (number, [before, place, behind]) in lines {
+        drawn += &format!("{blue}{number:>width$} │{end} {before}{red}{place}{end}{behind}\n");
+        if number == error.line {
+            // The end of a line is a place, but has nothing to put a mark under.
+            let marks = "^".repeat(place.width().max(1));
+            let blank = |c: char| match c {
+                '\t' => "\t".to_owned(),
+                _ => " ".repeat(c.width().unwrap_or(0)),
+            };
+            let blank: String = before.chars().map(blank).collect();
+            drawn += &format!("{margin} {blue}│{end} {blank}{red}{marks}{end}\n");
+        }
+    }
+    if error.line > 0 {
+        drawn += &format!("{margin} {blue}│{end}\n");
+    }
+    let help = plain(&error.help).replace('\n', &format!("\n{margin}   "));
+    talk_in_colour(&(drawn + &format!("{margin} {blue}={end} help: {help}")));
 }
 
-/// A scene error with its lines of the file. Nothing in it steers a terminal but colours of the drawing's own.
-fn draw(error: &SceneError, drawn: &mut Buffer) -> Result<(), files::Error> {
-    let excerpt = match error.line {
-        0 => Excerpt::default(),
-        _ => Excerpt::new(&error.text, error.span.clone()),
-    };
-    let place = (error.line > 0).then(|| Label::primary((), excerpt.span.clone()));
-    let finding = Diagnostic::error()
-        .with_message(plain(&error.to_string()))
-        .with_labels_iter(place)
-        .with_note(plain(&format!("help: {}", error.help)));
-    let config = Config { before_label_lines: 1, after_label_lines: 1, ..Config::default() };
-    let path = error.path.shown();
-    let shown = Shown { path, excerpt, line: error.line, column: error.column };
-    emit_to_write_style(drawn, &config, &shown, &finding)
-}
+/// A line in parts: what is before a place in it, the place, and the rest.
+type Line = [String; 3];
 
-/// The lines around a place.
-struct Shown {
-    path: String,
-    excerpt: Excerpt,
-    /// Line of the place, as editors count, from 1.
-    line: usize,
-    column: usize,
-}
-
-impl<'a> Files<'a> for Shown {
-    type FileId = ();
-    type Name = &'a str;
-    type Source = &'a str;
-
-    fn name(&'a self, _: ()) -> Result<&'a str, files::Error> {
-        Ok(&self.path)
-    }
-
-    fn source(&'a self, _: ()) -> Result<&'a str, files::Error> {
-        Ok(&self.excerpt.text)
-    }
-
-    fn line_index(&'a self, _: (), byte: usize) -> Result<usize, files::Error> {
-        Ok(self.excerpt.text.bytes().take(byte).filter(|&b| b == b'\n').count())
-    }
-
-    fn line_number(&'a self, _: (), index: usize) -> Result<usize, files::Error> {
-        Ok(self.line + index - usize::from(self.excerpt.has_line_before))
-    }
-
-    fn column_number(&'a self, _: (), _: usize, _: usize) -> Result<usize, files::Error> {
-        Ok(self.column)
-    }
-
-    fn line_range(&'a self, _: (), index: usize) -> Result<Range<usize>, files::Error> {
-        let lines = || self.excerpt.text.split_inclusive('\n').map(str::len);
-        let start: usize = lines().take(index).sum();
-        let none = files::Error::LineTooLarge { given: index, max: lines().count() };
-        lines().nth(index).map(|n_bytes| start..start + n_bytes).ok_or(none)
-    }
+/// The line of an error's place with its number, and the lines before and behind it, in which no place is. Of a place
+/// of several lines, the first one counts. Takes time in proportion to these lines.
+fn lines_around(SceneError { text, span, line, .. }: &SceneError) -> Vec<(usize, Line)> {
+    let line_start = text[..span.start].rfind('\n').map_or(0, |newline| newline + 1);
+    let line_end = text[span.start..].find('\n').map_or(text.len(), |n| span.start + n);
+    let behind = &text[span.start..line_end];
+    // As lines end in files from Windows.
+    let behind = behind.strip_suffix('\r').unwrap_or(behind);
+    let place = excerpt(&text[line_start..span.start], behind, span.len());
+    let previous = text[..line_start].lines().next_back();
+    let next = text.get(line_end + 1..).and_then(|text| text.lines().next());
+    let next = next.filter(|line| !line.is_empty());
+    let other = |(number, line)| (number, excerpt("", line, 0));
+    let lines = previous.map(|previous| other((line - 1, previous))).into_iter();
+    lines.chain([(*line, place)]).chain(next.map(|next| other((line + 1, next)))).collect()
 }
 
 /// Columns of a line that are shown.
@@ -128,92 +112,53 @@ const COLUMNS: usize = 200;
 const COLUMNS_BEHIND: usize = 120;
 
 /// Stands for the rest of a line.
-const CUT: char = '…';
+const CUT: &str = "…";
 
-/// The line of a place, with the lines before and behind it, none longer than some [`COLUMNS`] and
-/// with nothing in them that steers a terminal.
-#[derive(Debug, Default, PartialEq)]
-pub struct Excerpt {
-    /// The lines.
-    pub text: String,
-    /// Bytes of `text` that the place is.
-    pub span: Range<usize>,
-    /// True where there is a line before that of the place.
-    pub has_line_before: bool,
-}
+/// A line of some [`COLUMNS`] at most, with nothing in it that steers a terminal: what is before a place in it, and what
+/// begins with the place, of so many bytes.
+fn excerpt(before: &str, behind: &str, n_bytes: usize) -> Line {
+    let n_before = before.chars().rev().take(COLUMNS).count();
+    let n_behind = behind.chars().take(COLUMNS).count();
+    let n_behind = n_behind.min(COLUMNS_BEHIND.max(COLUMNS - n_before));
+    let n_before = n_before.min(COLUMNS - n_behind);
 
-impl Excerpt {
-    /// The excerpt around `span`, bytes of `text` between character boundaries. Of a span of several
-    /// lines, the first one counts. Takes time in proportion to these lines.
-    pub fn new(text: &str, span: Range<usize>) -> Excerpt {
-        let line_start = text[..span.start].rfind('\n').map_or(0, |newline| newline + 1);
-        let line_end = text[span.start..].find('\n').map_or(text.len(), |n| span.start + n);
-        let mut excerpt = Excerpt::default();
-        if let Some(before) = text[..line_start].lines().next_back() {
-            excerpt.push("", before, 0);
-            excerpt.text.push('\n');
-            excerpt.has_line_before = true;
-        }
-        let (before, behind) = (&text[line_start..span.start], &text[span.start..line_end]);
-        let place = excerpt.push(before, without_return(behind), span.len());
-        if place.start == excerpt.text.len() {
-            // The end of a line is a place, but nothing to put a mark under.
-            excerpt.text.push(' ');
-        }
-        excerpt.span = place;
-        if let Some(behind) = text.get(line_end + 1..) {
-            excerpt.text.push('\n');
-            excerpt.push("", behind.lines().next().unwrap_or_default(), 0);
-        }
-        excerpt
-    }
-
-    /// Adds a line with a place in it: what is before it, and what begins with its `n_bytes`. Gives the
-    /// bytes of `text` that the place then is.
-    fn push(&mut self, before: &str, behind: &str, n_bytes: usize) -> Range<usize> {
-        let n_before = before.chars().rev().take(COLUMNS).count();
-        let n_behind = behind.chars().take(COLUMNS).count();
-        let n_behind = n_behind.min(COLUMNS_BEHIND.max(COLUMNS - n_before));
-        let n_before = n_before.min(COLUMNS - n_behind);
-
-        let start = before.char_indices().rev().take(n_before).last();
-        let start = start.map_or(before.len(), |(byte, _)| byte);
-        if start > 0 {
-            self.text.push(CUT);
-        }
-        self.text += &plain(&before[start..]);
-        let end = behind.char_indices().nth(n_behind).map_or(behind.len(), |(byte, _)| byte);
-        let (place, rest) = behind[..end].split_at(n_bytes.min(end));
-        let place_start = self.text.len();
-        self.text += &plain(place);
-        let place = place_start..self.text.len();
-        self.text += &plain(rest);
-        if end < behind.len() {
-            self.text.push(CUT);
-        }
-        place
-    }
-}
-
-/// A line without the `\r` that ends it in files from Windows.
-fn without_return(line: &str) -> &str {
-    line.strip_suffix('\r').unwrap_or(line)
+    let start = before.char_indices().rev().take(n_before).last();
+    let start = start.map_or(before.len(), |(byte, _)| byte);
+    let end = behind.char_indices().nth(n_behind).map_or(behind.len(), |(byte, _)| byte);
+    let (place, rest) = behind[..end].split_at(n_bytes.min(end));
+    let [before_cut, behind_cut] =
+        [start > 0, end < behind.len()].map(|is_cut| if is_cut { CUT } else { "" });
+    [
+        format!("{before_cut}{}", plain(&before[start..])),
+        plain(place).into_owned(),
+        format!("{}{behind_cut}", plain(rest)),
+    ]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// `text` has the place between `‹` and `›`, and so has what is expected.
+    /// `text` has the place between `‹` and `›`, and so have the lines that are expected.
     fn check(text: &str, expected: &str) {
-        let place = |text: &str| {
-            let start = text.find('‹').unwrap();
-            (text.replace(['‹', '›'], ""), start..text.find('›').unwrap() - '‹'.len_utf8())
+        let start = text.find('‹').unwrap();
+        let end = text.find('›').unwrap() - '‹'.len_utf8();
+        let error = SceneError {
+            path: "a.toml".into(),
+            text: text.replace(['‹', '›'], ""),
+            span: start..end,
+            line: 1 + text[..start].matches('\n').count(),
+            column: 1,
+            message: String::new(),
+            help: String::new(),
+            lacks: None,
         };
-        let (text, span) = place(text);
-        let (expected, expected_span) = place(expected);
-        let excerpt = Excerpt::new(&text, span);
-        assert_eq!((excerpt.text, excerpt.span), (expected, expected_span));
+        let shown = |(number, [before, place, behind]): (usize, Line)| match number == error.line {
+            true => format!("{before}‹{place}›{behind}"),
+            false => [before, place, behind].concat(),
+        };
+        let lines: Vec<String> = lines_around(&error).into_iter().map(shown).collect();
+        assert_eq!(lines.join("\n"), expected);
     }
 
     #[test]
@@ -221,10 +166,10 @@ mod tests {
         check("‹a›b", "‹a›b");
         check("1\n2\n3 ‹x› y\n4\n5\n", "2\n3 ‹x› y\n4");
         check("1\r\n‹é›\r\n3\r\n", "1\n‹é›\n3");
-        check("‹›", "‹› ");
-        check("a\n‹›", "a\n‹› ");
-        check("a‹›\r\nb", "a‹› \nb");
-        check("a‹\r\n›b", "a‹› \nb");
+        check("‹›", "‹›");
+        check("a\n‹›", "a\n‹›");
+        check("a‹›\r\nb", "a‹›\nb");
+        check("a‹\r\n›b", "a‹›\nb");
         check("‹[1,\n2,\n3]›\n4", "‹[1,›\n2,");
         let line = "0123456789".repeat(20);
         let marked = format!("{}‹{}›{}", &line[..150], &line[150..160], &line[160..]);

@@ -9,7 +9,7 @@ use kugelblitz::rays::Pixels;
 use kugelblitz::trace::{Rays, WorldRay};
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::compare::ObjectCounts;
-use kugelblitz_judge::explain::{DEFAULT_OBJECTS, Explanation, Style, explain_as, latex, text};
+use kugelblitz_judge::explain::{DEFAULT_OBJECTS, Explanation, Style, explain, latex, text};
 use serde::Serialize;
 
 use crate::Run;
@@ -39,7 +39,7 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<Done<Summary>> {
         lang: args.lang.lang,
         digits: args.digits.into(),
     };
-    let mut explanation = explain_as(&scene, &rays, &style)?;
+    let mut explanation = explain(&scene, &rays, &style)?;
     run.control.check()?;
     let device = device::open(&args.device.device, None, run)?;
     let make = |prepared: &Arc<Prepared>, wants| match device::or_cpu(&device, prepared.kernel, run)

@@ -53,8 +53,7 @@ pub struct Summary {
 
 /// Draws a figure.
 pub fn run(args: &FigureArgs, run: &Run) -> Result<Done<Summary>> {
-    let advice = "write the figure to a file with -o";
-    run.refuse_json_beside(&[&args.output], "the figure", advice)?;
+    run.refuse_json_beside(&[&args.output], "the figure")?;
     if !is_stdout(&args.output) {
         check_ending(&args.output, "svg", "a figure is")?;
     }

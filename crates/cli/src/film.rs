@@ -62,10 +62,9 @@ impl FilmArgs {
     }
 
     fn cameras(&self, camera: &Camera) -> Result<Vec<Camera>> {
-        match (&self.camera_path, self.turntable) {
-            (Some(path), _) => read_path(path, camera),
-            (None, Some(n_frames)) => Ok(turntable(camera, n_frames)),
-            (None, None) => Ok(vec![camera.clone()]),
+        match &self.camera_path {
+            Some(path) => read_path(path, camera),
+            None => Ok(turntable(camera, self.n_turns())),
         }
     }
 }

@@ -67,6 +67,6 @@ fn refuse_wrong_outputs(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
         );
     }
     let outputs: Vec<&Path> = once(&*args.output).chain(args.scene.as_deref()).collect();
-    run.refuse_json_beside(&outputs, "a file", "write to a file")?;
+    run.refuse_json_beside(&outputs, "a file")?;
     output::refuse_overwriting(&outputs, &[])
 }

@@ -222,6 +222,14 @@ impl Serialize for Times {
     }
 }
 
+impl Times {
+    /// `read 1.2 ms, prepare 0.1 ms`
+    pub fn in_words(&self) -> String {
+        let times = self.0.iter().map(|&(name, time)| format!("{name} {}", duration(time)));
+        times.collect::<Vec<_>>().join(", ")
+    }
+}
+
 /// The stages of tracing and colours.
 pub fn stages(Rendered { timing, shade, .. }: &Rendered) -> [(&'static str, Duration); 5] {
     [
@@ -244,7 +252,7 @@ pub struct Drawn {
     /// Pixels by where their colours are from, of lit pictures only.
     #[serde(skip_serializing_if = "Option::is_none")]
     colors: Option<ColorCounts>,
-    ms: Times,
+    pub ms: Times,
 }
 
 impl Drawn {

@@ -7,7 +7,7 @@ use std::time::Duration;
 use kugelblitz::output::OutputFile;
 use kugelblitz::plain::{Shown, plain, plain_json, steers};
 use kugelblitz::scene::Scene;
-use kugelblitz::words::{count, duration};
+use kugelblitz::words::count;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
@@ -156,11 +156,12 @@ impl Run {
     /// Refuses --json where an output, `the picture` for one, goes to standard output too.
     ///
     /// # Errors
-    /// [`Error::Usage`], with advice.
-    pub fn refuse_json_beside(&self, outputs: &[&Path], what: &str, advice: &str) -> Result<()> {
+    /// [`Error::Usage`]
+    pub fn refuse_json_beside(&self, outputs: &[&Path], what: &str) -> Result<()> {
         if self.talk.json && outputs.iter().any(|output| is_stdout(output)) {
-            let message = format!("{what} and --json can't both go to standard output; {advice}");
-            return wrong_usage(message);
+            return wrong_usage(format!(
+                "{what} and --json can't both go to standard output; write to a file"
+            ));
         }
         Ok(())
     }
@@ -169,11 +170,6 @@ impl Run {
 /// Milliseconds for reports, to the microsecond.
 pub fn ms(duration: Duration) -> f64 {
     duration.as_micros() as f64 / 1e3
-}
-
-/// `built 1.2 s, `, or nothing where no hierarchy was built.
-pub fn built(time: Duration) -> String {
-    if time.is_zero() { String::new() } else { format!("built {}, ", duration(time)) }
 }
 
 /// `3 spheres, 1 plane`

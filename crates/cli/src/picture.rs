@@ -240,12 +240,11 @@ impl DrawArgs {
     /// [`Error::Usage`]
     pub fn check_outputs(&self, output: Option<&Path>, what: &str, run: &Run) -> Result<()> {
         let printed = self.print_scene.as_deref();
-        let advice = "write to a file";
-        run.refuse_json_beside(&Vec::from_iter(output), what, advice)?;
-        run.refuse_json_beside(&Vec::from_iter(printed), "the scene", advice)?;
+        run.refuse_json_beside(&Vec::from_iter(output), what)?;
+        run.refuse_json_beside(&Vec::from_iter(printed), "the scene")?;
         match output.zip(printed) {
             Some((a, b)) if is_stdout(a) && is_stdout(b) => wrong_usage(format!(
-                "{what} and --print-scene can't both go to standard output; {advice}"
+                "{what} and --print-scene can't both go to standard output; write to a file"
             )),
             _ => Ok(()),
         }

@@ -76,10 +76,10 @@ fn describe(probed: &Probed) -> String {
     let facts = &probed.facts;
     let kind =
         if facts.is_software() { "software: its shaders run on the CPU" } else { facts.kind };
-    let lines = [
+    let mut lines = vec![
         ("type", kind.to_string()),
         ("driver", facts.driver.clone()),
-        ("f64 in shaders", yes_or_no(facts.f64).into()),
+        ("f64 in shaders", if facts.f64 { "yes" } else { "no" }.into()),
         (
             "NoContraction",
             if facts.passthrough {
@@ -93,32 +93,22 @@ fn describe(probed: &Probed) -> String {
         ("workgroups an axis", facts.max_workgroups.to_string()),
         ("texels a side", facts.max_texture_side.to_string()),
     ];
-    let mut text = format!("{}\n", facts.name);
-    let arithmetic = match (&probed.arithmetic, &probed.failure) {
-        (Some(measured), _) => describe_arithmetic(measured),
-        (None, failure) => {
-            vec![("arithmetic", format!("not measured: {}", failure.as_deref().unwrap_or("?")))]
+    match (&probed.arithmetic, &probed.failure) {
+        (Some(Measured { f32, f64, .. }), _) => {
+            lines.push(("certified kernel", f32.filter_in_words().to_string()));
+            lines.push(("f32, measured", f32.to_string()));
+            lines.extend(f64.as_ref().map(|f64| ("f64, measured", f64.to_string())));
         }
-    };
-    for (what, value) in lines.into_iter().chain(arithmetic) {
+        (None, failure) => {
+            let failure = failure.as_deref().unwrap_or("?");
+            lines.push(("arithmetic", format!("not measured: {failure}")));
+        }
+    }
+    let mut text = format!("{}\n", facts.name);
+    for (what, value) in lines {
         let _ = writeln!(text, "  {what:<19} {value}");
     }
     text
-}
-
-fn describe_arithmetic(measured: &Measured) -> Vec<(&'static str, String)> {
-    let mut lines = vec![
-        ("certified kernel", measured.f32.filter_in_words().to_string()),
-        ("f32, measured", measured.f32.to_string()),
-    ];
-    if let Some(f64) = &measured.f64 {
-        lines.push(("f64, measured", f64.to_string()));
-    }
-    lines
-}
-
-fn yes_or_no(yes: bool) -> &'static str {
-    if yes { "yes" } else { "no" }
 }
 
 #[cfg(test)]

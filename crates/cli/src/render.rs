@@ -14,7 +14,6 @@ use kugelblitz::rays::Pixels;
 use kugelblitz::render::{self, Plan};
 use kugelblitz::scene::{Samples, Scene};
 use kugelblitz::trace::{Kernel, Rays};
-use kugelblitz::words::duration;
 use kugelblitz::{Error, Result, Session};
 use kugelblitz_judge::figure::legend_svg;
 use kugelblitz_judge::show::{self, Show};
@@ -22,7 +21,7 @@ use kugelblitz_judge::show::{self, Show};
 use crate::args::RenderArgs;
 use crate::device;
 use crate::head::{Done, Drawn, Times, Traced, Work, stages, traced_in_words};
-use crate::output::{built, check_ending, name, written};
+use crate::output::{check_ending, name, written};
 use crate::progress::Progress;
 use crate::show::{LegendEntry, check, legend};
 use crate::wrong_usage;
@@ -91,9 +90,8 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         .map(|n| std::iter::repeat_with(again).take(n as usize).collect::<Result<Vec<_>>>())
         .transpose()?;
 
-    let read = begun.read;
     let is_lit = begun.scene.is_lit() && shown.is_none();
-    let drawn = Drawn::new(&rendered, making, Some(read), run.start.elapsed(), is_lit);
+    let drawn = Drawn::new(&rendered, making, Some(begun.read), run.start.elapsed(), is_lit);
     let summary = Traced {
         work: Work::new(&session, Some(([pixels.width, pixels.height], begun.n_samples))),
         drawn,
@@ -104,18 +102,9 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     };
     let lines: Vec<String> = summary.legend.iter().flatten().map(LegendEntry::to_string).collect();
     let line = format!("{}: {}, {}", name(output), size(&pixels), traced_in_words(&session, run));
+    let times = format!("note: {}", summary.drawn.ms.in_words());
     let mut done = Done::with_files(summary, begun.beside.into_iter().chain([file]), line);
     done.said.extend(lines);
-    let times = format!(
-        "note: read {}, prepared {}, {}compiled {}, traced {}, coloured {}, wrote {}",
-        duration(read),
-        duration(making.prepare),
-        built(making.build),
-        duration(making.compile),
-        duration(rendered.timing.deciding() + rendered.timing.readback),
-        duration(rendered.shade),
-        duration(rendered.write)
-    );
     done.said.extend(run.talk.verbose.then_some(times));
     Ok(done)
 }

@@ -25,8 +25,7 @@ const FILE_RAY_BYTES: u64 = 48;
 
 /// Traces a file of rays into a file of hits.
 pub fn run(args: &TraceArgs, run: &Run) -> Result<Done<Traced>> {
-    let advice = "write the hits to a file";
-    run.refuse_json_beside(&[&args.output], "the hits", advice)?;
+    run.refuse_json_beside(&[&args.output], "the hits")?;
     if !is_stdout(&args.output) {
         check_ending(&args.output, "npy", "hits are")?;
     }

@@ -41,17 +41,14 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
         control: Arc::clone(&run.control),
         lose_device_after: args.lose_device_after,
     };
-    let (mut failed, mut quiet) = (None, None);
+    // What drivers print while devices are opened.
+    let (mut failed, mut quiet) = (None, Quiet::start());
     let ran = kugelblitz_view::run(options, |notice| {
-        match notice {
-            Notice::Opening => quiet = Quiet::start(),
-            Notice::Opened { .. } => {
-                let noise = quiet.take().map(Quiet::end);
-                if run.talk.verbose {
-                    quiet::show(&noise.unwrap_or_default(), true);
-                }
+        if matches!(notice, Notice::Opened { .. }) {
+            let noise = quiet.take().map(Quiet::end);
+            if run.talk.verbose {
+                quiet::show(&noise.unwrap_or_default(), true);
             }
-            _ => {}
         }
         if let Err(error) = tell(args, notice) {
             failed.get_or_insert(error);

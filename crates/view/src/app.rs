@@ -99,7 +99,6 @@ fn read(reread: &Reread, path: &Path, control: &Control) -> Read {
 /// cancelled; those of [`Session::render_to_file`] where a picture was still being saved.
 pub fn run(options: Options, mut notify: impl FnMut(&Notice)) -> Result<()> {
     let path = options.path.clone();
-    notify(&Notice::Opening);
     let context = Context::default();
     style(&context);
     let mut end = End::default();

@@ -9,7 +9,7 @@ use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Rays, Wants};
 use kugelblitz::{Error, Result};
-use kugelblitz_judge::explain::{Lang, Style, explain_as, label, text};
+use kugelblitz_judge::explain::{Lang, Style, explain, label, text};
 
 use super::worker::Worker;
 
@@ -113,7 +113,7 @@ pub fn start_explain(
 
 fn explained(device: &Device, question: &Question, style: &Style) -> Result<Why> {
     let rays = Rays::Pixels(question.pixel());
-    let mut explanation = explain_as(&question.scene, &rays, style)?;
+    let mut explanation = explain(&question.scene, &rays, style)?;
     if let Some(facts) = device.facts() {
         explanation.add_device(&question.scene, &rays, |prepared, wants| {
             match facts.check_kernel(prepared.kernel) {

@@ -8,9 +8,7 @@ use serde::Serialize;
 #[derive(Debug, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Notice<'a> {
-    /// A device is about to be opened: what the driver prints from here on is no word of ours.
-    Opening,
-    /// A device was opened.
+    /// The window's devices were opened: what was printed up to here is the drivers' word.
     Opened {
         /// The device's name.
         adapter: &'a str,

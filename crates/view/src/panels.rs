@@ -98,15 +98,15 @@ pub fn around(context: &egui::Context, state: &mut State, width: f32) -> f32 {
     screen.height() - state.area.height as f32
 }
 
-/// Something over the picture that the pointer goes through; gives its place.
-fn plate(ui: &Ui, id: &str, (pivot, at): (Align2, Pos2), add: impl FnOnce(&mut Ui)) -> Rect {
+/// Something over the picture that the pointer goes through.
+fn plate(ui: &Ui, id: &str, (pivot, at): (Align2, Pos2), add: impl FnOnce(&mut Ui)) {
     let frame = Frame::new()
         .fill(ui.visuals().window_fill.gamma_multiply(0.94))
         .stroke(ui.visuals().window_stroke)
         .corner_radius(CornerRadius::same(6))
         .inner_margin(Margin::symmetric(12, 8));
     let area = egui::Area::new(egui::Id::unique(id)).pivot(pivot).fixed_pos(at);
-    area.interactable(false).show(ui.ctx(), |ui| frame.show(ui, add)).response.rect
+    area.interactable(false).show(ui.ctx(), |ui| frame.show(ui, add));
 }
 
 fn lines(ui: &mut Ui, state: &State) {
@@ -220,22 +220,21 @@ fn counts_text(state: &State, entry: usize) -> Option<String> {
 
 /// The error of the scene file, and without panels what else there is to tell.
 fn notices(ui: &Ui, rect: Rect, state: &State) {
-    let mut corner = rect.left_top() + vec2(INSET, INSET);
-    let mut notice = |id: &str, text: RichText| {
-        let shown = plate(ui, id, (Align2::LEFT_TOP, corner), |ui| {
-            ui.set_max_width((rect.width() - 2.0 * INSET).max(100.0));
-            ui.label(text);
-        });
-        corner.y = shown.bottom() + 6.0;
+    let text = match (&state.scene_error, state.message()) {
+        (Some(error), _) if state.has_panels => {
+            RichText::new(error).monospace().color(ui.visuals().error_fg_color)
+        }
+        (_, Some((message, left))) if !state.has_panels => {
+            ui.ctx().request_repaint_after(left);
+            RichText::new(message)
+        }
+        _ => return,
     };
-    if let Some(error) = state.scene_error.as_ref().filter(|_| state.has_panels) {
-        let color = ui.visuals().error_fg_color;
-        notice("scene error", RichText::new(error).monospace().color(color));
-    }
-    if let Some((message, left)) = state.message().filter(|_| !state.has_panels) {
-        notice("message", RichText::new(message));
-        ui.ctx().request_repaint_after(left);
-    }
+    let corner = rect.left_top() + vec2(INSET, INSET);
+    plate(ui, "notice", (Align2::LEFT_TOP, corner), |ui| {
+        ui.set_max_width((rect.width() - 2.0 * INSET).max(100.0));
+        ui.label(text);
+    });
 }
 
 fn help(ui: &Ui, rect: Rect, state: &mut State) {

@@ -10,8 +10,8 @@ use kugelblitz::scene::{Color, Light, Projection, Samples, Scene, Sky, Source, r
 use kugelblitz::trace::{Kernel, Rays, WorldRay};
 use kugelblitz_judge::explain::text::{WIDTH, text};
 use kugelblitz_judge::explain::{
-    Approximation, Explanation, Lang, LightExplanation, ObjectExplanation, Quantity, Reason, Style,
-    Verdict, explain, explain_as,
+    Approximation, DEFAULT_DIGITS, Explanation, Lang, LightExplanation, ObjectExplanation,
+    Quantity, Reason, Style, Verdict, explain,
 };
 use kugelblitz_tests::{gpu, in_cube, log_uniform, plane, runs, scene, sphere};
 use rand::{RngExt, SeedableRng};
@@ -19,6 +19,9 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::calculator;
 use crate::program::{self, scene_file as file};
+
+/// Of all objects.
+const ALL: Style = Style { limit: None, lang: Lang::English, digits: DEFAULT_DIGITS };
 
 /// A column of the table.
 type Column = fn(&Quantity) -> Option<Approximation>;
@@ -28,7 +31,7 @@ fn ray(origin: [f64; 3], direction: [f64; 3]) -> Rays {
 }
 
 fn of_ray(scene: Scene, origin: [f64; 3], direction: [f64; 3]) -> Explanation {
-    let explanation = explain(&Arc::new(scene), &ray(origin, direction), None).unwrap();
+    let explanation = explain(&Arc::new(scene), &ray(origin, direction), &ALL).unwrap();
     assert_written(&explanation);
     explanation
 }
@@ -38,7 +41,7 @@ fn of_pixel(name: &str, x: u32, y: u32) -> Explanation {
     let (camera, size) = (scene.camera.as_ref().unwrap(), scene.image.unwrap());
     let whole = Pixels::whole(View::new(camera), size.width, size.height);
     let rays = Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..whole });
-    let explanation = explain(&scene, &rays, None).unwrap();
+    let explanation = explain(&scene, &rays, &ALL).unwrap();
     assert_written(&explanation);
     explanation
 }
@@ -131,7 +134,7 @@ fn results_have_the_digits_that_are_asked_for() {
     let scene = Arc::new(read_scene(file("figure2").as_ref()).unwrap());
     let rays = ray([0.0; 3], [0.1, 0.03, -1.0]);
     for digits in [1, 2, 3, 12, 40] {
-        let explanation = explain_as(&scene, &rays, &Style { digits, ..Style::default() }).unwrap();
+        let explanation = explain(&scene, &rays, &Style { digits, ..Style::default() }).unwrap();
         assert_written(&explanation);
         let shown = text(&explanation);
         let t = shown.split("t₁ ≈ ").nth(1).unwrap().split([',', '\n']).next().unwrap();
@@ -140,7 +143,7 @@ fn results_have_the_digits_that_are_asked_for() {
         assert!(shown.contains(&format!("rounded to {digits} digits")), "{shown}");
     }
     for digits in [0, 41] {
-        let error = explain_as(&scene, &rays, &Style { digits, ..Style::default() }).unwrap_err();
+        let error = explain(&scene, &rays, &Style { digits, ..Style::default() }).unwrap_err();
         assert_eq!(error.exit_code(), 2);
     }
 }
@@ -173,7 +176,7 @@ fn the_numbers_shown_are_the_kernels_own() {
             let direction = in_cube(&mut rng) * log_uniform(&mut rng, 1e-6, 1e6);
             Rays::List(vec![WorldRay { origin: in_cube(&mut rng) * 10.0, direction }])
         };
-        let explanation = explain(&scene, &rays, None).unwrap();
+        let explanation = explain(&scene, &rays, &ALL).unwrap();
         assert_written(&explanation);
         let ray = match &rays {
             Rays::Pixels(pixels) => pixels.ray(pixels.x, pixels.y),
@@ -280,10 +283,10 @@ fn the_byte_explained_is_the_byte_shown() {
         for index in (0..picture.srgb8.len()).step_by(17) {
             let (x, y) = whole.xy(index);
             let rays = Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..whole });
-            let explanation = explain(&scene, &rays, None).unwrap();
+            let explanation = explain(&scene, &rays, &ALL).unwrap();
             assert_written(&explanation);
             let german = Style { lang: Lang::German, ..Style::default() };
-            assert_written(&explain_as(&scene, &rays, &german).unwrap());
+            assert_written(&explain(&scene, &rays, &german).unwrap());
             let shading = explanation.shading.as_ref().unwrap();
             assert_eq!(shading.mean.is_some(), samples > 1);
             let shown = shading.mean.as_ref().map_or(&shading.color, |mean| &mean.color);

@@ -41,6 +41,7 @@ use kugelblitz::scene::{Object, Scene};
 use kugelblitz::trace::{Hits, Kernel, Level, Rays, Wants};
 use kugelblitz::tracer::Tracer;
 
+use crate::compare::Precision;
 use crate::verify::is_clearly_missed;
 use crate::wrong_usage;
 use line::Line;
@@ -235,20 +236,12 @@ pub struct Seen {
 /// Bytes of an object's explanation and of its text. Measured: 14 KiB.
 const SHOWN_BYTES: u64 = 24 << 10;
 
-/// Explains one ray in English; the first `limit` objects of those that matter, or [`MOST_OBJECTS`].
-///
-/// # Errors
-/// Those of [`explain_as`].
-pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<Explanation> {
-    explain_as(scene, rays, &Style { limit, ..Style::default() })
-}
-
 /// Explains one ray in a style.
 ///
 /// # Errors
 /// [`kugelblitz::Error::Usage`] where `rays` is not one ray, or for digits that can't be;
 /// [`kugelblitz::Error::TooLarge`] where there is not the memory to explain so many objects.
-pub fn explain_as(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<Explanation> {
+pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<Explanation> {
     let &Style { limit, lang, digits } = style;
     if !(1..=MAX_DIGITS).contains(&digits) {
         let message = format!("{digits} digits: a result has from 1 to {MAX_DIGITS}");
@@ -363,7 +356,7 @@ impl Explanation {
             t,
             normal,
             right,
-            t_error_ulp: exact.map(|exact| exact.error_of_f32(t)),
+            t_error_ulp: exact.map(|exact| exact.error_ulp(t.into(), Precision::Single)),
         });
         let level = hits.level.first().map_or(0, |&level| usize::from(level));
         Ok(["f32", "f64", "exact"][level.min(Level::Exact as usize)])

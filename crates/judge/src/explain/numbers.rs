@@ -55,13 +55,9 @@ impl From<&Root> for Exact {
 }
 
 impl Exact {
-    /// Error of `value` in steps of f32 at the exact number; +∞ where `value` is not finite, and
-    /// where it should be 0 and isn't.
-    pub fn error_of_f32(&self, value: f32) -> f64 {
-        self.error_ulp(f64::from(value), Precision::Single)
-    }
-
-    fn error_ulp(&self, value: f64, precision: Precision) -> f64 {
+    /// Error of `value` in steps at the exact number; +∞ where `value` is not finite, and where it should be 0 and
+    /// isn't.
+    pub(super) fn error_ulp(&self, value: f64, precision: Precision) -> f64 {
         let Some(exact_value) = real(value) else { return f64::INFINITY };
         let error = self.root.minus(&exact_value).to_f64().abs();
         if error == 0.0 {
@@ -156,9 +152,6 @@ impl Quantity {
 pub struct Columns(pub [Option<Option<f64>>; 3]);
 
 impl Columns {
-    /// No number in any column.
-    pub const NONE: Columns = Columns([None; 3]);
-
     /// A number in every column.
     pub fn all(lecture: f32, stable: f64, double: f64) -> Columns {
         Columns([f64::from(lecture), stable, double].map(|x| Some(Some(x))))

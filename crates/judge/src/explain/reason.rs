@@ -48,21 +48,21 @@ impl ObjectExplanation {
             self.roots().filter_map(|root| Some(root.exact.as_ref()?.signum)).collect();
         let of_object = |phrase, id| Remark::of(phrase, [numbers.label(scene, id)]);
         let mut why = vec![match self.reason {
-            Reason::Visible => Remark::plain(words.visible),
+            Reason::Visible => words.visible.into(),
             Reason::Farther { than } => of_object(words.farther, than),
             Reason::TieLost { to } => of_object(words.tie, to),
-            Reason::Missed => Remark::plain(words.missed),
-            Reason::Behind if !is_sphere && signs == [0] => Remark::plain(words.in_plane),
+            Reason::Missed => words.missed.into(),
+            Reason::Behind if !is_sphere && signs == [0] => words.in_plane.into(),
             Reason::Behind if !is_sphere => Remark::of(words.plane_behind, [words.behind[from]]),
-            Reason::Behind if signs.contains(&0) => Remark::plain(words.at_back),
+            Reason::Behind if signs.contains(&0) => words.at_back.into(),
             Reason::Behind if touches => Remark::of(words.touched_behind, [words.behind[from]]),
             Reason::Behind => Remark::of(words.pierced_behind, [words.behind[from]]),
             Reason::Parallel => match self.exact("(a−o)·n").map(|exact| exact.signum) {
-                Some(0) => Remark::plain(words.parallel_in_plane),
-                _ => Remark::plain(words.parallel),
+                Some(0) => words.parallel_in_plane.into(),
+                _ => words.parallel.into(),
             },
-            Reason::TooFar => Remark::plain(words.too_far),
-            Reason::Degenerate => Remark::plain(words.degenerate),
+            Reason::TooFar => words.too_far.into(),
+            Reason::Degenerate => words.degenerate.into(),
         }];
         if let Some(gap) = self.gap.filter(|gap| *gap > 0.0) {
             let phrase = match self.reason {
@@ -86,12 +86,12 @@ impl ObjectExplanation {
             }
         }
         match signs.first() {
-            Some(-1) if is_hit && is_sphere => why.push(Remark::plain(words.inside)),
-            Some(0) if is_hit && is_sphere => why.push(Remark::plain(words.at_front)),
+            Some(-1) if is_hit && is_sphere => why.push(words.inside.into()),
+            Some(0) if is_hit && is_sphere => why.push(words.at_front.into()),
             _ => {}
         }
         if touches && self.reason != Reason::Behind {
-            why.push(Remark::plain(words.touches));
+            why.push(words.touches.into());
         }
         for (column, name) in COLUMNS.into_iter().enumerate() {
             let found = self.roots().filter_map(|row| row.columns()[column]?.value);

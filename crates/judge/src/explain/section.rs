@@ -23,7 +23,7 @@ impl Explanation {
         let words = self.lang.words();
         let subject = match &self.pixel {
             Some(p) => Remark::of(words.pixel, [p.x, p.y, p.width, p.height]),
-            None => Remark::plain(words.ray),
+            None => words.ray.into(),
         };
         let (subject, why) = (vec![subject], Vec::new());
         Section { subject, why, lines: &self.ray_lines, quantities: &self.ray }
@@ -33,11 +33,11 @@ impl Explanation {
     pub(super) fn of_point(&self, n_digits: usize) -> Section<'_> {
         let words = self.lang.words();
         let (sees, side) = match &self.winner {
-            None => (Remark::plain(words.sees_background), None),
+            None => (words.sees_background.into(), None),
             Some(winner) => {
                 let t = winner.root.to_decimal(n_digits);
                 let side = if winner.side == "back" { words.back } else { words.front };
-                (Remark::of(words.sees, [&winner.label, &t]), Some(Remark::plain(side)))
+                (Remark::of(words.sees, [&winner.label, &t]), Some(side.into()))
             }
         };
         let (lines, quantities) = match &self.point {
@@ -62,7 +62,7 @@ impl Explanation {
             lines: &[],
             quantities: &sky.quantities,
         });
-        let of_ray = shading.color.section(Remark::plain(words.color_of_ray), words);
+        let of_ray = shading.color.section(words.color_of_ray.into(), words);
         let of_pixel = shading.mean.iter().map(|mean| {
             mean.color.section(Remark::of(words.color_of_pixel, [mean.samples; 2]), words)
         });

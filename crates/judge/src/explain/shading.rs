@@ -7,9 +7,9 @@ use kugelblitz::exact::{
 use kugelblitz::kernel::Kernel;
 use kugelblitz::num::{Real as _, V3};
 use kugelblitz::prepare::Prepared;
-use kugelblitz::rays::{Lens, Pixels, Rays, View};
-use kugelblitz::scene::{Edges, Light, Scene, Source};
-use kugelblitz::shade::{ExactMean, Lamp, LampOrigin, Lighting, PlainPoint, PlainWay};
+use kugelblitz::rays::{Pixels, Rays, View};
+use kugelblitz::scene::{Camera, Edges, Light, Scene, Source};
+use kugelblitz::shade::{ExactMean, Lamp, Lighting, LampOrigin, PlainPoint, PlainWay};
 use rayon::prelude::*;
 
 use super::light::{
@@ -35,15 +35,8 @@ pub(super) fn lighting(scene: &Scene, rays: &Rays) -> Option<Lighting> {
     let view = match rays {
         Rays::Pixels(pixels) => pixels.view,
         Rays::List(rays) => {
-            let ray = rays.first()?;
-            View {
-                position: ray.origin,
-                forward: ray.direction,
-                right: DVec3::X,
-                true_up: DVec3::Y,
-                h: 1.0,
-                lens: Lens::Perspective,
-            }
+            let position = rays.first()?.origin;
+            View { position, ..View::new(&Camera::new(DVec3::Z, DVec3::ZERO)) }
         }
     };
     Lighting::new(scene, &view)
@@ -108,7 +101,7 @@ impl Seen<'_> {
             add_sample(&mut exact, self.scene, id, None);
             let mut color = self.color(&exact, |_, _| None);
             if lighting.is_some() {
-                color.why.push(Remark::plain(self.numbers.words.no_light_on_background));
+                color.why.push(self.numbers.words.no_light_on_background.into());
             }
             return Some(Shading { lights: Vec::new(), sky: None, color, mean });
         };
@@ -126,7 +119,7 @@ impl Seen<'_> {
                 name: format!("{} {}", words.light, index + 1),
                 place: self.place_of(light.source),
                 verdict: Verdict::Dark,
-                why: vec![Remark::plain(words.dark)],
+                why: vec![words.dark.into()],
                 quantities: Vec::new(),
                 lines: Vec::new(),
             };
@@ -258,18 +251,18 @@ impl Seen<'_> {
         let words = self.numbers.words;
         let label = |id| self.numbers.label(self.scene, id);
         let mut why = vec![match verdict {
-            Verdict::Counts if lamp.origin == LampOrigin::Eye => Remark::plain(words.counts_at_eye),
-            Verdict::Counts if lamp.shadows => Remark::plain(words.counts),
-            Verdict::Counts => Remark::plain(words.counts_without_shadow),
-            Verdict::Behind => Remark::plain(words.behind_surface),
-            Verdict::Grazing if is_at_point => Remark::plain(words.light_at_point),
-            Verdict::Grazing => Remark::plain(words.grazing),
+            Verdict::Counts if lamp.origin == LampOrigin::Eye => words.counts_at_eye.into(),
+            Verdict::Counts if lamp.shadows => words.counts.into(),
+            Verdict::Counts => words.counts_without_shadow.into(),
+            Verdict::Behind => words.behind_surface.into(),
+            Verdict::Grazing if is_at_point => words.light_at_point.into(),
+            Verdict::Grazing => words.grazing.into(),
             Verdict::Hidden { by } => {
                 let root =
                     root.map_or(String::new(), |root| Short::new(root, self.numbers.digits).text);
                 Remark::of(words.hidden, [label(*by), root])
             }
-            Verdict::Dark => Remark::plain(words.dark),
+            Verdict::Dark => words.dark.into(),
         }];
         for (kernel, column) in COLUMNS.into_iter().enumerate() {
             let Some(plain) = &self.plain[kernel] else { continue };
@@ -350,7 +343,7 @@ impl Seen<'_> {
                 Remark::of(words.at_point, position.to_array().map(decimal_f64))
             }
             Source::Sun(direction) => Remark::of(words.sun, direction.to_array().map(decimal_f64)),
-            Source::Eye => Remark::plain(words.at_eye),
+            Source::Eye => words.at_eye.into(),
         }
     }
 
@@ -378,7 +371,7 @@ impl Seen<'_> {
                 }
             }
             let is_known = all.into_iter().flatten().any(|value| value.is_some());
-            let columns = if is_known { columns } else { Columns::NONE };
+            let columns = if is_known { columns } else { Columns([None; 3]) };
             columns.against(CHANNELS[channel], Some(&values[channel]))
         };
         let quantities = (0..3).map(quantity).collect();

@@ -59,10 +59,6 @@ impl Remark {
         Remark::of("#", [name])
     }
 
-    pub(super) fn plain(phrase: &'static str) -> Remark {
-        Remark { phrase, parts: Vec::new() }
-    }
-
     pub(super) fn written(&self, notation: Notation) -> String {
         let mut parts = self.parts.iter();
         let mut text = String::new();
@@ -83,6 +79,12 @@ impl Remark {
             }
         }
         text
+    }
+}
+
+impl From<&'static str> for Remark {
+    fn from(phrase: &'static str) -> Remark {
+        Remark { phrase, parts: Vec::new() }
     }
 }
 

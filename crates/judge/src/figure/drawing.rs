@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use kugelblitz::rays::{Lens, Pixels, View};
 
 use super::Figure;
-use super::labels::{Label, Place, placed};
+use super::labels::{Label, placed};
 use super::words::caption;
 use crate::explain::Lang;
 use crate::markup::{Shade, document, escaped, for_light_and_dark};
@@ -71,12 +71,8 @@ impl Drawing {
         }
     }
 
-    /// Draws a curve through points, dashed where it is hidden.
-    pub fn curve(&mut self, points: &[DVec3], class: &'static str, hidden: &dyn Fn(DVec3) -> bool) {
-        self.stroke(points, class, false, hidden);
-    }
-
-    fn stroke(
+    /// Draws a line through points, dashed where it is hidden; a thin one is a help to find a point.
+    pub fn stroke(
         &mut self,
         points: &[DVec3],
         class: &'static str,
@@ -110,16 +106,6 @@ impl Drawing {
         self.ink.extend(points);
     }
 
-    /// Draws a straight line.
-    pub fn line(
-        &mut self,
-        [from, to]: [DVec3; 2],
-        class: &'static str,
-        hidden: &dyn Fn(DVec3) -> bool,
-    ) {
-        self.stroke(&pieces(from, to), class, false, hidden);
-    }
-
     /// Draws a thin line: a help to find a point.
     pub fn thin(&mut self, points: &[DVec3], hidden: &dyn Fn(DVec3) -> bool) {
         for pair in points.windows(2).filter(|pair| pair[0] != pair[1]) {
@@ -134,7 +120,7 @@ impl Drawing {
         class: &'static str,
         hidden: &dyn Fn(DVec3) -> bool,
     ) {
-        self.line([from, to], class, hidden);
+        self.stroke(&pieces(from, to), class, false, hidden);
         let before = self.at(to + (from - to) / PIECES as f64);
         let Some((tip, before)) = self.at(to).zip(before) else { return };
         let Some(back) = (before - tip).try_normalize() else { return };
@@ -193,8 +179,8 @@ fn pieces(from: DVec3, to: DVec3) -> Vec<DVec3> {
     (0..=PIECES).map(|i| from.lerp(to, i as f64 / PIECES as f64)).collect()
 }
 
-fn written(Label { letter, rest, class, size, .. }: &Label, place: &Place) -> String {
-    let [x, y, size] = [place.left, place.baseline, *size].map(px);
+fn written(Label { letter, rest, class, size, .. }: &Label, place: &DVec2) -> String {
+    let [x, y, size] = [place.x, place.y, *size].map(px);
     let letter = match escaped(letter) {
         none if none.is_empty() => none,
         letter => format!("<tspan class=\"letter\">{letter}</tspan>"),

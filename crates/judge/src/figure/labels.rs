@@ -13,13 +13,6 @@ pub struct Label {
     pub size: f64,
 }
 
-/// Where a label is written.
-#[derive(Clone, Copy)]
-pub struct Place {
-    pub left: f64,
-    pub baseline: f64,
-}
-
 /// Width of a letter as a part of its height: the mean of common fonts, and a little more.
 const WIDTH: f64 = 0.56;
 
@@ -41,10 +34,10 @@ const DISTANCES: [f64; 3] = [0.45, 0.9, 1.6];
 /// A box: its least and its largest corner.
 type Room = (DVec2, DVec2);
 
-/// A place for each label: of all around its point the one with the least in it. Large labels choose first.
-pub fn placed(labels: &[Label], ink: &[DVec2], size: DVec2) -> Vec<Place> {
+/// A place for each label, the left end of its baseline: of all around its point the one with the least in it. Large labels choose first.
+pub fn placed(labels: &[Label], ink: &[DVec2], size: DVec2) -> Vec<DVec2> {
     let mut taken: Vec<Room> = Vec::new();
-    let mut places = vec![Place { left: 0.0, baseline: 0.0 }; labels.len()];
+    let mut places = vec![DVec2::ZERO; labels.len()];
     let mut order: Vec<usize> = (0..labels.len()).collect();
     order.sort_by(|a, b| labels[*b].size.total_cmp(&labels[*a].size));
     for index in order {
@@ -63,7 +56,7 @@ pub fn placed(labels: &[Label], ink: &[DVec2], size: DVec2) -> Vec<Place> {
         });
         let Some(best) = rooms.min_by(|a, b| cost(a).total_cmp(&cost(b))) else { continue };
         taken.push(best);
-        places[index] = Place { left: best.0.x, baseline: best.1.y - 0.25 * label.size };
+        places[index] = DVec2::new(best.0.x, best.1.y - 0.25 * label.size);
     }
     places
 }

@@ -45,7 +45,7 @@ pub fn draw(plane: &Plane, drawing: &mut Drawing) -> Option<()> {
     let side = RIGHT_ANGLE * n.length();
     let along = (p - a).normalize_or_zero() * side;
     let mark = [a + along, a + along + unit * side, a + unit * side];
-    drawing.curve(&mark, "soft", &visible);
+    drawing.stroke(&mark, "soft", false, &visible);
     drawing.dot(p, "found");
     if !drawing.dot(a, "given") {
         return None;

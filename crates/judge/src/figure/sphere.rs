@@ -47,7 +47,7 @@ pub fn draw(
     let is_behind = |point: DVec3| (point - c).dot(towards_eye(point)) <= 0.0;
     for axis in 0..3 {
         let (u, v) = (DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]);
-        drawing.curve(&circle(c, u * r, v * r), "surface", &is_behind);
+        drawing.stroke(&circle(c, u * r, v * r), "surface", false, &is_behind);
     }
     drawing.arrow([c, p], "given", &|_| false);
     drawing.dot(p, "found");

@@ -99,9 +99,9 @@ pub fn html(report: &Report) -> String {
                         (LIGHT_SIZE[0]) " × " (LIGHT_SIZE[1]) " pixels, of which " (n_lit_pixels(report))
                         " were compared with exact arithmetic. " (LIGHT)
                     }))
-                    (pictures::light(report))
+                    (pictures::LIGHT.show(report))
                     @for sweep in &SWEEPS { (sweep_section(report, sweep)) }
-                    (pictures::errors(report))
+                    (pictures::ERRORS.show(report))
                     @let overview = tables::overview(report);
                     @if !overview.is_empty() {
                         section {

@@ -14,7 +14,7 @@ use crate::tables::with_epsilon;
 use crate::{ErrorPicture, Of, Report};
 
 /// Pictures of one sort, and their legend.
-struct Gallery {
+pub struct Gallery {
     is_own: fn(&Of) -> bool,
     title: &'static str,
     about: &'static str,
@@ -23,7 +23,8 @@ struct Gallery {
     ramp: [&'static str; 2],
 }
 
-const RAYS: Gallery = Gallery {
+/// What kernels show, and what is wrong with it.
+pub const ERRORS: Gallery = Gallery {
     is_own: |of| matches!(of, Of::Scene { .. }),
     title: "Error pictures",
     about: "The scenes with the most wrong ids: what each kernel shows, and beside it what is wrong with \
@@ -32,7 +33,8 @@ const RAYS: Gallery = Gallery {
     ramp: ["right, t within 0.5 ulp and the normal within 10⁻⁵°", "off by 10⁶ ulp or 10° and more"],
 };
 
-const LIGHT: Gallery = Gallery {
+/// How kernels light, and what is wrong with it.
+pub const LIGHT: Gallery = Gallery {
     is_own: |of| matches!(of, Of::Light { .. }),
     title: "Acne and leaks",
     about: "The scenes with the most wrong shadows: the certified picture, and below it what plain f32 shows \
@@ -41,19 +43,9 @@ const LIGHT: Gallery = Gallery {
     ramp: ["right", "right shadows, byte off by 64 and more"],
 };
 
-/// What kernels show, and what is wrong with it.
-pub fn errors(report: &Report) -> Markup {
-    RAYS.show(report)
-}
-
-/// How kernels light, and what is wrong with it.
-pub fn light(report: &Report) -> Markup {
-    LIGHT.show(report)
-}
-
 impl Gallery {
     /// All pictures, scene by scene.
-    fn show(&self, report: &Report) -> Markup {
+    pub fn show(&self, report: &Report) -> Markup {
         let own = || report.pictures.iter().filter(|picture| (self.is_own)(&picture.key.of));
         let mut names: Vec<&str> = own().map(ErrorPicture::scene).collect();
         names.dedup();
