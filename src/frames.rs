@@ -1,8 +1,8 @@
 //! The cameras of a film: a turntable, or a path from a file.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use csv::{ReaderBuilder, StringRecord, Trim};
 use glam::DVec3;
 
 use crate::error::{Error, Result};
@@ -26,19 +26,24 @@ pub fn turntable(camera: &Camera, n_frames: u32) -> Vec<Camera> {
     (0..n_frames).map(of_frame).collect()
 }
 
+/// Sets one number of a camera.
+type Set = fn(&mut Camera, f64);
+
 /// The columns of a path, each with its other name.
-const COLUMNS: [[&str; 2]; 11] = [
-    ["x", "position_x"],
-    ["y", "position_y"],
-    ["z", "position_z"],
-    ["look_at_x", ""],
-    ["look_at_y", ""],
-    ["look_at_z", ""],
-    ["up_x", ""],
-    ["up_y", ""],
-    ["up_z", ""],
-    ["fov", ""],
-    ["height", ""],
+const COLUMNS: [([&str; 2], Set); 11] = [
+    (["x", "position_x"], |camera, x| camera.position.x = x),
+    (["y", "position_y"], |camera, y| camera.position.y = y),
+    (["z", "position_z"], |camera, z| camera.position.z = z),
+    (["look_at_x", ""], |camera, x| camera.look_at.x = x),
+    (["look_at_y", ""], |camera, y| camera.look_at.y = y),
+    (["look_at_z", ""], |camera, z| camera.look_at.z = z),
+    (["up_x", ""], |camera, x| camera.up.x = x),
+    (["up_y", ""], |camera, y| camera.up.y = y),
+    (["up_z", ""], |camera, z| camera.up.z = z),
+    (["fov", ""], |camera, fov_degrees| {
+        camera.projection = Projection::Perspective { fov_degrees };
+    }),
+    (["height", ""], |camera, height| camera.projection = Projection::Orthographic { height }),
 ];
 
 /// Reads a camera path: a `.csv` file whose header names `x`, `y`, `z` (the camera's position) and any
@@ -56,37 +61,44 @@ pub fn read_path(path: &Path, camera: &Camera) -> Result<Vec<Camera>> {
     let n_bytes = 2 * n_lines * size_of::<Camera>();
     let what = format!("{}: a film of {n_lines} frames", path.shown());
     memory::require(what, n_bytes as u64, "make parts")?;
-    let mut reader =
-        ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
-    let header = reader.headers().map_err(|error| wrong(error.to_string()))?.clone();
-    let columns = Columns::find(&header).map_err(wrong)?;
+    let text = text.trim_start_matches('\u{feff}');
+    let is_told = |(_, line): &(usize, &str)| !line.trim().is_empty() && !line.starts_with('#');
+    let mut lines = (1..).zip(text.lines()).filter(is_told);
+    let header = cells(lines.next().unwrap_or_default().1);
+    let columns = columns_of(&header).map_err(wrong)?;
 
     let mut cameras: Vec<Camera> = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(|error| wrong(in_words(&error)))?;
-        let line = record.position().map_or(0, csv::Position::line);
+    for (line, text) in lines {
+        let cells = cells(text);
         let of_line = |message: String| wrong(format!("line {line}: {message}"));
         if cameras.len() == MAX_FRAMES as usize {
             return Err(of_line(format!("a film has at most {MAX_FRAMES} frames; make parts")));
         }
-        let of_frame = columns.camera(&record, camera).map_err(of_line)?;
+        let (n_cells, n_columns) = (cells.len(), columns.len());
+        if n_cells != n_columns {
+            return Err(of_line(format!(
+                "{n_cells} values, but the header names {n_columns} columns"
+            )));
+        }
+        let mut of_frame = camera.clone();
+        for (text, set) in cells.into_iter().zip(&columns) {
+            match text.parse::<f64>() {
+                Ok(number) if number.is_finite() => set(&mut of_frame, number),
+                _ => return Err(of_line(format!("{text:?} is not a finite number"))),
+            }
+        }
         cameras.push(of_frame.check().map_err(|error| of_line(error.to_string()))?);
     }
-    match cameras.is_empty() {
-        true => Err(wrong("there is no line below the header; give one for each frame".into())),
-        false => Ok(cameras),
+    if cameras.is_empty() {
+        Err(wrong("there is no line below the header; give one for each frame".into()))
+    } else {
+        Ok(cameras)
     }
 }
 
-/// What is wrong with a line as a whole.
-fn in_words(error: &csv::Error) -> String {
-    match error.kind() {
-        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
-            let line = pos.as_ref().map_or(0, csv::Position::line);
-            format!("line {line}: {len} values, but the header names {expected_len} columns")
-        }
-        _ => error.to_string(),
-    }
+/// What stands between commas, without white space and quotes around it.
+fn cells(line: &str) -> Vec<&str> {
+    line.split(',').map(|cell| cell.trim().trim_matches('"')).collect()
 }
 
 /// Refuses cameras that are so far from a scene's objects that f64 has no number for it.
@@ -108,98 +120,53 @@ pub fn check_reach(cameras: &[Camera], scene: &Scene) -> Result<()> {
     }
 }
 
-/// Where the numbers of a path stand.
-struct Columns {
-    position: [usize; 3],
-    look_at: Option<[usize; 3]>,
-    up: Option<[usize; 3]>,
-    fov: Option<usize>,
-    height: Option<usize>,
+/// What the columns of a path are, in the order of the file.
+fn columns_of(header: &[&str]) -> Result<Vec<Set>, String> {
+    let mut places = Vec::new();
+    for name in header {
+        let name = name.to_lowercase();
+        if name == "frame" {
+            return Err("the column `frame` numbers keys, and nothing is interpolated between keys: leave it \
+                        out, and give a line for each frame"
+                .into());
+        }
+        let is_it = |(names, _): &([&str; 2], Set)| names.contains(&&*name) && !name.is_empty();
+        let Some(place) = COLUMNS.iter().position(is_it) else {
+            let near = did_you_mean(COLUMNS.iter().flat_map(|(names, _)| *names), &name);
+            let hint = near.map_or(String::new(), |near| format!("did you mean `{near}`? "));
+            let known = names_of(&COLUMNS);
+            return Err(format!("unknown column {name:?}; {hint}known columns: {known}"));
+        };
+        if places.contains(&place) {
+            return Err(format!("the column {name:?} is named twice"));
+        }
+        places.push(place);
+    }
+    let count = |range: Range<usize>| places.iter().filter(|place| range.contains(place)).count();
+    if count(9..11) == 2 {
+        return Err("`fov` is for a perspective camera, `height` for an orthographic one; keep one of the columns"
+            .into());
+    }
+    if count(0..3) == 0 {
+        let found = header.join(", ");
+        return Err(format!(
+            "the header has no columns x, y, z for the camera's position, only {found:?}"
+        ));
+    }
+    for (what, three) in [
+        ("the camera's position", 0..3),
+        ("the point that is looked at", 3..6),
+        ("the direction upward", 6..9),
+    ] {
+        if ![0, 3].contains(&count(three.clone())) {
+            return Err(format!("{what} has three columns: {}", names_of(&COLUMNS[three])));
+        }
+    }
+    Ok(places.into_iter().map(|place| COLUMNS[place].1).collect())
 }
 
-impl Columns {
-    fn find(header: &StringRecord) -> Result<Columns, String> {
-        let known = || COLUMNS.map(|[name, _]| name).join(", ");
-        let mut places = [None; COLUMNS.len()];
-        for (place, name) in header.iter().enumerate() {
-            let name = name.to_lowercase();
-            if name == "frame" {
-                return Err(
-                    "the column `frame` numbers keys, and nothing is interpolated between \
-                            keys: leave it out, and give a line for each frame"
-                        .into(),
-                );
-            }
-            let column =
-                COLUMNS.iter().position(|names| names.contains(&&*name) && !name.is_empty());
-            let Some(column) = column else {
-                let near = did_you_mean(COLUMNS.into_iter().flatten(), &name);
-                let hint = near.map_or(String::new(), |near| format!("did you mean `{near}`? "));
-                return Err(format!("unknown column {name:?}; {hint}known columns: {}", known()));
-            };
-            if places[column].replace(place).is_some() {
-                return Err(format!("the column {name:?} is named twice"));
-            }
-        }
-        let three = |first: usize, what: &str| match [0, 1, 2].map(|axis| places[first + axis]) {
-            [Some(x), Some(y), Some(z)] => Ok(Some([x, y, z])),
-            [None, None, None] => Ok(None),
-            _ => Err(format!("{what} has three columns: {}", {
-                COLUMNS[first..first + 3]
-                    .iter()
-                    .map(|[name, _]| *name)
-                    .collect::<Vec<_>>()
-                    .join(", ")
-            })),
-        };
-        let (fov, height) = (places[9], places[10]);
-        if fov.is_some() && height.is_some() {
-            return Err(
-                "`fov` is for a perspective camera, `height` for an orthographic one; keep one \
-                        of the columns"
-                    .into(),
-            );
-        }
-        let position = three(0, "the camera's position")?.ok_or_else(|| {
-            format!("the header has no columns x, y, z for the camera's position, only {:?}", {
-                header.iter().collect::<Vec<_>>().join(", ")
-            })
-        })?;
-        Ok(Columns {
-            position,
-            look_at: three(3, "the point that is looked at")?,
-            up: three(6, "the direction upward")?,
-            fov,
-            height,
-        })
-    }
-
-    fn camera(&self, record: &StringRecord, usual: &Camera) -> Result<Camera, String> {
-        let vector = |columns: [usize; 3]| -> Result<DVec3, String> {
-            let [x, y, z] = columns.map(|column| number(record, column));
-            Ok(DVec3::new(x?, y?, z?))
-        };
-        let fov = self.fov.map(|column| number(record, column)).transpose()?;
-        let height = self.height.map(|column| number(record, column)).transpose()?;
-        Ok(Camera {
-            position: vector(self.position)?,
-            look_at: self.look_at.map_or(Ok(usual.look_at), vector)?,
-            up: self.up.map_or(Ok(usual.up), vector)?,
-            projection: match (fov, height) {
-                (Some(fov_degrees), _) => Projection::Perspective { fov_degrees },
-                (None, Some(height)) => Projection::Orthographic { height },
-                (None, None) => usual.projection,
-            },
-        })
-    }
-}
-
-fn number(record: &StringRecord, column: usize) -> Result<f64, String> {
-    let text = record.get(column).unwrap_or_default();
-    match text.parse::<f64>() {
-        Ok(number) if number.is_finite() => Ok(number),
-        _ => Err(format!("{text:?} is not a finite number")),
-    }
+fn names_of(columns: &[([&str; 2], Set)]) -> String {
+    columns.iter().map(|([name, _], _)| *name).collect::<Vec<_>>().join(", ")
 }
 
 /// The file of a frame: `film/out-0007.png` for `film/out.png`. `n_frames` says how many digits the

@@ -14,9 +14,10 @@ use crate::error::{Error, Result};
 use crate::memory;
 use crate::output::OutputFile;
 use crate::random::SplitMix;
-use crate::scene::schema::{CameraKeys, CloudKeys, SceneKeys};
+use crate::scene::schema::{CloudKeys, SceneKeys};
 use crate::scene::{
-    Camera, Color, MAX_OBJECTS, Projection, Scene, Sphere, Spheres, in_utf8, seen_from, write_rows,
+    Camera, CloudRow, Color, MAX_OBJECTS, Projection, Scene, Sphere, Spheres, in_utf8, seen_from,
+    write_rows,
 };
 
 /// How the spheres lie in space. Colours follow the place, so that pictures can be read.
@@ -61,15 +62,6 @@ pub struct Recipe {
 /// The most spheres that a scene can have.
 pub const MAX_COUNT: u64 = MAX_OBJECTS as u64;
 
-/// Columns of the file: x, y, z, r, and linear red, green, blue.
-const N_COLUMNS: usize = 7;
-
-/// A row of the file.
-type Row = [f64; N_COLUMNS];
-
-/// Rows that are written at once.
-const ROWS_AT_ONCE: u64 = 1 << 14;
-
 /// Writes the cloud as an `.npy` file: little-endian float64 of shape (N, 7) with x, y, z, radius,
 /// and linear red, green, blue. `control` counts the bytes.
 ///
@@ -77,7 +69,7 @@ const ROWS_AT_ONCE: u64 = 1 << 14;
 /// [`Error::Usage`] for a count that can't be; [`Error::Io`] and [`Error::Interrupted`].
 pub fn write_cloud(file: &mut OutputFile, recipe: &Recipe, control: &Control) -> Result<()> {
     recipe.check()?;
-    write_rows(file, recipe.count, recipe.rows(), control)
+    write_rows(file, recipe.count as usize, recipe.rows(), control)
 }
 
 /// Writes a scene file with the cloud in the file `cloud` and a camera that sees all of it where
@@ -90,11 +82,11 @@ pub fn write_scene(file: &mut OutputFile, cloud: &Path, recipe: &Recipe) -> Resu
     recipe.check()?;
     let path = file.path().to_path_buf();
     let name = seen_from(&path, cloud)?;
-    let file_name = Some(in_utf8(&name)?.to_owned().into());
+    let cloud_file = Some(in_utf8(&name)?.to_owned());
     let scene = SceneKeys {
-        background: Color::from_hex("#20242c").map(Into::into),
-        camera: Some(CameraKeys::from(&recipe.camera()).into()),
-        spheres: Some(vec![CloudKeys { file: file_name, ..CloudKeys::default() }].into()),
+        background: Color::from_hex("#20242c"),
+        camera: Some((&recipe.camera()).into()),
+        spheres: Some(vec![CloudKeys { file: cloud_file, ..CloudKeys::default() }]),
         ..SceneKeys::default()
     };
     let Recipe { distribution, count, seed } = recipe;
@@ -108,11 +100,11 @@ pub fn write_scene(file: &mut OutputFile, cloud: &Path, recipe: &Recipe) -> Resu
 
 impl Recipe {
     fn check(&self) -> Result<()> {
-        match self.count {
+        let count = self.count;
+        match count {
             1..=MAX_COUNT => Ok(()),
-            count => {
-                let message = format!("a cloud of {count} spheres: give from 1 to {MAX_COUNT}");
-                Err(Error::Usage(message))
+            _ => {
+                Err(Error::Usage(format!("a cloud of {count} spheres: give from 1 to {MAX_COUNT}")))
             }
         }
     }
@@ -128,76 +120,54 @@ impl Recipe {
         // Twice, as lists that grow are moved.
         let needed = 2 * self.count * (size_of::<Sphere>() + size_of::<Color>()) as u64;
         memory::require(format!("a cloud of {} spheres", self.count), needed, "generate fewer")?;
-        let mut rows = self.rows();
         let mut spheres = Spheres::default();
-        for index in 0..self.count {
-            if index % ROWS_AT_ONCE == 0 {
+        for (index, [x, y, z, radius, color @ ..]) in (0..self.count).zip(self.rows()) {
+            if index % (1 << 14) == 0 {
                 control.check()?;
             }
-            let [x, y, z, radius, color @ ..] = rows();
             spheres.push(Sphere { center: DVec3::new(x, y, z), radius }, Color(color));
         }
         Ok(Scene { camera: Some(self.camera()), spheres, ..Scene::default() })
     }
 
-    /// Gives one row a call.
-    fn rows(&self) -> Box<dyn FnMut() -> Row> {
-        let n = self.count as f64;
-        let mut random = SplitMix::new(self.seed);
+    /// The rows, and perhaps more behind them.
+    fn rows(&self) -> Box<dyn Iterator<Item = CloudRow>> {
         match self.distribution {
             Distribution::Uniform => {
-                let radius = UNIFORM_RADIUS / libm::cbrt(n);
-                Box::new(move || {
+                let radius = UNIFORM_RADIUS / libm::cbrt(self.count as f64);
+                let mut random = SplitMix::new(self.seed);
+                Box::new(std::iter::repeat_with(move || {
                     let center = in_cube(&mut random);
                     row(center, radius, color_of_place(2.0 * center))
-                })
+                }))
             }
             Distribution::Lattice => {
                 let n_side = lattice_side(self.count);
-                let mut index = 0;
-                Box::new(move || {
-                    index += 1;
-                    lattice_point(index - 1, n_side)
-                })
+                Box::new((0..).map(move |index| lattice_point(index, n_side)))
             }
-            Distribution::Packing => {
-                let mut heap = Heap::of(self);
-                Box::new(move || heap.next().unwrap_or_default())
-            }
+            Distribution::Packing => Box::new(Heap::of(self)),
         }
     }
 
-    /// A point and a distance from it that no sphere reaches beyond.
-    fn bounding_ball(&self) -> (DVec3, f64) {
-        let n = self.count as f64;
+    /// A distance from the origin that no sphere reaches beyond.
+    fn reach(&self) -> f64 {
         let half_diagonal = 3f64.sqrt();
         match self.distribution {
             Distribution::Uniform => {
-                (DVec3::ZERO, 0.5 * half_diagonal + UNIFORM_RADIUS / libm::cbrt(n))
+                0.5 * half_diagonal + UNIFORM_RADIUS / libm::cbrt(self.count as f64)
             }
-            Distribution::Lattice => {
-                let n_side = lattice_side(self.count) as f64;
-                (DVec3::ZERO, (n_side - 1.0) * half_diagonal + 1.0)
-            }
-            Distribution::Packing => {
-                // From the origin to a corner of the lowest layer; those above are nearer.
-                let last = Heap::of(self).n_side as f64 - 1.0;
-                (DVec3::ZERO, 2f64.sqrt() * last + 2.0)
-            }
+            Distribution::Lattice => (lattice_side(self.count) as f64 - 1.0) * half_diagonal + 1.0,
+            // To a corner of the lowest layer; those above are nearer.
+            Distribution::Packing => 2f64.sqrt() * (Heap::of(self).n_side as f64 - 1.0) + 2.0,
         }
     }
 
-    /// A camera that has the bounding ball in its view.
+    /// A camera that has all of the cloud in its view.
     pub fn camera(&self) -> Camera {
-        let (center, radius) = self.bounding_ball();
         let from = DVec3::new(1.0, 1.0, 2.0) / 6f64.sqrt();
-        let distance = radius / libm::sin((FOV_DEGREES / 2.0).to_radians());
-        Camera {
-            position: center + distance * from,
-            look_at: center,
-            up: DVec3::Y,
-            projection: Projection::Perspective { fov_degrees: FOV_DEGREES },
-        }
+        let distance = self.reach() / libm::sin((FOV_DEGREES / 2.0).to_radians());
+        let projection = Projection::Perspective { fov_degrees: FOV_DEGREES };
+        Camera { projection, ..Camera::new(distance * from, DVec3::ZERO) }
     }
 }
 
@@ -207,7 +177,7 @@ const FOV_DEGREES: f64 = 40.0;
 /// Radius of a sphere, as a part of the mean distance between neighbours N^(−1/3).
 const UNIFORM_RADIUS: f64 = 0.3;
 
-fn row(center: DVec3, radius: f64, [red, green, blue]: [f64; 3]) -> Row {
+fn row(center: DVec3, radius: f64, [red, green, blue]: [f64; 3]) -> CloudRow {
     [center.x, center.y, center.z, radius, red, green, blue]
 }
 
@@ -232,7 +202,7 @@ fn lattice_side(count: u64) -> u64 {
 
 /// Neighbours are 2 apart, which is the sum of their radii, and the whole lattice lies about the
 /// origin. Every other sphere is darker, so that neighbours can be told apart.
-fn lattice_point(index: u64, n_side: u64) -> Row {
+fn lattice_point(index: u64, n_side: u64) -> CloudRow {
     let steps = [index % n_side, index / n_side % n_side, index / (n_side * n_side)];
     let last = n_side as f64 - 1.0;
     let center = DVec3::from_array(steps.map(|step| 2.0 * step as f64 - last));
@@ -281,9 +251,9 @@ impl Heap {
 const HEAP_LAYERS: f64 = 8.0;
 
 impl Iterator for Heap {
-    type Item = Row;
+    type Item = CloudRow;
 
-    fn next(&mut self) -> Option<Row> {
+    fn next(&mut self) -> Option<CloudRow> {
         loop {
             let n = (self.n_side - self.layer) as usize;
             if n == 0 {
@@ -319,14 +289,14 @@ mod tests {
     }
 
     #[test]
-    fn every_sphere_is_in_the_bounding_ball_and_some_nearly_touch_it() {
+    fn every_sphere_is_within_reach_and_some_nearly_at_its_end() {
         for distribution in Distribution::ALL {
             let recipe = recipe(distribution, 1000);
-            let (middle, reach) = recipe.bounding_ball();
-            let mut rows = recipe.rows();
-            let farthest = (0..recipe.count)
-                .map(|_| rows())
-                .map(|[x, y, z, r, ..]| DVec3::new(x, y, z).distance(middle) + r)
+            let reach = recipe.reach();
+            let farthest = recipe
+                .rows()
+                .take(recipe.count as usize)
+                .map(|[x, y, z, r, ..]| DVec3::new(x, y, z).length() + r)
                 .fold(0.0, f64::max);
             let name = distribution.name();
             assert!(farthest <= reach, "{name}: {farthest} > {reach}");
@@ -352,8 +322,7 @@ mod tests {
             (Distribution::Packing, [0xc000000000000000, 0x3ff0000000000000, 0x3fd6288c2f3a163b]),
         ];
         for (distribution, bits) in known {
-            let mut rows = recipe(distribution, 1000).rows();
-            let last = (0..1000).map(|_| rows()).last().unwrap();
+            let last = recipe(distribution, 1000).rows().nth(999).unwrap();
             let found = [last[0], last[3], last[6]].map(f64::to_bits);
             assert_eq!(found, bits, "{}: {found:x?}", distribution.name());
         }

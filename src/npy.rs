@@ -1,10 +1,12 @@
 //! NumPy's `.npy` files: tables of numbers, structured arrays of hits, and the header of both.
 
 use std::io::{self, BufReader, Read};
-use std::ops::{Range, RangeInclusive};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use exr::prelude::f16;
+use toml::Spanned;
+use toml::de::DeValue;
 
 use crate::error::{Error, Result};
 use crate::memory;
@@ -28,19 +30,14 @@ impl Record {
     /// Each field's name, its type, how many numbers it has, and their bytes.
     fn fields(self) -> impl Iterator<Item = (&'static str, &'static str, usize, usize)> {
         let fields = [
-            ("id", "u4", 1, 4),
-            ("t", "f4", 1, 4),
-            ("normal", "f4", 3, 12),
-            ("rgb", "f4", 3, 12),
-            ("a", "f4", 1, 4),
-            ("level", "u1", 1, 1),
+            (true, ("id", "u4", 1, 4)),
+            (true, ("t", "f4", 1, 4)),
+            (true, ("normal", "f4", 3, 12)),
+            (self.rgb, ("rgb", "f4", 3, 12)),
+            (self.alpha, ("a", "f4", 1, 4)),
+            (self.level, ("level", "u1", 1, 1)),
         ];
-        fields.into_iter().filter(move |(name, ..)| match *name {
-            "rgb" => self.rgb,
-            "a" => self.alpha,
-            "level" => self.level,
-            _ => true,
-        })
+        fields.into_iter().filter_map(|(is_there, field)| is_there.then_some(field))
     }
 
     /// Bytes of a record.
@@ -48,8 +45,8 @@ impl Record {
         self.fields().map(|(.., n_bytes)| n_bytes).sum()
     }
 
-    /// Appends the header of an array of this `shape` to `out`.
-    pub fn write_header(self, shape: &[u64], out: &mut Vec<u8>) {
+    /// The header of an array of this `shape`.
+    pub fn header(self, shape: &[u64]) -> Vec<u8> {
         let field = |(name, kind, n, n_bytes)| {
             let order = match n_bytes {
                 1 => '|',
@@ -59,7 +56,7 @@ impl Record {
             let shape = if n > 1 { format!(", ({n},)") } else { String::new() };
             format!("('{name}', '{order}{kind}'{shape}), ")
         };
-        write_header(&format!("[{}]", self.fields().map(field).collect::<String>()), shape, out);
+        header(&format!("[{}]", self.fields().map(field).collect::<String>()), shape)
     }
 
     /// Appends the records of the hits in `range`, which have every field of this layout.
@@ -102,20 +99,15 @@ impl Record {
     }
 }
 
-/// Appends the header of a table of little-endian f64 to `out`.
-pub(crate) fn write_float_header(shape: [u64; 2], out: &mut Vec<u8>) {
-    write_header("'<f8'", &shape, out);
-}
-
-fn write_header(descr: &str, shape: &[u64], out: &mut Vec<u8>) {
+/// The header of an array; `descr` is the type of an element.
+pub(crate) fn header(descr: &str, shape: &[u64]) -> Vec<u8> {
     const N_BEFORE_TEXT: usize = 10;
     let shape: String = shape.iter().map(|n| format!("{n}, ")).collect();
     let text = format!("{{'descr': {descr}, 'fortran_order': False, 'shape': ({shape}), }}");
     // Spaces and a newline put the numbers at a multiple of 64 bytes.
     let n_bytes = (N_BEFORE_TEXT + text.len() + 1).next_multiple_of(64) - N_BEFORE_TEXT;
-    out.extend(b"\x93NUMPY\x01\x00");
-    out.extend((n_bytes as u16).to_le_bytes());
-    out.extend(format!("{text:<width$}\n", width = n_bytes - 1).bytes());
+    let text = format!("{text:<width$}\n", width = n_bytes - 1);
+    [&b"\x93NUMPY\x01\x00"[..], &(n_bytes as u16).to_le_bytes(), text.as_bytes()].concat()
 }
 
 /// An array in a file whose header is read.
@@ -127,17 +119,14 @@ pub(crate) struct Array<R: Read> {
     reader: BufReader<R>,
 }
 
-/// A table in a file: rows of numbers.
+/// A table in a file: rows of numbers, which are the cells of its array's header.
 pub(crate) struct Rows<R: Read> {
     /// Rows.
     pub n_rows: usize,
-    /// The numbers of a row, in their order.
-    pub cells: Vec<Cell>,
+    /// The file.
+    array: Array<R>,
     /// Bytes of a row, or of a number where each column stands by itself.
     n_bytes_at_once: usize,
-    is_by_column: bool,
-    path: PathBuf,
-    reader: BufReader<R>,
 }
 
 /// Bytes that are read at once.
@@ -203,62 +192,40 @@ impl<R: Read> Array<R> {
         }
     }
 
-    /// What follows the header.
-    ///
-    /// # Errors
-    /// [`Error::Io`]
-    pub fn into_data(mut self) -> Result<Vec<u8>> {
-        let mut data = Vec::new();
-        self.reader.read_to_end(&mut data).map_err(Error::io(&self.path))?;
-        Ok(data)
-    }
-
     /// A table of floats with an allowed number of columns, C or Fortran order, either byte order.
+    /// `expected` is for messages.
     ///
     /// # Errors
     /// [`Error::Input`] for any other array.
-    pub fn floats(self, columns: &[RangeInclusive<u64>]) -> Result<Rows<R>> {
-        let wrong = |found: String| {
-            let columns: Vec<String> = columns
-                .iter()
-                .map(|n| match n.start() == n.end() {
-                    true => format!("(N, {})", n.start()),
-                    false => format!("(N, {}) or more columns", n.start()),
-                })
-                .collect();
-            let shapes = columns.join(" or ");
-            self.wrong(format!(
-                "{found}; expected a NumPy array of float64 or float32 with shape {shapes}"
-            ))
-        };
-        let Header { cells, dtype, shape, is_structured, is_fortran, .. } = &self.header;
+    pub fn floats(mut self, is_allowed: impl Fn(u64) -> bool, expected: &str) -> Result<Rows<R>> {
+        let wrong = |found: String| self.wrong(format!("{found}; expected {expected}"));
+        let Header { cells, shape, is_structured, is_fortran, .. } = &self.header;
         let cell = match &cells[..] {
             [cell] if cell.kind == Some(Kind::Float) && cell.n_bytes >= 4 && !is_structured => cell,
-            _ => return Err(wrong(format!("its dtype is {dtype}"))),
+            _ => return Err(wrong(format!("its dtype is {}", self.header.dtype()))),
         };
         let &[n_rows, n_columns] = &shape[..] else {
             return Err(wrong(format!("it has {} dimensions", shape.len())));
         };
-        if !columns.iter().any(|allowed| allowed.contains(&n_columns)) {
+        if !is_allowed(n_columns) {
             return Err(wrong(format!("its shape is ({n_rows}, {n_columns})")));
         }
         let row_bytes = u128::from(n_columns) * cell.n_bytes as u128;
         self.data_bytes(n_rows, row_bytes)?;
-        let is_by_column = *is_fortran;
-        let n_bytes_at_once = if is_by_column { cell.n_bytes } else { row_bytes as usize };
-        let offset = |column| if is_by_column { 0 } else { column * cell.n_bytes };
+        let n_bytes_at_once = if *is_fortran { cell.n_bytes } else { row_bytes as usize };
+        let offset = |column| if *is_fortran { 0 } else { column * cell.n_bytes };
         // No more than were allowed.
         let cells = (0..n_columns as usize).map(|i| Cell { offset: offset(i), ..cell.clone() });
-        let (n_rows, cells) = (usize::try_from(n_rows).unwrap_or(usize::MAX), cells.collect());
-        let Array { path, reader, .. } = self;
-        Ok(Rows { n_rows, cells, n_bytes_at_once, is_by_column, path, reader })
+        self.header.cells = cells.collect();
+        let n_rows = usize::try_from(n_rows).unwrap_or(usize::MAX);
+        Ok(Rows { n_rows, array: self, n_bytes_at_once })
     }
 
     /// The records of a structured array.
     ///
     /// # Errors
     /// [`Error::Input`] for one of several dimensions, and for fields without a fixed length.
-    pub fn records(self) -> Result<Rows<R>> {
+    pub fn records(mut self) -> Result<Rows<R>> {
         let &[n_rows] = &self.header.shape[..] else {
             let n_axes = self.header.shape.len();
             let message = format!("it has {n_axes} dimensions; a structured array has one, (N,)");
@@ -266,13 +233,18 @@ impl<R: Read> Array<R> {
         };
         let n_bytes_at_once = self.element_bytes()?;
         self.data_bytes(n_rows, n_bytes_at_once as u128)?;
-        let Array { header: Header { cells, .. }, path, reader, .. } = self;
+        self.header.is_fortran = false;
         let n_rows = usize::try_from(n_rows).unwrap_or(usize::MAX);
-        Ok(Rows { n_rows, cells, n_bytes_at_once, is_by_column: false, path, reader })
+        Ok(Rows { n_rows, array: self, n_bytes_at_once })
     }
 }
 
 impl<R: Read> Rows<R> {
+    /// The numbers of a row, in their order.
+    pub fn cells(&self) -> &[Cell] {
+        &self.array.header.cells
+    }
+
     /// Room for one `T` a row.
     ///
     /// # Errors
@@ -280,47 +252,46 @@ impl<R: Read> Rows<R> {
     pub fn rows_of<T: Clone>(&self, zero: T) -> Result<Vec<T>> {
         // Of a pipe, the header alone says how much there is, and it may say anything.
         let n_bytes = (self.n_rows as u64).saturating_mul(size_of::<T>() as u64);
-        let what = format!("{}: reading {} rows", self.path.shown(), self.n_rows);
-        memory::require(what, n_bytes, "give them in parts")?;
+        let what = format!("{}: reading {} rows", self.array.path.shown(), self.n_rows);
+        memory::require(&what, n_bytes, "give them in parts")?;
         let mut rows = Vec::new();
         rows.try_reserve_exact(self.n_rows).map_err(|_| {
-            Error::TooLarge(format!(
-                "{}: {} rows don't fit this machine's memory; give them in parts",
-                self.path.shown(),
-                self.n_rows
-            ))
+            Error::TooLarge(format!("{what} needs more memory than there is; give them in parts"))
         })?;
         rows.resize(self.n_rows, zero);
         Ok(rows)
     }
 
-    /// Reads all rows and gives `put` each number of the `wanted` cells, with its row and its cell, in
-    /// the order of the file.
+    /// Reads all rows and gives `put` the number of each `wanted` cell, with its row and what stands beside the
+    /// cell, in the order of the file.
     ///
     /// # Errors
     /// [`Error::Io`]; [`Error::Input`] when the file ends too early.
-    pub fn read(mut self, wanted: &[usize], mut put: impl FnMut(usize, usize, f64)) -> Result<()> {
-        let of_pass = |column| wanted.iter().copied().filter(|one| *one == column).collect();
-        let passes: Vec<Vec<usize>> = match self.is_by_column {
-            true => (0..self.cells.len()).map(of_pass).collect(),
-            false => vec![wanted.to_vec()],
+    pub fn read<T: Copy>(
+        mut self,
+        wanted: &[(usize, T)],
+        mut put: impl FnMut(usize, T, f64),
+    ) -> Result<()> {
+        let cells_of = |is_in: &dyn Fn(usize) -> bool| -> Vec<(Cell, T)> {
+            let wanted = wanted.iter().filter(|(column, _)| is_in(*column));
+            wanted.map(|(column, what)| (self.cells()[*column].clone(), *what)).collect()
+        };
+        let passes = if self.array.header.is_fortran {
+            (0..self.cells().len()).map(|i| cells_of(&|column| column == i)).collect()
+        } else {
+            vec![cells_of(&|_| true)]
         };
         let mut bytes = vec![0; self.n_bytes_at_once];
-        for columns in passes {
-            let cells: Vec<_> =
-                columns.iter().map(|&column| (column, &self.cells[column])).collect();
+        for cells in passes {
             for row in 0..self.n_rows {
-                if let Err(error) = self.reader.read_exact(&mut bytes) {
-                    return Err(match error.kind() {
-                        io::ErrorKind::UnexpectedEof => Error::Input {
-                            path: self.path,
-                            message: format!("the file ends before row {row} is whole"),
-                        },
-                        _ => Error::io(self.path)(error),
-                    });
-                }
-                for (column, cell) in &cells {
-                    put(row, *column, cell.to_f64(&bytes));
+                self.array.reader.read_exact(&mut bytes).map_err(|error| match error.kind() {
+                    io::ErrorKind::UnexpectedEof => {
+                        self.array.wrong(format!("the file ends before row {row} is whole"))
+                    }
+                    _ => Error::io(&self.array.path)(error),
+                })?;
+                for (cell, what) in &cells {
+                    put(row, *what, cell.to_f64(&bytes));
                 }
             }
         }
@@ -336,8 +307,6 @@ pub(crate) struct Header {
     element_bytes: Option<usize>,
     /// True for records with fields.
     pub is_structured: bool,
-    /// The type of an element, as the file has it.
-    pub dtype: String,
     /// How many elements there are along each axis. The product is below 10¹⁸.
     pub shape: Vec<u64>,
     /// True where neighbours in the file are neighbours along the first axis.
@@ -377,12 +346,8 @@ const MAX_RECORD_BYTES: usize = 1 << 16;
 /// Longest header, bytes. NumPy itself refuses to read headers of more than 10 000.
 const MAX_HEADER_BYTES: u64 = 10_000;
 
-/// Deepest nesting of brackets: the dictionary, the list of fields, a field, its shape.
-const MAX_NESTING: usize = 8;
-
-/// Most decimal digits in the shapes of all: a product of numbers with so many digits together is
-/// below 10¹⁸, so below 2⁶⁴.
-const MAX_DIGITS: usize = 18;
+/// Most numbers that a shape may tell of, so that products with the bytes of each are no larger than u128.
+const MAX_NUMBERS: u64 = 10u64.pow(18);
 
 fn invalid(message: impl Into<String>) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, message.into())
@@ -425,46 +390,63 @@ impl Header {
     }
 
     fn parse(text: &str) -> io::Result<Header> {
-        let mut literals = Literals { rest: text, n_digits: 0 };
-        if !literals.skip('{') {
-            return Err(no_table());
-        }
-        let mut entries = literals.items('}', |literals| {
-            let key = literals.value(1)?;
-            if !literals.skip(':') {
-                return Err(no_table());
-            }
-            let before = literals.rest;
-            let value = literals.value(1)?;
-            let text = before[..before.len() - literals.rest.len()].trim();
-            Ok((key, (value, text.to_owned())))
-        })?;
-        if !literals.rest.trim_start().is_empty() {
-            return Err(no_table());
-        }
-        let mut take = |wanted: &str| {
-            let is_wanted =
-                |(key, _): &(Value, _)| matches!(key, Value::Text(key) if key == wanted);
-            let place = entries.iter().rposition(is_wanted);
-            let place = place.ok_or_else(|| invalid(format!("its header lacks `{wanted}`")))?;
-            Ok::<_, io::Error>(entries.swap_remove(place).1)
+        let toml = toml_of(text);
+        let entries = DeValue::parse(toml.trim()).map_err(|_| no_table())?.into_inner();
+        let entry = |name: &str| {
+            let entry = entries.get(name).map(Spanned::get_ref);
+            entry.ok_or_else(|| invalid(format!("its header lacks `{name}`")))
         };
-        let (Value::Bool(is_fortran), _) = take("fortran_order")? else {
-            return Err(no_table());
-        };
-        let shape = take("shape")?.0.shape()?;
-        let (descr, dtype) = take("descr")?;
+        let descr = entry("descr")?;
         let (mut cells, mut at) = (Vec::new(), Some(0));
-        add_cells(&mut cells, "", &descr, &mut at)?;
+        add_cells(&mut cells, "", descr, &mut at)?;
         Ok(Header {
             cells,
             element_bytes: at.filter(|n| *n > 0),
-            is_structured: matches!(descr, Value::List(_)),
-            dtype,
-            shape,
-            is_fortran,
+            is_structured: descr.is_array(),
+            shape: shape_of(entry("shape")?)?,
+            is_fortran: entry("fortran_order")?.as_bool().ok_or_else(no_table)?,
         })
     }
+
+    /// The type of an element, as the file has it; of a record, that of each field.
+    pub fn dtype(&self) -> String {
+        let field = |cell: &Cell| format!("('{}', '{}')", cell.name(), cell.type_name);
+        match &self.cells[..] {
+            [cell] if !self.is_structured => format!("'{}'", cell.type_name),
+            cells => format!("[{}]", cells.iter().map(field).collect::<Vec<_>>().join(", ")),
+        }
+    }
+}
+
+/// TOML that says what a header does: it has the same texts, numbers and lists, with other signs around.
+fn toml_of(python: &str) -> String {
+    let mut quote = None;
+    let sign = |sign| {
+        match (quote, sign) {
+            (None, '\'' | '"') => quote = Some(sign),
+            (None, '(') => return '[',
+            (None, ')') => return ']',
+            (None, ':') => return '=',
+            (None, 'T' | 'F') => return sign.to_ascii_lowercase(),
+            (Some(open), _) if open == sign => quote = None,
+            _ => {}
+        }
+        sign
+    };
+    python.chars().map(sign).collect()
+}
+
+/// The numbers along each axis.
+fn shape_of(value: &DeValue) -> io::Result<Vec<u64>> {
+    let number = |axis: &Spanned<DeValue>| match axis.get_ref() {
+        DeValue::Integer(n) => u64::from_str_radix(n.as_str(), n.radix()).ok(),
+        _ => None,
+    };
+    let axes = value.as_array().and_then(|axes| axes.iter().map(number).collect());
+    let axes: Vec<u64> = axes.ok_or_else(no_table)?;
+    // An axis of nothing makes no product smaller.
+    let product = axes.iter().try_fold(1, |product: u64, n| product.checked_mul(*n.max(&1)));
+    product.filter(|product| *product < MAX_NUMBERS).map(|_| axes).ok_or_else(no_table)
 }
 
 /// Adds the numbers of a type to those of a record. `at` counts the bytes before it while they have a fixed
@@ -472,29 +454,28 @@ impl Header {
 fn add_cells(
     cells: &mut Vec<Cell>,
     field: &str,
-    descr: &Value,
+    descr: &DeValue,
     at: &mut Option<usize>,
 ) -> io::Result<()> {
-    let fields = match descr {
-        Value::Text(type_name) => {
-            let (cell, n_bytes) = Cell::parse(type_name, field, at.unwrap_or_default())?;
-            cells.push(cell);
-            let sum = at.zip(n_bytes).and_then(|(before, n_bytes)| before.checked_add(n_bytes));
-            // Cells of no bytes are counted, too.
-            *at = sum.filter(|n| (*n).max(cells.len()) <= MAX_RECORD_BYTES);
-            return Ok(());
-        }
-        Value::List(fields) => fields,
-        _ => return Err(no_table()),
-    };
-    for inner in fields {
-        let Value::List(parts) = inner else { return Err(no_table()) };
-        let (name, descr, shape) = match &parts[..] {
-            [Value::Text(name), descr] => (name, descr, Vec::new()),
-            [Value::Text(name), descr, shape] => (name, descr, shape.shape()?),
+    if let Some(type_name) = descr.as_str() {
+        let (cell, n_bytes) = Cell::parse(type_name, field, at.unwrap_or_default())?;
+        cells.push(cell);
+        let sum = at.zip(n_bytes).and_then(|(before, n_bytes)| before.checked_add(n_bytes));
+        // Cells of no bytes are counted, too.
+        *at = sum.filter(|n| (*n).max(cells.len()) <= MAX_RECORD_BYTES);
+        return Ok(());
+    }
+    for inner in descr.as_array().ok_or_else(no_table)?.iter() {
+        let parts = inner.get_ref().as_array().ok_or_else(no_table)?;
+        let parts: Vec<&DeValue> = parts.iter().map(Spanned::get_ref).collect();
+        let (DeValue::String(name), descr, shape) = (match parts[..] {
+            [name, descr] => (name, descr, Vec::new()),
+            [name, descr, shape] => (name, descr, shape_of(shape)?),
             _ => return Err(no_table()),
+        }) else {
+            return Err(no_table());
         };
-        let full = if field.is_empty() { name.clone() } else { format!("{field}.{name}") };
+        let full = if field.is_empty() { name.to_string() } else { format!("{field}.{name}") };
         let first = cells.len();
         for _ in 0..shape.iter().product() {
             let before = *at;
@@ -572,9 +553,10 @@ impl Cell {
             window
         });
         let n_unused = 64 - 8 * self.n_bytes as u32;
-        let high = match self.is_big_endian {
-            true => u64::from_be_bytes(window),
-            false => u64::from_le_bytes(window) << n_unused,
+        let high = if self.is_big_endian {
+            u64::from_be_bytes(window)
+        } else {
+            u64::from_le_bytes(window) << n_unused
         };
         match self.kind {
             Some(Kind::Int) => (high as i64 >> n_unused) as u64,
@@ -592,97 +574,6 @@ impl Cell {
             (Kind::Float, _) => f64::from_bits(bits),
             (Kind::Int, _) => bits as i64 as f64,
             (Kind::Bool | Kind::Uint, _) => bits as f64,
-        }
-    }
-}
-
-/// A literal of Python, of those that stand in headers.
-enum Value {
-    Bool(bool),
-    Number(u64),
-    Text(String),
-    /// A list or a tuple.
-    List(Vec<Value>),
-}
-
-impl Value {
-    fn shape(&self) -> io::Result<Vec<u64>> {
-        let Value::List(axes) = self else {
-            return Err(no_table());
-        };
-        let number = |axis: &Value| match axis {
-            Value::Number(n) => Ok(*n),
-            _ => Err(no_table()),
-        };
-        axes.iter().map(number).collect()
-    }
-}
-
-/// Reads literals from the start of a text.
-struct Literals<'a> {
-    rest: &'a str,
-    n_digits: usize,
-}
-
-impl Literals<'_> {
-    /// True where `sign` comes next, which is taken then.
-    fn skip(&mut self, sign: char) -> bool {
-        self.rest = self.rest.trim_start();
-        let behind = self.rest.strip_prefix(sign);
-        self.rest = behind.unwrap_or(self.rest);
-        behind.is_some()
-    }
-
-    /// What stands between commas, up to the bracket that closes it.
-    fn items<T>(
-        &mut self,
-        close: char,
-        mut item: impl FnMut(&mut Self) -> io::Result<T>,
-    ) -> io::Result<Vec<T>> {
-        let mut items = Vec::new();
-        while !self.skip(close) {
-            items.push(item(self)?);
-            if !self.skip(',') {
-                return if self.skip(close) { Ok(items) } else { Err(no_table()) };
-            }
-        }
-        Ok(items)
-    }
-
-    /// A value in so many brackets.
-    fn value(&mut self, depth: usize) -> io::Result<Value> {
-        if depth > MAX_NESTING {
-            return Err(invalid("its header is nested too deeply"));
-        }
-        for (open, close) in [('(', ')'), ('[', ']')] {
-            if self.skip(open) {
-                return self.items(close, |literals| literals.value(depth + 1)).map(Value::List);
-            }
-        }
-        for quote in ['\'', '"'] {
-            if self.skip(quote) {
-                let closed = self.rest.split_once(quote);
-                let (text, rest) = closed.ok_or_else(|| invalid("its header is not closed"))?;
-                if text.contains(['\\', '\n', '\r']) {
-                    return Err(invalid("its header has unexpected signs"));
-                }
-                self.rest = rest;
-                return Ok(Value::Text(text.to_owned()));
-            }
-        }
-        for (word, is_true) in [("True", true), ("False", false)] {
-            if let Some(rest) = self.rest.strip_prefix(word) {
-                self.rest = rest;
-                return Ok(Value::Bool(is_true));
-            }
-        }
-        let n = self.rest.bytes().take_while(u8::is_ascii_digit).count();
-        let (digits, rest) = self.rest.split_at(n);
-        (self.rest, self.n_digits) = (rest, self.n_digits + n);
-        match digits.parse() {
-            Ok(number) if self.n_digits <= MAX_DIGITS => Ok(Value::Number(number)),
-            _ if n > 0 => Err(no_table()),
-            _ => Err(invalid("its header has unexpected signs")),
         }
     }
 }

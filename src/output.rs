@@ -2,6 +2,7 @@
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -29,6 +30,9 @@ pub struct OutputFile {
     place: Place,
 }
 
+/// Rows that are written at a time; keeps the memory small.
+const ROWS_AT_ONCE: usize = 1 << 14;
+
 enum Place {
     /// In the folder of its target, where it is renamed to at the end.
     Beside { file: BufWriter<File>, name: TempPath, target: PathBuf },
@@ -52,11 +56,41 @@ impl OutputFile {
     pub fn create(path: impl Into<PathBuf>, needs_seek: bool) -> Result<OutputFile> {
         let path = path.into();
         let place = Place::open(&path, needs_seek).map_err(Error::io(&path))?;
-        let path = match path == Path::new(OutputFile::STDOUT) {
-            true => OutputFile::STDOUT_IN_WORDS.into(),
-            false => path,
+        let path = if path == Path::new(OutputFile::STDOUT) {
+            OutputFile::STDOUT_IN_WORDS.into()
+        } else {
+            path
         };
         Ok(OutputFile { path, place })
+    }
+
+    /// Writes a header and then rows, of which `append` puts some behind the bytes that it is given. `control`
+    /// counts the bytes.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; [`Error::Interrupted`].
+    pub(crate) fn write_rows(
+        &mut self,
+        header: Vec<u8>,
+        n_rows: usize,
+        row_bytes: usize,
+        mut append: impl FnMut(Range<usize>, &mut Vec<u8>),
+        control: &Control,
+    ) -> Result<()> {
+        control.expect_bytes(header.len() as u64 + n_rows as u64 * row_bytes as u64);
+        let (mut bytes, mut n_done) = (header, 0);
+        loop {
+            control.check()?;
+            self.write_all(&bytes).map_err(Error::io(&self.path))?;
+            control.advance_bytes(bytes.len() as u64);
+            if n_done == n_rows {
+                return Ok(());
+            }
+            bytes.clear();
+            let end = n_rows.min(n_done + ROWS_AT_ONCE);
+            append(n_done..end, &mut bytes);
+            n_done = end;
+        }
     }
 
     /// The path as it was given, but for standard output, which has its name: for errors.
@@ -84,14 +118,13 @@ pub fn commit(files: impl IntoIterator<Item = OutputFile>, control: &Control) ->
     for (path, name, target) in written {
         let hidden = name.to_path_buf();
         name.persist(target).map_err(|failed| {
-            let error = match changed.as_slice() {
+            Error::io(&path)(match &changed[..] {
                 [] => failed.error,
                 changed => {
                     let changed = changed.join(", ");
                     io::Error::other(format!("{}; {changed} changed already", failed.error))
                 }
-            };
-            Error::io(&path)(error)
+            })
         })?;
         unfinished().retain(|path| *path != hidden);
         changed.push(path.shown());
@@ -175,7 +208,8 @@ impl Place {
     }
 }
 
-fn folder_of(path: &Path) -> &Path {
+/// The folder of a file that may not be there yet.
+pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
@@ -254,19 +288,11 @@ fn place_of(path: &Path) -> Option<PathBuf> {
 
 /// The system's reason without the temporary file's name, which says nothing to the user.
 fn io_cause(error: &io::Error) -> io::Error {
-    if let Some(code) = error.raw_os_error() {
-        return io::Error::from_raw_os_error(code);
+    let inner = error.get_ref().and_then(|wrapped| wrapped.source()?.downcast_ref::<io::Error>());
+    match inner.unwrap_or(error).raw_os_error() {
+        Some(code) => io::Error::from_raw_os_error(code),
+        None => error.kind().into(),
     }
-    let mut source = error.get_ref().map(|inner| inner as &(dyn std::error::Error + 'static));
-    while let Some(inner) = source {
-        if let Some(cause) = inner.downcast_ref::<io::Error>()
-            && let Some(code) = cause.raw_os_error()
-        {
-            return io::Error::from_raw_os_error(code);
-        }
-        source = inner.source();
-    }
-    error.kind().into()
 }
 
 impl Write for OutputFile {

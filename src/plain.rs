@@ -35,10 +35,7 @@ fn replaced(text: &str, escape: impl Fn(char) -> String) -> Cow<'_, str> {
     }
     let mut plain = String::with_capacity(text.len() + 64);
     for c in text.chars() {
-        match steers(c) {
-            true => plain += &escape(c),
-            false => plain.push(c),
-        }
+        if steers(c) { plain += &escape(c) } else { plain.push(c) }
     }
     Cow::Owned(plain)
 }

@@ -15,9 +15,8 @@ pub fn did_you_mean<'n>(known: impl IntoIterator<Item = &'n str>, given: &str) -
     }
     let given = given.to_lowercase();
     let n_chars = given.chars().count();
-    let slips = |name: &str| match n_chars > 2 && name.starts_with(&given) {
-        true => 1,
-        false => strsim::osa_distance(&given, name),
+    let slips = |name: &str| {
+        if n_chars > 2 && name.starts_with(&given) { 1 } else { strsim::osa_distance(&given, name) }
     };
     let known = known.into_iter().filter(|name| name.len() <= MOST_COMPARED);
     let near = known.map(|name| (slips(&name.to_lowercase()), name));

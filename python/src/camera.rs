@@ -119,13 +119,13 @@ impl Camera {
     /// The vertical field of view in degrees; `None` for an orthographic camera.
     #[getter]
     fn fov(&self) -> Option<f64> {
-        CameraKeys::from(&self.of_scene).fov.map(|fov| fov.value)
+        CameraKeys::from(&self.of_scene).fov
     }
 
     /// The height of an orthographic camera's picture, world units.
     #[getter]
     fn height(&self) -> Option<f64> {
-        CameraKeys::from(&self.of_scene).height.map(|height| height.value)
+        CameraKeys::from(&self.of_scene).height
     }
 
     #[allow(clippy::type_complexity, reason = "the arguments, as pickle takes them")]

@@ -5,6 +5,7 @@
 //! What was hit is in `id`.
 
 use std::io::{self, Cursor};
+use std::ops::Range;
 
 use exr::block::chunk::CompressedBlock;
 use exr::block::{BlockIndex, UncompressedBlock};
@@ -15,7 +16,7 @@ use exr::meta::attribute::{ChannelDescription, IntegerBounds, LineOrder, SampleT
 use exr::meta::header::{Header, LayerAttributes};
 use rayon::prelude::*;
 
-use super::{Band, Encoder, Metadata, SOFTWARE, linear};
+use super::{Band, Encoder, Metadata, NBytes, PictureOptions, SOFTWARE, linear};
 use crate::error::{Error, Result};
 use crate::rays::Pixels;
 
@@ -57,41 +58,38 @@ const CHANNELS: [(&str, SampleType, Channel); 10] = [
     ("level", SampleType::U32, Channel::Level),
 ];
 
-fn channels(certificates: bool) -> &'static [(&'static str, SampleType, Channel)] {
-    &CHANNELS[..CHANNELS.len() - usize::from(!certificates)]
+fn channels(options: PictureOptions) -> &'static [(&'static str, SampleType, Channel)] {
+    &CHANNELS[..CHANNELS.len() - usize::from(!options.certificates)]
 }
 
-pub(super) fn pixel_bytes(certificates: bool) -> u128 {
-    (channels(certificates).len() * SAMPLE_BYTES) as u128
-}
-
-pub(super) fn check_size(pixels: &Pixels, certificates: bool) -> Result<()> {
+/// For a band its lines, once as they are and once compressed (which is never longer), three copies of a
+/// block on each thread, and the table of blocks.
+pub(super) fn n_bytes(
+    options: PictureOptions,
+    pixels: &Pixels,
+    n_band_rows: u32,
+) -> Result<NBytes> {
     if pixels.image_width > MAX_EDGE_PX || pixels.image_height > MAX_EDGE_PX {
         return Err(Error::TooLarge(format!(
             "OpenEXR holds at most {MAX_EDGE_PX} pixels a side, not {}x{}; write .npy",
             pixels.image_width, pixels.image_height
         )));
     }
-    let bytes = u128::from(pixels.width) * pixel_bytes(certificates) * BLOCK_LINES as u128;
-    if bytes > MAX_BLOCK_BYTES {
-        let max_width = MAX_BLOCK_BYTES / (pixel_bytes(certificates) * BLOCK_LINES as u128);
+    let pixel = (channels(options).len() * SAMPLE_BYTES) as u128;
+    let max_width = MAX_BLOCK_BYTES / (pixel * BLOCK_LINES as u128);
+    if u128::from(pixels.width) > max_width {
         return Err(Error::TooLarge(format!(
             "OpenEXR holds at most {max_width} columns of these channels, not {}; write .npy, or \
              parts with --crop",
             pixels.width
         )));
     }
-    Ok(())
-}
-
-/// Bytes held for a band: its lines, once as they are and once compressed (which is never longer),
-/// three copies of a block on each thread, and the table of blocks.
-pub(super) fn band_bytes(pixels: &Pixels, certificates: bool, n_band_rows: u32) -> u128 {
-    let line_bytes = u128::from(pixels.width) * pixel_bytes(certificates);
+    let line_bytes = u128::from(pixels.width) * pixel;
     let n_lines = u128::from(n_band_rows) + BLOCK_LINES as u128;
     let n_copied_lines = 3 * BLOCK_LINES * rayon::current_num_threads();
     let n_blocks = u128::from(pixels.height).div_ceil(BLOCK_LINES as u128);
-    (2 * n_lines + n_copied_lines as u128) * line_bytes + 8 * n_blocks
+    let band = (2 * n_lines + n_copied_lines as u128) * line_bytes + 8 * n_blocks;
+    Ok(NBytes { pixel, band })
 }
 
 struct Exr {
@@ -111,12 +109,12 @@ struct Exr {
 }
 
 pub(super) fn begin(
-    certificates: bool,
+    options: PictureOptions,
     pixels: &Pixels,
     metadata: &Metadata,
     out: &mut Vec<u8>,
 ) -> io::Result<Box<dyn Encoder>> {
-    let channels = channels(certificates);
+    let channels = channels(options);
     let width = pixels.width as usize;
     let height = pixels.height as usize;
     let mut header = Header::new(
@@ -134,7 +132,7 @@ pub(super) fn begin(
     )));
     header.own_attributes = LayerAttributes {
         layer_name: None,
-        // check_size has made sure of i32.
+        // `n_bytes` has made sure of i32.
         layer_position: Vec2(pixels.x as i32, pixels.y as i32),
         software_name: Some(Text::from(SOFTWARE)),
         ..LayerAttributes::default()
@@ -214,24 +212,18 @@ impl Encoder for Exr {
 
 impl Exr {
     /// Appends one line of all channels, in the byte order of this machine, as the crate wants it.
-    fn append_line(&mut self, band: &Band, line: std::ops::Range<usize>) {
+    fn append_line(&mut self, band: &Band, line: Range<usize>) {
         let (hits, rgb) = (band.hits, linear(band.colors));
         let alpha = |pixel| band.coverage.map_or(1.0, |coverage| coverage.alpha(pixel));
-        let ids = &hits.id[line.clone()];
         for &(_, _, channel) in self.channels {
-            let out = &mut self.lines;
+            let (out, line) = (&mut self.lines, line.clone());
             match channel {
-                Channel::Alpha => push(out, line.clone().map(|pixel| alpha(pixel).to_ne_bytes())),
-                Channel::Rgb(i) => push(out, rgb[line.clone()].iter().map(|c| c[i].to_ne_bytes())),
-                Channel::Normal(i) => {
-                    push(out, hits.normal[line.clone()].iter().map(|n| n[i].to_ne_bytes()))
-                }
-                Channel::Depth => push(out, hits.t[line.clone()].iter().map(|t| t.to_ne_bytes())),
-                Channel::Id => push(out, ids.iter().map(|id| id.to_ne_bytes())),
-                Channel::Level => push(
-                    out,
-                    hits.level[line.clone()].iter().map(|&level| u32::from(level).to_ne_bytes()),
-                ),
+                Channel::Alpha => push(out, line, |i| alpha(i).to_ne_bytes()),
+                Channel::Rgb(part) => push(out, line, |i| rgb[i][part].to_ne_bytes()),
+                Channel::Normal(axis) => push(out, line, |i| hits.normal[i][axis].to_ne_bytes()),
+                Channel::Depth => push(out, line, |i| hits.t[i].to_ne_bytes()),
+                Channel::Id => push(out, line, |i| hits.id[i].to_ne_bytes()),
+                Channel::Level => push(out, line, |i| u32::from(hits.level[i]).to_ne_bytes()),
             }
         }
     }
@@ -260,12 +252,12 @@ impl Exr {
     }
 }
 
-fn push(out: &mut Vec<u8>, samples: impl ExactSizeIterator<Item = [u8; SAMPLE_BYTES]>) {
+fn push(out: &mut Vec<u8>, line: Range<usize>, sample: impl Fn(usize) -> [u8; SAMPLE_BYTES]) {
     let start = out.len();
-    out.resize(start + samples.len() * SAMPLE_BYTES, 0);
+    out.resize(start + line.len() * SAMPLE_BYTES, 0);
     let (places, _) = out[start..].as_chunks_mut::<SAMPLE_BYTES>();
-    for (place, sample) in places.iter_mut().zip(samples) {
-        *place = sample;
+    for (place, i) in places.iter_mut().zip(line) {
+        *place = sample(i);
     }
 }
 

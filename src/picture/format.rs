@@ -46,14 +46,14 @@ impl Format {
         if path == Path::new(OutputFile::STDOUT) {
             return Err(Error::Usage(format!(
                 "standard output has no ending that tells the format; add --format {}",
-                names("|", "|", "")
+                Format::ALL.map(Format::name).join("|")
             )));
         }
         let Some(ending) = path.extension() else {
             return Err(Error::Usage(format!(
                 "{}: the name has no ending that tells the format; use {}",
                 path.shown(),
-                names(", ", " or ", ".")
+                names(".")
             )));
         };
         let ending = ending.to_string_lossy();
@@ -61,7 +61,7 @@ impl Format {
             Error::Usage(format!(
                 "{}: no picture format has the ending .{ending}; use {}{}",
                 path.shown(),
-                names(", ", " or ", "."),
+                names("."),
                 suggestion(&ending, "."),
             ))
         })
@@ -111,7 +111,7 @@ impl FromStr for Format {
         find(name).ok_or_else(|| {
             Error::Usage(format!(
                 "no picture format is called “{name}”; use {}{}",
-                names(", ", " or ", ""),
+                names(""),
                 suggestion(name, ""),
             ))
         })
@@ -122,18 +122,10 @@ fn find(name: &str) -> Option<Format> {
     Format::ALL.into_iter().find(|format| format.name().eq_ignore_ascii_case(name))
 }
 
-/// `png, exr, ppm or npy` with the given separators and prefix.
-fn names(separator: &str, last_separator: &str, prefix: &str) -> String {
-    let mut text = String::new();
-    for (i, format) in Format::ALL.into_iter().enumerate() {
-        if i > 0 {
-            let is_last = i + 1 == Format::ALL.len();
-            text += if is_last { last_separator } else { separator };
-        }
-        text += prefix;
-        text += format.name();
-    }
-    text
+/// `png, exr, ppm or npy`, each behind a prefix.
+fn names(prefix: &str) -> String {
+    let [first @ .., last] = Format::ALL.map(|format| format!("{prefix}{format}"));
+    format!("{} or {last}", first.join(", "))
 }
 
 /// `; did you mean png?`, or nothing where no name is near.

@@ -16,6 +16,7 @@ mod rays;
 mod read;
 
 use std::borrow::Cow;
+use std::fmt::Display;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
@@ -89,30 +90,14 @@ pub fn writer_bytes(
         )));
     }
 
-    let n_band_rows = n_band_rows.min(height);
-    let (pixel_bytes, band_bytes) = match format {
-        Format::Png => {
-            png::check_size(pixels)?;
-            let pixel_bytes = png::pixel_bytes(options);
-            (pixel_bytes, png::band_bytes(options, width, n_band_rows))
-        }
-        Format::Ppm => {
-            let pixel_bytes = png::pixel_bytes(options);
-            let band_px = u128::from(width) * u128::from(n_band_rows);
-            // For 16 bits, once more with the bytes swapped.
-            (pixel_bytes, 2 * band_px * pixel_bytes)
-        }
-        Format::Npy => {
-            let pixel_bytes = npy::pixel_bytes(options);
-            let band_px = u128::from(width) * u128::from(n_band_rows);
-            (pixel_bytes, band_px * pixel_bytes)
-        }
-        Format::Exr => {
-            exr::check_size(pixels, options.certificates)?;
-            let pixel_bytes = exr::pixel_bytes(options.certificates);
-            (pixel_bytes, exr::band_bytes(pixels, options.certificates, n_band_rows))
-        }
+    let n_bytes = match format {
+        Format::Png => png::n_bytes,
+        Format::Ppm => ppm::n_bytes,
+        Format::Npy => npy::n_bytes,
+        Format::Exr => exr::n_bytes,
     };
+    let NBytes { pixel: pixel_bytes, band: band_bytes } =
+        n_bytes(options, pixels, n_band_rows.min(height))?;
     let file_bytes = u128::from(width) * u128::from(height) * pixel_bytes;
     if file_bytes > u128::from(MAX_FILE_BYTES) {
         return Err(Error::TooLarge(format!(
@@ -158,6 +143,14 @@ pub struct PictureWriter<W> {
     encoded: Vec<u8>,
     sink: W,
     path: PathBuf,
+}
+
+/// Bytes of a format.
+struct NBytes {
+    /// Of a pixel, before it is compressed.
+    pixel: u128,
+    /// Held for a band.
+    band: u128,
 }
 
 /// Consecutive rows of a picture.
@@ -211,13 +204,13 @@ impl<W: Write + Seek> PictureWriter<W> {
         writer_bytes(format, options, pixels, 1)?;
         let path = path.into();
         let mut encoded = Vec::new();
-        let encoder: io::Result<Box<dyn Encoder>> = match format {
-            Format::Png => png::begin(options, pixels, metadata, &mut encoded),
-            Format::Ppm => ppm::begin(options.bits, pixels, &mut encoded),
-            Format::Npy => npy::begin(options, pixels, &mut encoded),
-            Format::Exr => exr::begin(options.certificates, pixels, metadata, &mut encoded),
+        let begin = match format {
+            Format::Png => png::begin,
+            Format::Ppm => ppm::begin,
+            Format::Npy => npy::begin,
+            Format::Exr => exr::begin,
         };
-        let encoder = encoder.map_err(Error::io(&path))?;
+        let encoder = begin(options, pixels, metadata, &mut encoded).map_err(Error::io(&path))?;
         let mut writer = PictureWriter {
             encoder,
             pixels: *pixels,
@@ -277,13 +270,10 @@ impl<W: Write + Seek> PictureWriter<W> {
     /// # Errors
     /// [`Error::Io`] from the sink, [`Error::Usage`] when rows are missing.
     pub fn finish(mut self) -> Result<W> {
-        if self.n_rows_done != self.pixels.height {
-            return Err(Error::Usage(format!(
-                "{}: the picture has {} rows, but only {} were written",
-                self.path.shown(),
-                self.pixels.height,
-                self.n_rows_done
-            )));
+        let (height, n_rows) = (self.pixels.height, self.n_rows_done);
+        if n_rows != height {
+            return self
+                .wrong(format!("the picture has {height} rows, but only {n_rows} were written"));
         }
         let end = || -> io::Result<()> {
             let replaced = self.encoder.finish(&mut self.encoded)?;
@@ -299,41 +289,39 @@ impl<W: Write + Seek> PictureWriter<W> {
         Ok(self.sink)
     }
 
+    fn wrong<T>(&self, usage: impl Display) -> Result<T> {
+        Err(Error::Usage(format!("{}: {usage}", self.path.shown())))
+    }
+
     fn check(&self, &Band { hits, colors, coverage }: &Band, n_rows: u32) -> Result<()> {
         let n_rows_left = self.pixels.height - self.n_rows_done;
         if n_rows > n_rows_left {
-            return Err(Error::Usage(format!(
-                "{}: {n_rows} rows were given, but the picture has only {n_rows_left} left",
-                self.path.shown()
-            )));
+            return self.wrong(format!(
+                "{n_rows} rows were given, but the picture has only {n_rows_left} left"
+            ));
         }
-        let n_pixels = self.pixels.width as usize * n_rows as usize;
-        if colors.encoding() != self.encoding {
-            return Err(Error::Usage(format!(
-                "{}: the picture takes {:?}, but colours in {:?} were given",
-                self.path.shown(),
-                self.encoding,
-                colors.encoding()
-            )));
+        let (taken, given) = (self.encoding, colors.encoding());
+        if given != taken {
+            return self.wrong(format!(
+                "the picture takes {taken:?}, but colours in {given:?} were given"
+            ));
         }
         if coverage.is_some() != self.is_transparent {
-            let (is, other) = match self.is_transparent {
-                true => ("is transparent", "transparent_rows"),
-                false => ("is not transparent", "rows"),
+            let (is, other) = if self.is_transparent {
+                ("is transparent", "transparent_rows")
+            } else {
+                ("is not transparent", "rows")
             };
-            return Err(Error::Usage(format!(
-                "{}: the picture {is}; give it its rows with `{other}`",
-                self.path.shown()
-            )));
+            return self.wrong(format!("the picture {is}; give it its rows with `{other}`"));
         }
         if let Some(Coverage { n_hits, n_samples }) = coverage
             && n_hits.iter().any(|n_hits| n_hits > n_samples || *n_samples == 0)
         {
-            return Err(Error::Usage(format!(
-                "{}: a pixel has at least one sample, and no more hits than its {n_samples}",
-                self.path.shown()
-            )));
+            return self.wrong(format!(
+                "a pixel has at least one sample, and no more hits than its {n_samples}"
+            ));
         }
+        let n_pixels = self.pixels.width as usize * n_rows as usize;
         let n_covered = coverage.map_or(0, |coverage| coverage.n_hits.len());
         for (field, length, is_wanted) in [
             ("colour", colors.len(), true),
@@ -344,11 +332,9 @@ impl<W: Write + Seek> PictureWriter<W> {
             ("level", hits.level.len(), self.wants.level),
         ] {
             if is_wanted && length != n_pixels {
-                return Err(Error::Usage(format!(
-                    "{}: {n_rows} rows have {n_pixels} pixels, but {length} entries of “{field}” \
-                     were given",
-                    self.path.shown()
-                )));
+                return self.wrong(format!(
+                    "{n_rows} rows have {n_pixels} pixels, but {length} entries of “{field}” were given"
+                ));
             }
         }
         Ok(())
@@ -361,16 +347,29 @@ impl<W: Write + Seek> PictureWriter<W> {
     }
 }
 
-/// Colours of whole numbers as bytes of a file, the high byte first; empty for linear ones.
-fn be_bytes(colors: &Colors) -> Cow<'_, [u8]> {
-    match colors {
-        Colors::Srgb8(pixels) => Cow::Borrowed(pixels.as_flattened()),
-        Colors::Srgb16(pixels) => {
+/// Colours of whole numbers, and their alpha where the picture is transparent, as bytes of a file, the high byte
+/// first; empty for linear ones.
+fn be_bytes<'c>(band: &Band<'c>) -> Cow<'c, [u8]> {
+    let bytes = match (band.colors, band.coverage) {
+        (Colors::Srgb8(pixels), None) => return Cow::Borrowed(pixels.as_flattened()),
+        (Colors::Srgb16(pixels), None) => {
             let channels = pixels.as_flattened().iter();
-            Cow::Owned(channels.flat_map(|channel| channel.to_be_bytes()).collect())
+            channels.flat_map(|channel| channel.to_be_bytes()).collect()
         }
-        Colors::Linear(_) => Cow::Borrowed(&[]),
-    }
+        (Colors::Srgb8(pixels), Some(coverage)) => {
+            let alpha = |pixel| coverage.whole_alpha(pixel, u8::MAX.into()) as u8;
+            let pixels = pixels.iter().enumerate();
+            pixels.flat_map(|(pixel, &[r, g, b])| [r, g, b, alpha(pixel)]).collect()
+        }
+        (Colors::Srgb16(pixels), Some(coverage)) => {
+            let alpha = |pixel| coverage.whole_alpha(pixel, u16::MAX);
+            let channels = |(pixel, &[r, g, b]): (usize, &[u16; 3])| [r, g, b, alpha(pixel)];
+            let channels = pixels.iter().enumerate().flat_map(channels);
+            channels.flat_map(u16::to_be_bytes).collect()
+        }
+        (Colors::Linear(_), _) => Vec::new(),
+    };
+    Cow::Owned(bytes)
 }
 
 /// The colours of a file that holds floats; empty for others.

@@ -2,7 +2,8 @@
 
 use std::io;
 
-use super::{Band, Encoder, PictureOptions, linear};
+use super::{Band, Encoder, Metadata, NBytes, PictureOptions, linear};
+use crate::error::Result;
 use crate::npy::Record;
 use crate::rays::Pixels;
 
@@ -10,17 +11,23 @@ fn record(options: PictureOptions) -> Record {
     Record { rgb: true, alpha: options.transparent, level: options.certificates }
 }
 
-pub(super) fn pixel_bytes(options: PictureOptions) -> u128 {
-    record(options).bytes() as u128
+pub(super) fn n_bytes(
+    options: PictureOptions,
+    pixels: &Pixels,
+    n_band_rows: u32,
+) -> Result<NBytes> {
+    let pixel = record(options).bytes() as u128;
+    Ok(NBytes { pixel, band: u128::from(pixels.width) * u128::from(n_band_rows) * pixel })
 }
 
 pub(super) fn begin(
     options: PictureOptions,
     pixels: &Pixels,
+    _: &Metadata,
     out: &mut Vec<u8>,
 ) -> io::Result<Box<dyn Encoder>> {
     let record = record(options);
-    record.write_header(&[pixels.height.into(), pixels.width.into()], out);
+    out.extend(record.header(&[pixels.height.into(), pixels.width.into()]));
     Ok(Box::new(record))
 }
 

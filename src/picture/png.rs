@@ -5,11 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use png::{BitDepth, ColorType, Compression, Filter, SrgbRenderingIntent, StreamWriter};
 
-use super::{Band, ChannelBits, Encoder, Metadata, PictureOptions, SOFTWARE, be_bytes};
+use super::{Band, ChannelBits, Encoder, Metadata, NBytes, PictureOptions, SOFTWARE, be_bytes};
 use crate::error::{Error, Result};
 use crate::rays::Pixels;
-use crate::shade::Colors;
-use crate::trace::Coverage;
 
 /// The PNG specification's limit for width and height, px.
 const MAX_SIDE_PX: u32 = (1 << 31) - 1;
@@ -25,7 +23,14 @@ pub(super) fn pixel_bytes(options: PictureOptions) -> u128 {
     }
 }
 
-pub(super) fn check_size(pixels: &Pixels) -> Result<()> {
+/// For a band three rows (this and the last one in the codec, filtered), for 16 bits the band with its
+/// bytes swapped, for alpha the band with it, and the compressed band. The longest code of the codec's fixed
+/// table has 12 bits for 8.
+pub(super) fn n_bytes(
+    options: PictureOptions,
+    pixels: &Pixels,
+    n_band_rows: u32,
+) -> Result<NBytes> {
     if pixels.width.max(pixels.height) > MAX_SIDE_PX {
         return Err(Error::TooLarge(format!(
             "PNG holds at most {MAX_SIDE_PX} pixels a side, not {}x{}; write .npy, or parts with \
@@ -33,18 +38,13 @@ pub(super) fn check_size(pixels: &Pixels) -> Result<()> {
             pixels.width, pixels.height
         )));
     }
-    Ok(())
-}
-
-/// Bytes held for a band: three rows (this and the last one in the codec, filtered), for 16 bits the
-/// band with its bytes swapped, for alpha the band with it, and the compressed band. The longest code
-/// of the codec's fixed table has 12 bits for 8.
-pub(super) fn band_bytes(options: PictureOptions, width: u32, n_band_rows: u32) -> u128 {
-    let row_bytes = u128::from(width) * pixel_bytes(options) + 1;
+    let pixel = pixel_bytes(options);
+    let row_bytes = u128::from(pixels.width) * pixel + 1;
     let compressed_bytes = row_bytes * u128::from(n_band_rows) * 3 / 2;
     let is_copied = options.transparent || options.bits == ChannelBits::Sixteen;
     let copied_bytes = if is_copied { row_bytes * u128::from(n_band_rows) } else { 0 };
-    3 * row_bytes + copied_bytes + 2 * compressed_bytes + 2 * CHUNK_BYTES as u128
+    let band = 3 * row_bytes + copied_bytes + 2 * compressed_bytes + 2 * CHUNK_BYTES as u128;
+    Ok(NBytes { pixel, band })
 }
 
 struct Png {
@@ -59,20 +59,18 @@ pub(super) fn begin(
     out: &mut Vec<u8>,
 ) -> io::Result<Box<dyn Encoder>> {
     let tray = Tray::default();
-    let mut encoder = png::Encoder::new(tray.clone(), pixels.width, pixels.height);
-    encoder.set_color(if options.transparent { ColorType::Rgba } else { ColorType::Rgb });
-    encoder.set_depth(match options.bits {
-        ChannelBits::Eight => BitDepth::Eight,
-        ChannelBits::Sixteen => BitDepth::Sixteen,
-    });
-    encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
-    encoder.add_text_chunk("Software".into(), SOFTWARE.into())?;
+    let mut encoder = encoder(tray.clone(), [pixels.width, pixels.height])?;
+    if options.transparent {
+        encoder.set_color(ColorType::Rgba);
+    }
+    if options.bits == ChannelBits::Sixteen {
+        encoder.set_depth(BitDepth::Sixteen);
+    }
     for (name, text) in metadata.texts() {
         encoder.add_text_chunk(name.clone(), text.clone())?;
     }
     // Flat surfaces make rows that equal the row above nearly everywhere. The filter “up”
     // turns those into zeros, and the fast codec is made for runs of zeros.
-    encoder.set_compression(Compression::Fast);
     encoder.set_filter(Filter::Up);
     let stream = encoder.write_header()?.into_stream_writer_with_size(CHUNK_BYTES)?;
     tray.empty_into(out);
@@ -81,10 +79,7 @@ pub(super) fn begin(
 
 impl Encoder for Png {
     fn rows(&mut self, band: &Band, out: &mut Vec<u8>) -> io::Result<()> {
-        match band.coverage {
-            Some(coverage) => self.stream.write_all(&with_alpha(band.colors, coverage))?,
-            None => self.stream.write_all(&be_bytes(band.colors))?,
-        }
+        self.stream.write_all(&be_bytes(band))?;
         self.tray.empty_into(out);
         Ok(())
     }
@@ -96,44 +91,27 @@ impl Encoder for Png {
     }
 }
 
+/// An encoder of sRGB with 8 bits a channel.
+fn encoder<W: Write>(sink: W, [width, height]: [u32; 2]) -> io::Result<png::Encoder<'static, W>> {
+    let mut encoder = png::Encoder::new(sink, width, height);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+    encoder.set_compression(Compression::Fast);
+    encoder.add_text_chunk("Software".into(), SOFTWARE.into())?;
+    Ok(encoder)
+}
+
 /// A whole PNG file of an sRGB picture, for pictures that no camera took.
 ///
 /// # Errors
 /// That of the codec, for another number of pixels than the size has.
-pub fn rgb8_file([width, height]: [u32; 2], srgb8: &[[u8; 3]]) -> io::Result<Vec<u8>> {
+pub fn rgb8_file(size: [u32; 2], srgb8: &[[u8; 3]]) -> io::Result<Vec<u8>> {
     let mut file = Vec::new();
-    let mut encoder = png::Encoder::new(&mut file, width, height);
-    encoder.set_color(ColorType::Rgb);
-    encoder.set_depth(BitDepth::Eight);
-    encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
-    encoder.add_text_chunk("Software".into(), SOFTWARE.into())?;
-    encoder.set_compression(Compression::Fast);
-    let mut writer = encoder.write_header()?;
+    let mut writer = encoder(&mut file, size)?.write_header()?;
     writer.write_image_data(srgb8.as_flattened())?;
     writer.finish()?;
     Ok(file)
-}
-
-/// Colours of whole numbers and their alpha as bytes of a file; empty for linear ones.
-fn with_alpha(colors: &Colors, coverage: &Coverage) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    match colors {
-        Colors::Srgb8(pixels) => {
-            bytes.reserve_exact(4 * pixels.len());
-            for (pixel, &[r, g, b]) in pixels.iter().enumerate() {
-                bytes.extend([r, g, b, coverage.whole_alpha(pixel, u8::MAX.into()) as u8]);
-            }
-        }
-        Colors::Srgb16(pixels) => {
-            bytes.reserve_exact(8 * pixels.len());
-            for (pixel, &[r, g, b]) in pixels.iter().enumerate() {
-                let channels = [r, g, b, coverage.whole_alpha(pixel, u16::MAX)];
-                bytes.extend(channels.map(u16::to_be_bytes).as_flattened());
-            }
-        }
-        Colors::Linear(_) => {}
-    }
-    bytes
 }
 
 /// Where the codec leaves its bytes. It can't be given the file itself: it unwraps some results

@@ -2,17 +2,29 @@
 
 use std::io;
 
-use super::{Band, ChannelBits, Encoder, be_bytes};
+use super::{Band, ChannelBits, Encoder, Metadata, NBytes, PictureOptions, be_bytes, png};
+use crate::error::Result;
 use crate::rays::Pixels;
 
 struct Ppm;
 
-pub(super) fn begin(
-    bits: ChannelBits,
+pub(super) fn n_bytes(
+    options: PictureOptions,
     pixels: &Pixels,
+    n_band_rows: u32,
+) -> Result<NBytes> {
+    let pixel = png::pixel_bytes(options);
+    // For 16 bits, once more with the bytes swapped.
+    Ok(NBytes { pixel, band: 2 * u128::from(pixels.width) * u128::from(n_band_rows) * pixel })
+}
+
+pub(super) fn begin(
+    options: PictureOptions,
+    pixels: &Pixels,
+    _: &Metadata,
     out: &mut Vec<u8>,
 ) -> io::Result<Box<dyn Encoder>> {
-    let largest_value = match bits {
+    let largest_value = match options.bits {
         ChannelBits::Eight => u8::MAX.into(),
         ChannelBits::Sixteen => u16::MAX,
     };
@@ -23,7 +35,7 @@ pub(super) fn begin(
 
 impl Encoder for Ppm {
     fn rows(&mut self, band: &Band, out: &mut Vec<u8>) -> io::Result<()> {
-        out.extend_from_slice(&be_bytes(band.colors));
+        out.extend_from_slice(&be_bytes(band));
         Ok(())
     }
 }

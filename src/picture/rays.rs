@@ -1,7 +1,7 @@
 //! Lists of rays from a file, and what they hit into one.
 
 use std::fs::File;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -16,9 +16,7 @@ use crate::scene::Watched;
 use crate::system;
 use crate::trace::Hits;
 
-/// Columns of a file of rays: origin x, y, z, then direction x, y, z.
-const N_COLUMNS: usize = 6;
-
+/// Origin x, y, z, then direction x, y, z.
 const EXPECTED: &str = "a NumPy array of float64 or float32 with shape (N, 6)";
 
 /// The path that means standard input.
@@ -44,10 +42,9 @@ fn read(path: &Path, control: &Control) -> Result<Vec<WorldRay>> {
     let (path, file, n_bytes) = open(path).map_err(Error::io(path))?;
     control.expect_bytes(n_bytes.unwrap_or(0));
     let file = Watched::new(file, control);
-    let n_columns = N_COLUMNS as u64;
-    let table = Array::new(file, n_bytes, &path, EXPECTED)?.floats(&[n_columns..=n_columns])?;
+    let table = Array::new(file, n_bytes, &path, EXPECTED)?.floats(|n| n == 6, EXPECTED)?;
     let mut rays = table.rows_of(WorldRay { origin: DVec3::ZERO, direction: DVec3::ZERO })?;
-    table.read(&[0, 1, 2, 3, 4, 5], |row, column, value| {
+    table.read(&[0, 1, 2, 3, 4, 5].map(|column| (column, column)), |row, column, value| {
         let ray = &mut rays[row];
         match column.checked_sub(3) {
             None => ray.origin[column] = value,
@@ -78,9 +75,6 @@ fn open(path: &Path) -> io::Result<(PathBuf, File, Option<u64>)> {
     Ok((path.into(), file, metadata.is_file().then_some(metadata.len())))
 }
 
-/// Hits that are encoded at once; keeps the memory small.
-const HITS_AT_ONCE: usize = 1 << 16;
-
 /// Hits as the records that [`write_hits`] writes, one after the other, in this machine's byte order. `hits`
 /// must have surfaces and levels.
 pub fn hit_records(hits: &Hits) -> Vec<u8> {
@@ -97,31 +91,17 @@ pub fn hit_records(hits: &Hits) -> Vec<u8> {
 /// # Errors
 /// [`Error::Io`] and [`Error::Interrupted`]. [`Error::Usage`] when `hits` lacks `t` or `normal`.
 pub fn write_hits(file: &mut OutputFile, hits: &Hits, control: &Control) -> Result<()> {
-    let path = file.path().to_path_buf();
     let n_hits = hits.id.len();
     let level = !hits.level.is_empty();
     if hits.t.len() != n_hits || hits.normal.len() != n_hits || level && hits.level.len() != n_hits
     {
         return Err(Error::Usage(format!(
             "{}: the {n_hits} hits must have `t` and `normal` each, and `level` each or not at all",
-            path.shown()
+            file.path().shown()
         )));
     }
     let record = Record { rgb: false, alpha: false, level };
-    let mut bytes = Vec::new();
-    record.write_header(&[n_hits as u64], &mut bytes);
-    control.expect_bytes((bytes.len() + n_hits * record.bytes()) as u64);
-    let mut start = 0;
-    loop {
-        control.check()?;
-        file.write_all(&bytes).map_err(Error::io(&path))?;
-        control.advance_bytes(bytes.len() as u64);
-        if start == n_hits {
-            return Ok(());
-        }
-        bytes.clear();
-        let end = n_hits.min(start + HITS_AT_ONCE);
-        record.append(hits, start..end, &[], None, &mut bytes);
-        start = end;
-    }
+    let append =
+        |hits_at_once, bytes: &mut Vec<u8>| record.append(hits, hits_at_once, &[], None, bytes);
+    file.write_rows(record.header(&[n_hits as u64]), n_hits, record.bytes(), append, control)
 }

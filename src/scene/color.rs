@@ -1,7 +1,6 @@
 //! Linear colour and its sRGB encoding: the only home of the transfer function.
 
 use super::Edges;
-use crate::words::did_you_mean;
 
 /// Linear RGB, each component in `0..=1`; black by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -69,9 +68,9 @@ impl Color {
         }
     }
 
-    /// The name of CSS that `text` is a misspelling of, see [`did_you_mean`].
-    pub fn nearest_name(text: &str) -> Option<&'static str> {
-        did_you_mean(names().map(|(name, _)| name), text)
+    /// The names of CSS, in lower case.
+    pub(super) fn css_names() -> impl Iterator<Item = &'static str> {
+        names().map(|(name, _)| name)
     }
 
     /// 8-bit sRGB: the bytes whose ranges hold the components, by their [`Edges`].
@@ -196,12 +195,13 @@ mod tests {
 
     #[test]
     fn misspelt_names() {
-        assert_eq!(Color::nearest_name("stealblue"), Some("steelblue"));
-        assert_eq!(Color::nearest_name("Gren"), Some("green"));
-        assert_eq!(Color::nearest_name("magneta"), Some("magenta"));
-        assert_eq!(Color::nearest_name("dim"), Some("dimgray"));
+        let near = |text| crate::words::did_you_mean(Color::css_names(), text);
+        assert_eq!(near("stealblue"), Some("steelblue"));
+        assert_eq!(near("Gren"), Some("green"));
+        assert_eq!(near("magneta"), Some("magenta"));
+        assert_eq!(near("dim"), Some("dimgray"));
         for far in ["", "q", "#ff", &"x".repeat(1000)] {
-            assert_eq!(Color::nearest_name(far), None, "{far}");
+            assert_eq!(near(far), None, "{far}");
         }
     }
 }

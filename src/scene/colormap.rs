@@ -2,86 +2,76 @@
 
 use super::Color;
 
-/// A colour map, forwards or backwards: 256 colours of 8-bit sRGB, the same on every machine.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A colour map, forwards or backwards: 256 colours of 8-bit sRGB, the same on every machine; viridis by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ColorMap {
-    name: &'static str,
-    base: Base,
+    /// Its place in [`MAPS`].
+    place: usize,
     is_reversed: bool,
 }
 
 /// Where the colours come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Base {
-    /// Gradients of the crate `colorous`, by their place in [`GRADIENTS`].
-    Gradient(usize),
+    Gradient(colorous::Gradient),
     /// Moreland's diverging map, blue to red.
     CoolWarm,
     /// Black to white in even steps of sRGB.
     Grey,
 }
 
-const GRADIENTS: [(&str, colorous::Gradient); 16] = [
-    ("viridis", colorous::VIRIDIS),
-    ("magma", colorous::MAGMA),
-    ("inferno", colorous::INFERNO),
-    ("plasma", colorous::PLASMA),
-    ("cividis", colorous::CIVIDIS),
-    ("turbo", colorous::TURBO),
-    ("blues", colorous::BLUES),
-    ("greens", colorous::GREENS),
-    ("oranges", colorous::ORANGES),
-    ("reds", colorous::REDS),
-    ("ylgnbu", colorous::YELLOW_GREEN_BLUE),
-    ("ylorrd", colorous::YELLOW_ORANGE_RED),
-    ("rdbu", colorous::RED_BLUE),
-    ("rdylbu", colorous::RED_YELLOW_BLUE),
-    ("puor", colorous::PURPLE_ORANGE),
-    ("spectral", colorous::SPECTRAL),
+const MAPS: [(&str, Base); 18] = [
+    ("viridis", Base::Gradient(colorous::VIRIDIS)),
+    ("magma", Base::Gradient(colorous::MAGMA)),
+    ("inferno", Base::Gradient(colorous::INFERNO)),
+    ("plasma", Base::Gradient(colorous::PLASMA)),
+    ("cividis", Base::Gradient(colorous::CIVIDIS)),
+    ("turbo", Base::Gradient(colorous::TURBO)),
+    ("blues", Base::Gradient(colorous::BLUES)),
+    ("greens", Base::Gradient(colorous::GREENS)),
+    ("oranges", Base::Gradient(colorous::ORANGES)),
+    ("reds", Base::Gradient(colorous::REDS)),
+    ("ylgnbu", Base::Gradient(colorous::YELLOW_GREEN_BLUE)),
+    ("ylorrd", Base::Gradient(colorous::YELLOW_ORANGE_RED)),
+    ("rdbu", Base::Gradient(colorous::RED_BLUE)),
+    ("rdylbu", Base::Gradient(colorous::RED_YELLOW_BLUE)),
+    ("puor", Base::Gradient(colorous::PURPLE_ORANGE)),
+    ("spectral", Base::Gradient(colorous::SPECTRAL)),
+    ("coolwarm", Base::CoolWarm),
+    ("grey", Base::Grey),
 ];
 
 impl ColorMap {
     /// Number of colours.
     pub const LEN: usize = 256;
 
-    /// The map of scenes that name none.
-    pub const VIRIDIS: ColorMap =
-        ColorMap { name: "viridis", base: Base::Gradient(0), is_reversed: false };
-
     /// The names of all maps.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        GRADIENTS.iter().map(|(name, _)| *name).chain(["coolwarm", "grey"])
+        MAPS.iter().map(|(name, _)| *name)
     }
 
     /// The map of a name in either case; `_r` at its end turns the map around.
     pub fn from_name(name: &str) -> Option<ColorMap> {
         let name = name.to_ascii_lowercase();
-        let (name, is_reversed) = match name.strip_suffix("_r") {
-            Some(name) => (name, true),
-            None => (name.as_str(), false),
-        };
-        let name = if name == "gray" { "grey" } else { name };
-        let (place, name) = ColorMap::names().enumerate().find(|(_, known)| *known == name)?;
-        let base = match name {
-            "coolwarm" => Base::CoolWarm,
-            "grey" => Base::Grey,
-            _ => Base::Gradient(place),
-        };
-        Some(ColorMap { name, base, is_reversed })
+        let forwards = name.strip_suffix("_r");
+        let base = forwards.unwrap_or(&name);
+        let base = if base == "gray" { "grey" } else { base };
+        let place = ColorMap::names().position(|known| known == base)?;
+        Some(ColorMap { place, is_reversed: forwards.is_some() })
     }
 
     /// The name, from which [`ColorMap::from_name`] gives the map again.
     pub fn name(self) -> String {
-        format!("{}{}", self.name, if self.is_reversed { "_r" } else { "" })
+        format!("{}{}", MAPS[self.place].0, if self.is_reversed { "_r" } else { "" })
     }
 
     /// The colours from the low end to the high one, 8-bit sRGB.
     pub fn srgb8(self) -> [[u8; 3]; ColorMap::LEN] {
-        let mut colors: [[u8; 3]; ColorMap::LEN] = std::array::from_fn(|i| match self.base {
-            Base::Gradient(place) => GRADIENTS[place].1.eval_rational(i, ColorMap::LEN).as_array(),
+        let color = |i| match MAPS[self.place].1 {
+            Base::Gradient(gradient) => gradient.eval_rational(i, ColorMap::LEN).as_array(),
             Base::CoolWarm => cool_warm(i as f64 / (ColorMap::LEN - 1) as f64),
             Base::Grey => [i as u8; 3],
-        });
+        };
+        let mut colors = std::array::from_fn(color);
         if self.is_reversed {
             colors.reverse();
         }
@@ -91,12 +81,6 @@ impl ColorMap {
     /// The colours from the low end to the high one.
     pub(super) fn colors(self) -> [Color; ColorMap::LEN] {
         self.srgb8().map(Color::from_srgb8)
-    }
-}
-
-impl Default for ColorMap {
-    fn default() -> ColorMap {
-        ColorMap::VIRIDIS
     }
 }
 

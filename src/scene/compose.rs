@@ -50,8 +50,8 @@ pub fn compose_scene(
     compose(Files::All, path, overrides, control)
 }
 
-/// Reads the scene or the data at `path` as [`compose_scene`] does, for those who do it again while they watch the file, as
-/// [`super::reread_scene`].
+/// Reads the scene or the data at `path` as [`compose_scene`] does, for those who do it again while they watch the file: what is no
+/// regular file, the scene's or a cloud's, is an error, for it could keep its reader for ever.
 ///
 /// # Errors
 /// As [`compose_scene`].
@@ -73,17 +73,16 @@ fn compose(
     let text = if of_data { OF_DATA.to_owned() } else { text_of(files, path)? };
     let read = |text: &str| parse_scene_from(files, text, path, control);
     let is_as_written = !of_data && overrides.leave_the_text();
-    let (mut scene, mut notes, mut text) = match is_as_written {
-        true => (read(&text)?, Vec::new(), text),
-        false => {
-            // What is wrong in the text itself, the reader tells.
-            let mut document =
-                SceneDocument::new(&text, path).or_else(|odd| read(&text).and(Err(odd)))?;
-            document.apply(overrides, path, of_data)?;
-            let (scene, notes) = completed(&mut document, of_data, read)
-                .map_err(|error| of_document(error, path, of_data))?;
-            (scene, notes, document.text())
-        }
+    let (mut scene, mut notes, mut text) = if is_as_written {
+        (read(&text)?, Vec::new(), text)
+    } else {
+        // What is wrong in the text itself, the reader tells.
+        let mut document =
+            SceneDocument::new(&text, path).or_else(|odd| read(&text).and(Err(odd)))?;
+        document.apply(overrides, path, of_data)?;
+        let (scene, notes) = completed(&mut document, of_data, read)
+            .map_err(|error| of_document(error, path, of_data))?;
+        (scene, notes, document.text())
     };
     if of_data && scene.spheres.is_empty() {
         let help = "give a row or a line for each sphere";
@@ -154,14 +153,13 @@ pub fn place_camera(
     if scene.spheres.is_empty() && of_scene.is_none() {
         return scene.require_camera(path).cloned();
     }
-    let up = overrides.camera.up.as_ref().map(|up| up.value);
+    let up = overrides.camera.up;
     let above = up.or(of_scene.map(|camera| camera.up)).unwrap_or(DVec3::Y);
     let up = |from| up.unwrap_or_else(|| usual_up(from, above));
-    let lens = overrides.lens(of_scene.map(|camera| camera.projection));
-    if let Some(position) = overrides.camera.position.as_ref().map(|position| position.value) {
+    let projection = overrides.projection(of_scene.map(|camera| camera.projection));
+    if let Some(position) = overrides.camera.position {
         // With a `look_at` as well, the text has all of it.
         let look_at = bounds(&scene.spheres)?.0;
-        let projection = lens.projection();
         return Camera { position, look_at, up: up(position - look_at), projection }.check();
     }
     let from = match (overrides.view, of_scene) {
@@ -171,14 +169,14 @@ pub fn place_camera(
     let framing = Framing {
         from,
         up: up(from),
-        lens,
+        projection,
+        fits_height: overrides.camera.height.is_none(),
         size: overrides.size.or(scene.image.map(|i| [i.width, i.height])).unwrap_or(SIZE),
         margin: overrides.margin.unwrap_or(Framing::MARGIN),
-        look_at: overrides.camera.look_at.as_ref().map(|point| point.value),
+        look_at: overrides.camera.look_at,
         n_turns: overrides.n_turns,
     };
-    let (look_at, projection) = (DVec3::ZERO, lens.projection());
-    Camera { position: from, look_at, up: framing.up, projection }.check()?;
+    Camera { position: from, look_at: DVec3::ZERO, up: framing.up, projection }.check()?;
     framing.camera(&scene.spheres, control)?.check()
 }
 
@@ -188,8 +186,7 @@ fn completed(
     of_data: bool,
     read: impl Fn(&str) -> Result<Scene>,
 ) -> Result<(Scene, Vec<String>)> {
-    let with_radius =
-        |radius: f64| CloudKeys { radius: Some(radius.into()), ..CloudKeys::default() };
+    let with_radius = |radius| CloudKeys { radius: Some(radius), ..CloudKeys::default() };
     let (mut lacks_radius, mut notes) = (false, Vec::new());
     let mut scene = loop {
         match read(&document.text_so_far()) {
@@ -199,7 +196,7 @@ fn completed(
                 document.set_of_cloud(&with_radius(1.0));
             }
             Err(Error::Scene(error)) if of_data && error.lacks == Some(Lack::Color) => {
-                let color = Color::parse(COLOR).map(Into::into);
+                let color = Color::parse(COLOR);
                 document.set_of_cloud(&CloudKeys { color, ..CloudKeys::default() });
             }
             read => break read?,

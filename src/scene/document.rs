@@ -9,6 +9,7 @@ use super::overrides::usual_up;
 use super::schema::{CameraKeys, CloudKeys, ImageKeys, SceneKeys, Section};
 use super::{Camera, Samples, SceneOverrides};
 use crate::error::{Error, Result};
+use crate::output;
 use crate::plain::Shown;
 
 /// Size of a picture of data.
@@ -98,8 +99,8 @@ impl SceneDocument {
         }
         self.apply_to_camera(options, of_data)?;
         let top = SceneKeys {
-            background: options.background.map(Into::into),
-            ambient: options.ambient.flatten().map(Into::into),
+            background: options.background,
+            ambient: options.ambient.flatten(),
             ..SceneKeys::default()
         };
         lay(self.document.as_table_mut(), &top);
@@ -121,15 +122,13 @@ impl SceneDocument {
         if options.frame() {
             return Ok(());
         }
-        let CameraKeys { position, look_at, up, .. } = &options.camera;
+        let CameraKeys { position, look_at, up, .. } = options.camera;
         if !of_data && self.document.contains_key("camera") {
             // Reading tells where it is no table.
             self.table("camera").into_iter().for_each(|camera| lay(camera, &options.camera));
         } else if let (Some(position), Some(look_at)) = (position, look_at) {
-            let (position, look_at) = (position.value, look_at.value);
-            let usual = || usual_up(position - look_at, DVec3::Y);
-            let up = up.as_ref().map_or_else(usual, |up| up.value);
-            let projection = options.lens(None).projection();
+            let up = up.unwrap_or_else(|| usual_up(position - look_at, DVec3::Y));
+            let projection = options.projection(None);
             self.set_camera(&Camera { position, look_at, up, projection }.check()?);
         }
         Ok(())
@@ -199,21 +198,10 @@ impl SceneDocument {
 
     /// Puts a table or tables in the place of those with this name.
     fn replace(&mut self, key: &str, new: Option<Item>) {
-        let old = self.document.remove(key);
-        let place = match &old {
-            Some(Item::Table(table)) => table.position(),
-            Some(Item::ArrayOfTables(tables)) => tables.iter().next().and_then(Table::position),
-            _ => None,
+        match new {
+            Some(new) => self.document.insert(key, new),
+            None => self.document.remove(key),
         };
-        let Some(mut new) = new else { return };
-        match &mut new {
-            Item::Table(table) => table.set_position(place),
-            Item::ArrayOfTables(tables) => {
-                tables.iter_mut().for_each(|table| table.set_position(place));
-            }
-            _ => {}
-        }
-        self.document.insert(key, new);
     }
 }
 
@@ -256,7 +244,7 @@ pub(super) fn file_of(cloud: &dyn TableLike) -> Option<&str> {
 /// # Errors
 /// [`Error::Usage`] for a path that has no place in a text.
 pub(super) fn set_file(cloud: &mut dyn TableLike, path: &Path) -> Result<()> {
-    let file = Some(in_utf8(path)?.to_owned().into());
+    let file = Some(in_utf8(path)?.to_owned());
     lay(cloud, &CloudKeys { file, ..CloudKeys::default() });
     Ok(())
 }
@@ -280,8 +268,7 @@ pub(crate) fn seen_from(scene: &Path, cloud: &Path) -> Result<PathBuf> {
 
 /// The folder of a file that may not be there yet, from the root on.
 pub(super) fn folder_of(path: &Path) -> Result<PathBuf> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new("."));
+    let folder = output::folder_of(path);
     folder.canonicalize().map_err(Error::io(folder))
 }
 

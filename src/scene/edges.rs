@@ -24,22 +24,15 @@ use crate::num::{Float, Lanes, Mask, Real};
 /// ```
 #[derive(Debug)]
 pub struct Edges {
-    /// `above[b]` is the end of the range of `b`. The last one is NaN, which no value reaches.
-    above: Vec<f64>,
-    /// The number at the beginning of each of equal parts of `0..1`, and at 1. No part has more
-    /// than one edge.
-    index: Vec<u16>,
-    /// The number at the beginning of each of the parts half a part lower. With both ends, no part has more
-    /// than one edge.
-    nearest: Vec<u16>,
-    /// `above`, with infinity for no value.
+    /// The end of the range of each number, infinity for the last one and one more.
     ends: Vec<f64>,
-    /// Both for bytes.
-    of_bytes: Box<OfBytes>,
+    /// The number half a part before the beginning of each of equal parts of `0..1`, and before 1. Half a part
+    /// farther on either side, there is at most one edge.
+    nearest: Vec<u16>,
 }
 
 /// [`Edges::nearest`] and [`Edges::ends`] of bytes, in tables with a place for each number that a place in them
-/// can be made of; empty for others.
+/// can be made of.
 #[derive(Debug)]
 pub struct OfBytes {
     nearest: [u8; 2 * BYTE_PARTS],
@@ -47,6 +40,16 @@ pub struct OfBytes {
     /// Rounded up: a number of f32 is below an end where it is below this.
     narrow_ends: [f32; 512],
 }
+
+static BYTES: LazyLock<OfBytes> = LazyLock::new(|| {
+    let Edges { ends, nearest } = Edges::srgb8();
+    let end = |at: usize| ends.get(at).copied().unwrap_or(f64::INFINITY);
+    OfBytes {
+        nearest: std::array::from_fn(|part| nearest.get(part).map_or(0, |&number| number as u8)),
+        ends: std::array::from_fn(end),
+        narrow_ends: std::array::from_fn(|at| round_up(end(at))),
+    }
+});
 
 /// Most ends of ranges that are looked at for bytes that are close together.
 const CLOSE: usize = 8;
@@ -108,44 +111,21 @@ impl Edges {
     /// `n_parts` is a power of two, so that the part of a value is found without rounding.
     fn new(largest: u16, n_parts: usize) -> Edges {
         let edge = |number: u16| linear_from_srgb((f64::from(number) - 0.5) / f64::from(largest));
-        let mut above: Vec<f64> = (1..=largest).into_par_iter().map(edge).collect();
-        let mut index = Vec::with_capacity(n_parts + 1);
-        for (number, edge) in (0..largest).zip(&above) {
-            // The first part that begins at the edge or above it.
-            index.resize((edge * n_parts as f64).ceil() as usize, number);
-        }
-        index.resize(n_parts + 1, largest);
+        let mut ends: Vec<f64> = (1..=largest).into_par_iter().map(edge).collect();
         let mut nearest = Vec::with_capacity(n_parts + 1);
-        for (number, edge) in (0..largest).zip(&above) {
+        for (number, edge) in (0..largest).zip(&ends) {
+            // The first part that begins half a part behind the edge or later.
             nearest.resize((edge * n_parts as f64 + 0.5).ceil() as usize, number);
         }
         nearest.resize(n_parts + 1, largest);
-        let ends: Vec<f64> = above.iter().copied().chain([f64::INFINITY; 2]).collect();
-        above.push(f64::NAN);
-        let mut of_bytes = OfBytes {
-            nearest: [0; 2 * BYTE_PARTS],
-            ends: [f64::INFINITY; 512],
-            narrow_ends: [f32::INFINITY; 512],
-        };
-        if largest == 255 {
-            for (at, &end) in ends.iter().enumerate().take(usize::from(largest)) {
-                (of_bytes.ends[at], of_bytes.narrow_ends[at]) = (end, round_up(end));
-            }
-            for (byte, &number) in of_bytes.nearest.iter_mut().zip(&nearest) {
-                *byte = number as u8;
-            }
-        }
-        Edges { above, index, nearest, ends, of_bytes: Box::new(of_bytes) }
+        ends.extend([f64::INFINITY; 2]);
+        Edges { ends, nearest }
     }
 
     /// The number whose range holds a linear value; 0 for NaN.
     #[inline]
     pub fn number(&self, linear: f64) -> u16 {
-        let n_parts = self.index.len() - 1;
-        // Negative values and NaN come to the first part.
-        let part = (linear * n_parts as f64) as usize;
-        let first = self.index[part.min(n_parts)];
-        first + u16::from(self.above[usize::from(first)] <= linear)
+        self.numbers(&[linear.clamp(0.0, 1.0)], &[0.0]).0[0]
     }
 
     /// The numbers of linear values side by side, and whether the values in `high` have the same ones. These are
@@ -174,7 +154,7 @@ impl Edges {
         low: Lanes<F, N>,
         high: Lanes<F, N>,
     ) -> ([u8; N], [bool; N]) {
-        let of_bytes = &*Edges::srgb8().of_bytes;
+        let of_bytes = &*BYTES;
         let (nearest, ends) = (&of_bytes.nearest, F::ends(of_bytes));
         let (mut bytes, mut are_same) = ([0; N], [false; N]);
         let [part] = places(F::near(BYTE_PARTS as f64), &[low.0[N / 2]]);
@@ -214,11 +194,11 @@ impl Edges {
     /// The ends of a number's range: it holds the linear values from the first to below the
     /// second. The ends of all are infinite. A number beyond the largest has the range of that.
     pub fn range(&self, number: u16) -> (f64, f64) {
-        let largest = self.above.len() - 1;
-        let number = usize::from(number).min(largest);
-        let low = if number == 0 { f64::NEG_INFINITY } else { self.above[number - 1] };
-        let high = if number == largest { f64::INFINITY } else { self.above[number] };
-        (low, high)
+        let number = usize::from(number).min(self.ends.len() - 2);
+        (
+            number.checked_sub(1).map_or(f64::NEG_INFINITY, |below| self.ends[below]),
+            self.ends[number],
+        )
     }
 }
 
@@ -246,14 +226,14 @@ mod tests {
 
     /// The number that [`Edges::number`] gives, by bisection over all ranges.
     fn bisected(edges: &Edges, linear: f64) -> u16 {
-        edges.above.partition_point(|&edge| edge <= linear) as u16
+        edges.ends.partition_point(|&edge| edge <= linear) as u16
     }
 
     #[test]
     fn every_edge_and_its_neighbours_are_found_as_by_bisection() {
         for (edges, largest) in both() {
-            assert_eq!(edges.above.len(), usize::from(largest) + 1);
-            assert!(edges.above[..usize::from(largest)].is_sorted_by(|a, b| a < b));
+            assert_eq!(edges.ends.len(), usize::from(largest) + 2);
+            assert!(edges.ends[..=usize::from(largest)].is_sorted_by(|a, b| a < b));
             for number in 1..=largest {
                 let (edge, _) = edges.range(number);
                 assert_eq!(edges.number(edge), number);
@@ -262,8 +242,8 @@ mod tests {
                     assert_eq!(edges.number(linear), bisected(edges, linear), "{linear:e}");
                 }
             }
-            for part in 0..edges.index.len() {
-                let linear = part as f64 / (edges.index.len() - 1) as f64;
+            for part in 0..2 * edges.nearest.len() - 1 {
+                let linear = 0.5 * part as f64 / (edges.nearest.len() - 1) as f64;
                 for linear in [linear.next_down(), linear, linear.next_up()] {
                     assert_eq!(edges.number(linear), bisected(edges, linear), "{linear:e}");
                 }
@@ -362,7 +342,6 @@ mod tests {
     #[test]
     fn a_part_has_at_most_one_edge() {
         for (edges, _) in both() {
-            assert!(edges.index.windows(2).all(|two| two[1] - two[0] <= 1));
             for (part, &first) in edges.nearest.iter().enumerate() {
                 let n_parts = (edges.nearest.len() - 1) as f64;
                 let ends = [-0.5, 0.5].map(|end| bisected(edges, (part as f64 + end) / n_parts));
@@ -388,7 +367,7 @@ mod tests {
     #[test]
     fn edges_are_the_same_everywhere() {
         let sum = |edges: &Edges| {
-            let bits = edges.above.iter().filter(|edge| !edge.is_nan()).map(|edge| edge.to_bits());
+            let bits = edges.ends.iter().filter(|edge| edge.is_finite()).map(|edge| edge.to_bits());
             bits.fold(0u64, |sum, bits| sum.rotate_left(5).wrapping_mul(31).wrapping_add(bits))
         };
         let sums = both().map(|(edges, _)| sum(edges));

@@ -23,7 +23,9 @@ pub struct Framing {
     /// The direction that appears upward; not parallel to `from`.
     pub up: DVec3,
     /// The kind of picture.
-    pub lens: FramingLens,
+    pub projection: Projection,
+    /// True where an orthographic picture is as high as needed, whatever the projection says.
+    pub fits_height: bool,
     /// Columns and rows of the picture: only their ratio counts.
     pub size: [u32; 2],
     /// Part of the picture's shorter side that is left free at each edge, from 0 to
@@ -35,36 +37,6 @@ pub struct Framing {
     /// 1 for a single picture.
     pub n_turns: u32,
 }
-
-/// How a framing camera maps the scene to the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FramingLens {
-    /// All rays start at the eye, whose distance is chosen.
-    Perspective {
-        /// Vertical field of view, degrees, strictly between 0 and 180.
-        fov_degrees: f64,
-    },
-    /// All rays are parallel.
-    Orthographic {
-        /// Height of the picture, world units; chosen where there is none.
-        height: Option<f64>,
-    },
-}
-
-impl FramingLens {
-    /// The projection; of no height in particular where it is chosen.
-    pub(super) fn projection(self) -> Projection {
-        match self {
-            FramingLens::Perspective { fov_degrees } => Projection::Perspective { fov_degrees },
-            FramingLens::Orthographic { height } => {
-                Projection::Orthographic { height: height.unwrap_or(1.0) }
-            }
-        }
-    }
-}
-
-/// The vertical field of view of a camera that nobody described, degrees.
-pub const USUAL_FOV_DEGREES: f64 = 30.0;
 
 /// Part of the scene's size that a camera's numbers are rounded to; less than a pixel.
 const ROUNDING: f64 = 5e-5;
@@ -93,25 +65,25 @@ impl Framing {
             None if directions.len() > 1 => step.near(middle),
             None => step.near(middle + self.centred(spheres, middle, control)?),
         };
-        let fit = |&from: &DVec3| {
+        let fit = |&from: &DVec3| -> Result<[f64; 2]> {
             control.check()?;
             let view = self.view(from);
             let limits = Limits::new(view, self.edges(self.usable(view.h)), spheres, middle);
             Ok(limits.fit(self, look_at - middle, size))
         };
-        let fits: Vec<Fit> = directions.par_iter().map(fit).collect::<Result<_>>()?;
-        let distance = fits.iter().fold(0.0, |most, fit| fit.distance.max(most));
-        let height = fits.iter().fold(0.0, |most, fit| fit.height.max(most));
+        let larger = |[a, b]: [f64; 2], [c, d]: [f64; 2]| Ok([a.max(c), b.max(d)]);
+        let fits = directions.par_iter().map(fit);
+        let [distance, height] = fits.try_reduce(|| [0.0; 2], larger)?;
         let factor = step.above(distance / self.from.length());
         let camera = Camera {
             position: step.near_if_it_is(look_at + factor * self.from, size),
             look_at,
             up: self.up,
-            projection: match self.lens {
-                FramingLens::Orthographic { height: None } => {
+            projection: match self.projection {
+                Projection::Orthographic { .. } if self.fits_height => {
                     Projection::Orthographic { height: step.above(height) }
                 }
-                lens => lens.projection(),
+                projection => projection,
             },
         };
         let is_usable = camera.position.is_finite() && camera.position != camera.look_at;
@@ -126,14 +98,14 @@ impl Framing {
     }
 
     fn view(&self, from: DVec3) -> View {
-        let (look_at, up, projection) = (DVec3::ZERO, self.up, self.lens.projection());
-        View::new(&Camera { position: from, look_at, up, projection })
+        let Framing { up, projection, .. } = *self;
+        View::new(&Camera { position: from, look_at: DVec3::ZERO, up, projection })
     }
 
     fn edges(&self, usable: [f64; 2]) -> [Edge; 2] {
-        match self.lens {
-            FramingLens::Perspective { .. } => usable.map(Edge::sloping),
-            FramingLens::Orthographic { .. } => [Edge { cos: 1.0, sin: 0.0 }; 2],
+        match self.projection {
+            Projection::Perspective { .. } => usable.map(Edge::sloping),
+            Projection::Orthographic { .. } => [Edge { cos: 1.0, sin: 0.0 }; 2],
         }
     }
 
@@ -147,7 +119,7 @@ impl Framing {
         let usable = self.usable(view.h);
         let limits = |usable| Limits::new(view, self.edges(usable), spheres, middle);
         let whole = limits(usable);
-        let FramingLens::Perspective { .. } = self.lens else { return Ok(whole.aside()) };
+        let Projection::Perspective { .. } = self.projection else { return Ok(whole.aside()) };
         let [across, along] = whole.eyes();
         let (spare, eye) = if across < along { (1, across) } else { (0, along) };
         let (mut too_narrow, mut enough, mut narrowed) = (0.0, 1.0, whole);
@@ -215,14 +187,6 @@ struct Limits {
     least: [f64; 5],
 }
 
-/// The least that is enough.
-struct Fit {
-    /// From the point that is looked at.
-    distance: f64,
-    /// Height of an orthographic picture, world units.
-    height: f64,
-}
-
 impl Limits {
     fn new(view: View, edges: [Edge; 2], spheres: &[Sphere], middle: DVec3) -> Limits {
         let [across, along] = edges;
@@ -264,16 +228,17 @@ impl Limits {
         x * self.view.right + y * self.view.true_up
     }
 
-    /// `axis` is the way from the middle of the scene to the point that is looked at.
-    fn fit(&self, framing: &Framing, axis: DVec3, size: f64) -> Fit {
+    /// The least distance from the point that is looked at, and height of an orthographic picture, that are enough.
+    /// `axis` is the way from the middle of the scene to that point.
+    fn fit(&self, framing: &Framing, axis: DVec3, size: f64) -> [f64; 2] {
         let [left, right, lower, upper, front] = self.least;
         let View { right: to_right, true_up, forward, .. } = self.view;
         let (x, y, z) = (axis.dot(to_right), axis.dot(true_up), axis.dot(forward));
         let [across, along] = self.edges;
         // Beyond what the edges ask for: a camera looks from somewhere.
         let least_distance = ROUNDING * size;
-        match framing.lens {
-            FramingLens::Perspective { .. } => {
+        match framing.projection {
+            Projection::Perspective { .. } => {
                 let eye = [
                     (left - across.cos * x) / across.sin,
                     (right + across.cos * x) / across.sin,
@@ -281,15 +246,15 @@ impl Limits {
                     (upper + along.cos * y) / along.sin,
                 ];
                 let eye = eye.into_iter().fold(f64::INFINITY, f64::min);
-                Fit { distance: (z - eye).max(least_distance), height: 0.0 }
+                [(z - eye).max(least_distance), 0.0]
             }
-            FramingLens::Orthographic { .. } => {
+            Projection::Orthographic { .. } => {
                 let [half_width, half_height] = framing.usable(0.5);
                 let needed = |here: f64, low: f64, high: f64| (here - low).max(-high - here);
                 let height = (needed(x, left, right) / half_width)
                     .max(needed(y, lower, upper) / half_height);
                 // Rays start in the picture's plane, which is before everything.
-                Fit { distance: (z - front + 0.5 * size).max(least_distance), height }
+                [(z - front + 0.5 * size).max(least_distance), height]
             }
         }
     }
@@ -314,9 +279,10 @@ pub(crate) fn bounds(spheres: &[Sphere]) -> Result<(DVec3, f64)> {
     let (middle, size) = (0.5 * low + 0.5 * high, (high - low).length());
     // Products of two lengths are formed, and distances are many times the size.
     let largest = size.max(middle.abs().max_element());
-    match largest < 1e140 && size > 1e-140 && size > 1e-12 * largest {
-        true => Ok((middle, size)),
-        false => Err(too_large()),
+    if largest < 1e140 && size > 1e-140 && size > 1e-12 * largest {
+        Ok((middle, size))
+    } else {
+        Err(too_large())
     }
 }
 
@@ -389,9 +355,10 @@ mod tests {
         (0..60).map(sphere).collect()
     }
 
-    fn framing(from: DVec3, lens: FramingLens, size: [u32; 2]) -> Framing {
+    fn framing(from: DVec3, projection: Projection, size: [u32; 2]) -> Framing {
         let up = if from.x == 0.0 && from.z == 0.0 { DVec3::NEG_Z } else { DVec3::Y };
-        Framing { from, up, lens, size, margin: 0.0, look_at: None, n_turns: 1 }
+        let (fits_height, margin, look_at, n_turns) = (true, 0.0, None, 1);
+        Framing { from, up, projection, fits_height, size, margin, look_at, n_turns }
     }
 
     /// How much room the spheres leave at left, right, lower and upper edge, as parts of the picture's
@@ -436,9 +403,9 @@ mod tests {
     #[test]
     fn everything_is_in_the_picture_and_touches_opposite_edges() {
         let lenses = [
-            FramingLens::Perspective { fov_degrees: 30.0 },
-            FramingLens::Perspective { fov_degrees: 110.0 },
-            FramingLens::Orthographic { height: None },
+            Projection::Perspective { fov_degrees: 30.0 },
+            Projection::Perspective { fov_degrees: 110.0 },
+            Projection::Orthographic { height: 1.0 },
         ];
         for (scale, center) in [
             (1.0, DVec3::ZERO),
@@ -472,7 +439,7 @@ mod tests {
     fn a_nearer_camera_cuts_something_off() {
         let spheres = cloud(8, 1.0, DVec3::ZERO);
         let framing =
-            framing(DVec3::ONE, FramingLens::Perspective { fov_degrees: 40.0 }, [640, 480]);
+            framing(DVec3::ONE, Projection::Perspective { fov_degrees: 40.0 }, [640, 480]);
         let mut camera = framing.camera(&spheres, &Control::default()).unwrap();
         camera.position = camera.look_at + 0.99 * (camera.position - camera.look_at);
         let room = room(&camera, framing.size, &spheres);
@@ -483,8 +450,8 @@ mod tests {
     fn a_margin_is_left_at_each_edge() {
         let spheres = cloud(9, 1.0, DVec3::ZERO);
         for lens in [
-            FramingLens::Perspective { fov_degrees: 40.0 },
-            FramingLens::Orthographic { height: None },
+            Projection::Perspective { fov_degrees: 40.0 },
+            Projection::Orthographic { height: 1.0 },
         ] {
             let framing = Framing { margin: 0.1, ..framing(DVec3::Z, lens, [1000, 500]) };
             let room = room(
@@ -501,8 +468,8 @@ mod tests {
     fn all_turns_see_everything() {
         let spheres = cloud(10, 1.0, DVec3::ONE);
         for lens in [
-            FramingLens::Perspective { fov_degrees: 40.0 },
-            FramingLens::Orthographic { height: None },
+            Projection::Perspective { fov_degrees: 40.0 },
+            Projection::Orthographic { height: 1.0 },
         ] {
             let n_turns = 12;
             let framing =
@@ -521,7 +488,7 @@ mod tests {
     #[test]
     fn numbers_are_short() {
         let spheres = cloud(11, 1.0, DVec3::new(0.1234567, 5.4321, -1.0 / 3.0));
-        let lens = FramingLens::Orthographic { height: None };
+        let lens = Projection::Orthographic { height: 1.0 };
         let camera = framing(DVec3::new(1.0, 1.0, 2.0), lens, [640, 480])
             .camera(&spheres, &Control::default())
             .unwrap();
@@ -535,7 +502,7 @@ mod tests {
 
     #[test]
     fn what_has_no_middle_is_refused() {
-        let lens = FramingLens::Orthographic { height: None };
+        let lens = Projection::Orthographic { height: 1.0 };
         let framing = framing(DVec3::ONE, lens, [640, 480]);
         let at = |center, radius| vec![Sphere { center, radius }];
         for spheres in [

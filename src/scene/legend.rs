@@ -21,7 +21,7 @@ impl Coloring {
     /// The colour of spheres without a number, where nobody says another: magenta, which no map has.
     pub const MISSING_COLOR: Color = Color([1.0, 0.0, 1.0]);
 
-    /// Makes colours of the `number` that each of these stands for. `range` is that of the numbers where none
+    /// Makes colours of the numbers that are all parts of these. `range` is that of the numbers where none
     /// is given, and of no numbers 0; `None` where all that there are is not finite.
     pub(super) fn paint(
         column: String,
@@ -29,20 +29,20 @@ impl Coloring {
         range: Option<[f64; 2]>,
         missing_color: Color,
         colors: &mut [Color],
-        number: impl Fn(Color) -> f64,
     ) -> Option<Coloring> {
         let of_numbers = || match &*colors {
             [] => Some([0.0; 2]),
-            colors => Coloring::range_of(colors.iter().map(|color| number(*color))),
+            colors => Coloring::range_of(colors.iter().map(|color| color.0[0])),
         };
         let range = range.or_else(of_numbers)?;
         let palette = map.colors();
         let mut n_missing = 0;
         for color in colors {
-            let number = number(*color);
-            *color = match number.is_nan() {
-                true => missing_color,
-                false => palette[Coloring::place(range, number)],
+            let number = color.0[0];
+            *color = if number.is_nan() {
+                missing_color
+            } else {
+                palette[Coloring::place(range, number)]
             };
             n_missing += usize::from(number.is_nan());
         }

@@ -36,16 +36,14 @@ pub use compose::{Composed, compose_scene, place_camera, recompose_scene};
 pub(crate) use document::{in_utf8, seen_from};
 pub use edges::Edges;
 pub(crate) use edges::Linear;
+pub use framing::Framing;
 pub(crate) use framing::turned;
-pub use framing::{Framing, FramingLens, USUAL_FOV_DEGREES};
 pub use legend::Coloring;
 pub use light::{Light, Sky, Source};
 pub use overrides::{SceneOverrides, Viewpoint};
-pub use read::{
-    parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with, reread_scene,
-};
+pub use read::{parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with};
 pub use samples::Samples;
-pub(crate) use save::write_rows;
+pub(crate) use save::{CloudRow, write_rows};
 pub use shipped::SHIPPED_SCENES;
 pub use spheres::{Sphere, Spheres};
 
@@ -90,7 +88,7 @@ impl Camera {
 
     /// The camera as a scene file has it, with all digits: read again, it is the same one.
     pub fn to_toml(&self) -> String {
-        let camera = Some(schema::CameraKeys::from(self).into());
+        let camera = Some(self.into());
         schema::SceneKeys { camera, ..Default::default() }.document()
     }
 }

@@ -22,11 +22,12 @@ impl Files {
         }
         // Else a pipe that nobody writes to would keep its reader here.
         let file = system::open_at_once(path)?;
-        match file.metadata()?.is_file() {
-            true => Ok(file),
-            false => Err(io::Error::other(
+        if file.metadata()?.is_file() {
+            Ok(file)
+        } else {
+            Err(io::Error::other(
                 "it is no regular file any more, and an open window waits for no other",
-            )),
+            ))
         }
     }
 

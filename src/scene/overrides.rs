@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::schema::{CameraKeys, CloudKeys, LightKeys, SkyKeys};
-use super::{Color, FramingLens, Projection, Samples, USUAL_FOV_DEGREES};
+use super::{Color, Projection, Samples};
 
 /// What options ask for. What is `None` is as the scene says it, or as is usual.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -73,30 +73,30 @@ impl Viewpoint {
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            Viewpoint::Quarter => "quarter",
-            Viewpoint::Iso => "iso",
-            Viewpoint::X => "x",
-            Viewpoint::NegX => "-x",
-            Viewpoint::Y => "y",
-            Viewpoint::NegY => "-y",
-            Viewpoint::Z => "z",
-            Viewpoint::NegZ => "-z",
-        }
+        self.name_and_direction().0
     }
 
     /// The way from what is seen to the camera. `up` says what is above for the two that are a little
     /// from above; then the axis that it is nearest to counts.
     pub fn direction(self, up: DVec3) -> DVec3 {
+        let (_, direction) = self.name_and_direction();
         match self {
-            Viewpoint::Quarter => with_up(DVec3::new(1.0, 1.0, 2.0), up),
-            Viewpoint::Iso => with_up(DVec3::ONE, up),
-            Viewpoint::X => DVec3::X,
-            Viewpoint::NegX => DVec3::NEG_X,
-            Viewpoint::Y => DVec3::Y,
-            Viewpoint::NegY => DVec3::NEG_Y,
-            Viewpoint::Z => DVec3::Z,
-            Viewpoint::NegZ => DVec3::NEG_Z,
+            Viewpoint::Quarter | Viewpoint::Iso => with_up(direction, up),
+            _ => direction,
+        }
+    }
+
+    /// Where y is up.
+    fn name_and_direction(self) -> (&'static str, DVec3) {
+        match self {
+            Viewpoint::Quarter => ("quarter", DVec3::new(1.0, 1.0, 2.0)),
+            Viewpoint::Iso => ("iso", DVec3::ONE),
+            Viewpoint::X => ("x", DVec3::X),
+            Viewpoint::NegX => ("-x", DVec3::NEG_X),
+            Viewpoint::Y => ("y", DVec3::Y),
+            Viewpoint::NegY => ("-y", DVec3::NEG_Y),
+            Viewpoint::Z => ("z", DVec3::Z),
+            Viewpoint::NegZ => ("-z", DVec3::NEG_Z),
         }
     }
 }
@@ -140,20 +140,14 @@ impl SceneOverrides {
         self.view.is_some() || self.margin.is_some() || self.is_height_chosen
     }
 
-    /// The lens that is asked for, or that of the scene, or the usual one.
-    pub(super) fn lens(&self, of_scene: Option<Projection>) -> FramingLens {
-        let CameraKeys { fov, height, .. } = &self.camera;
-        match (fov, height, of_scene) {
-            (Some(fov), ..) => FramingLens::Perspective { fov_degrees: fov.value },
-            (_, Some(height), _) => FramingLens::Orthographic { height: Some(height.value) },
-            _ if self.is_height_chosen => FramingLens::Orthographic { height: None },
-            (.., Some(Projection::Orthographic { .. })) => {
-                FramingLens::Orthographic { height: None }
-            }
-            (.., Some(Projection::Perspective { fov_degrees })) => {
-                FramingLens::Perspective { fov_degrees }
-            }
-            (.., None) => FramingLens::Perspective { fov_degrees: USUAL_FOV_DEGREES },
+    /// The projection that is asked for, or that of the scene, or the usual one of 30°; of no height in particular where
+    /// that is chosen.
+    pub(super) fn projection(&self, of_scene: Option<Projection>) -> Projection {
+        match (self.camera.fov, self.camera.height) {
+            (Some(fov_degrees), _) => Projection::Perspective { fov_degrees },
+            (_, Some(height)) => Projection::Orthographic { height },
+            _ if self.is_height_chosen => Projection::Orthographic { height: 1.0 },
+            _ => of_scene.unwrap_or(Projection::Perspective { fov_degrees: 30.0 }),
         }
     }
 }

@@ -82,16 +82,8 @@ impl SceneError {
         message: impl Into<String>,
         help: impl Into<String>,
     ) -> Box<SceneError> {
-        Box::new(SceneError {
-            path: path.to_owned(),
-            text: String::new(),
-            span: 0..0,
-            line: 0,
-            column: 0,
-            message: message.into(),
-            help: help.into(),
-            lacks: None,
-        })
+        let error = Fault::new(0..0, message, help).in_text("", path);
+        Box::new(SceneError { line: 0, column: 0, ..*error })
     }
 }
 

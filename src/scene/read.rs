@@ -1,23 +1,21 @@
 //! Scene files: what a valid scene is.
 
-use std::ops::Range;
 use std::path::Path;
 
 use glam::DVec3;
 use toml::de::DeTable;
 
-use super::clouds::{CloudTable, ColumnNames, Part, is_cloud_file, read_clouds};
+use super::clouds::{is_cloud_file, read_clouds};
 use super::open::Files;
 use super::places::{Fault, Stop};
 use super::schema::{
-    CameraKeys, CloudKeys, ColumnKeys, FOV, HEIGHT, ImageKeys, LightKeys, PlaneKeys, SceneKeys,
-    SkyKeys, Spanned, SphereKeys,
+    CameraKeys, CloudKeys, FOV, HEIGHT, ImageKeys, LightKeys, PlaneKeys, SceneKeys, Section,
+    SkyKeys, SphereKeys,
 };
 use super::sniff::look_of_bytes;
 use super::table::{Checked, lacks, read_table, syntax_fault};
 use super::{
-    Camera, Color, Coloring, ImageSize, Light, Plane, Projection, Scene, Sky, Source, Sphere,
-    Spheres,
+    Camera, Color, ImageSize, Light, Plane, Projection, Scene, Sky, Source, Sphere, Spheres,
 };
 use crate::control::Control;
 use crate::error::{Error, Result, SceneError};
@@ -40,20 +38,7 @@ pub fn read_scene(path: &Path) -> Result<Scene> {
 /// # Errors
 /// [`Error::Interrupted`](crate::Error::Interrupted) as well.
 pub fn read_scene_with(path: &Path, control: &Control) -> Result<Scene> {
-    read_scene_from(Files::All, path, control)
-}
-
-/// Reads and checks a scene file as [`read_scene_with`] does, for those who read a scene again while they watch its file: what is
-/// no regular file, the scene's or a cloud's, is an error, for it could keep its reader for ever.
-///
-/// # Errors
-/// As [`read_scene_with`].
-pub fn reread_scene(path: &Path, control: &Control) -> Result<Scene> {
-    read_scene_from(Files::Regular, path, control)
-}
-
-fn read_scene_from(files: Files, path: &Path, control: &Control) -> Result<Scene> {
-    parse_scene_from(files, &text_of(files, path)?, path, control)
+    parse_scene_with(&read_scene_text(path)?, path, control)
 }
 
 /// Bytes of memory for each byte of a scene file while it is parsed. Measured for TOML alone: 45 for spheres, 95 for
@@ -145,52 +130,49 @@ pub(super) fn parse_scene_from(
 }
 
 /// The scene without its clouds, and what the file says about them.
-fn read_document(text: &str) -> Checked<(Scene, Vec<CloudTable>)> {
+fn read_document(text: &str) -> Checked<(Scene, Vec<CloudKeys>)> {
     let document = DeTable::parse(text).map_err(|error| syntax_fault(text, &error))?;
     read_table::<SceneKeys>(document.get_ref(), 0..0)?.scene()
 }
 
 impl SceneKeys {
-    fn scene(self) -> Checked<(Scene, Vec<CloudTable>)> {
+    fn scene(self) -> Checked<(Scene, Vec<CloudKeys>)> {
         let camera = self.camera.map(|camera| camera.camera()).transpose()?;
-        let image = self.image.unwrap_or_else(|| ImageKeys::default().into()).value;
+        let image = self.image.unwrap_or_default();
         let eye = camera.as_ref().map_or(DVec3::ZERO, |camera| camera.position);
-        let lights = each(self.light, |light| light.light(eye))?;
+        let lights = self.light.into_iter().flatten();
+        let lights = lights.map(|light| light.light(eye)).collect::<Checked<_>>()?;
         let mut spheres = Spheres::default();
-        for (index, keys) in (0..).zip(self.sphere.into_iter().flat_map(|all| all.value)) {
+        for (index, keys) in (0..).zip(self.sphere.into_iter().flatten()) {
             let (sphere, color) = keys.sphere(eye)?;
             spheres.push(sphere, color);
             if let Some(name) = keys.name {
-                spheres.set_name(index, name.value);
+                spheres.set_name(index, name);
             }
         }
+        let planes = self.plane.into_iter().flatten();
         let scene = Scene {
-            background: self.background.map_or(Color::BLACK, |color| color.value),
+            background: self.background.unwrap_or_default(),
             image: image.size()?,
-            samples: image.samples.map(|samples| samples.value),
+            samples: image.samples,
             lights,
             sky: self.sky.map(|sky| sky.sky()).transpose()?,
-            ambient: self.ambient.map(|ambient| ambient.value),
-            planes: each(self.plane, |plane| plane.plane(eye))?,
+            ambient: self.ambient,
+            planes: planes.map(|plane| plane.plane(eye)).collect::<Checked<_>>()?,
             camera,
             spheres,
             clouds: Vec::new(),
             notes: Vec::new(),
         };
-        Ok((scene, each(self.spheres, CloudKeys::cloud)?))
+        Ok((scene, self.spheres.unwrap_or_default()))
     }
 }
 
 /// The value of a key that its table must have.
 macro_rules! need {
     ($keys:ident.$key:ident) => {
-        $keys.$key.as_ref().ok_or_else(|| lacks::<Self>(&$keys.span, &[stringify!($key)]))?
+        $keys.$key.as_ref().ok_or_else(|| lacks($keys, &[stringify!($key)]))?
     };
-}
-
-/// What `of` makes of each table under a key.
-fn each<S, T>(tables: Option<Spanned<Vec<S>>>, of: impl Fn(S) -> Checked<T>) -> Checked<Vec<T>> {
-    tables.into_iter().flat_map(|tables| tables.value).map(of).collect()
 }
 
 /// The sine between `up` and the view axis above which `right` has a direction. Its f64 value is
@@ -201,30 +183,27 @@ const MIN_UP_SINE: f64 = 1.0 / (1u64 << 40) as f64;
 impl CameraKeys {
     /// The camera that this says.
     fn camera(&self) -> Checked<Camera> {
-        let position = need!(self.position).value;
-        let look_at = need!(self.look_at);
-        let axis = from_eye("look_at", look_at.value, &look_at.span, position)?;
+        let (position, look_at) = (*need!(self.position), *need!(self.look_at));
+        let axis = from_eye(self, "look_at", look_at, position)?;
         if axis == DVec3::ZERO {
             return Err(Fault::new(
-                look_at.span.clone(),
+                self.span("look_at"),
                 "`look_at` is the same point as `position`",
                 "the camera looks from `position` towards `look_at`; move one of them",
             ));
         }
-        let up = self.up.as_ref().map_or(DVec3::Y, |up| up.value);
+        let up = self.up.unwrap_or(DVec3::Y);
+        let span_of_up = self.span(if self.up.is_some() { "up" } else { "look_at" });
         if up == DVec3::ZERO {
-            let span = self.up.as_ref().map_or(&look_at.span, |up| &up.span);
             let help = "choose a direction across the view, of any length but zero";
-            return Err(Fault::new(span.clone(), "`up` is the zero vector", help));
+            return Err(Fault::new(span_of_up, "`up` is the zero vector", help));
         }
         if !(direction(axis).cross(direction(up)).length() > MIN_UP_SINE) {
             let default = if self.up.is_none() { "default " } else { "" };
-            let other = match direction(axis).abs().y > 0.5 {
-                true => "[0.0, 0.0, 1.0]",
-                false => "[0.0, 1.0, 0.0]",
-            };
+            let other =
+                if direction(axis).abs().y > 0.5 { "[0.0, 0.0, 1.0]" } else { "[0.0, 1.0, 0.0]" };
             return Err(Fault::new(
-                self.up.as_ref().map_or(&look_at.span, |up| &up.span).clone(),
+                span_of_up,
                 format!(
                     "the {default}`up` {:?} is parallel to the view from `position` to `look_at`",
                     up.to_array()
@@ -232,22 +211,19 @@ impl CameraKeys {
                 format!("choose a direction across the view, e.g. up = {other}"),
             ));
         }
-        let mut camera = Camera { up, ..Camera::new(position, look_at.value) };
-        let (key, given, projection, (expected, is_possible)) = match (&self.fov, &self.height) {
+        let mut camera = Camera { up, ..Camera::new(position, look_at) };
+        let (key, number, projection, (expected, is_possible)) = match (self.fov, self.height) {
             (None, None) => return Ok(camera),
-            (Some(fov), _) => ("fov", fov, Projection::Perspective { fov_degrees: fov.value }, FOV),
-            (None, Some(height)) => {
-                ("height", height, Projection::Orthographic { height: height.value }, HEIGHT)
-            }
+            (Some(fov), _) => ("fov", fov, Projection::Perspective { fov_degrees: fov }, FOV),
+            (None, Some(height)) => ("height", height, Projection::Orthographic { height }, HEIGHT),
         };
         camera.projection = projection;
-        let number = given.value;
         // A number near the smallest f64 has no half or tangent but 0, and a picture no extent.
         if is_possible(number) && View::new(&camera).h > 0.0 {
             return Ok(camera);
         }
         let found = format!("`{key}` is {number:?}");
-        Err(Fault::new(given.span.clone(), found, format!("expected {expected}")))
+        Err(Fault::new(self.span(key), found, format!("expected {expected}")))
     }
 }
 
@@ -270,115 +246,92 @@ impl ImageKeys {
         if self.width.is_none() && self.height.is_none() {
             return Ok(None);
         }
-        let width = need!(self.width).value;
-        let height = need!(self.height).value;
-        Ok(Some(ImageSize { width, height }))
+        Ok(Some(ImageSize { width: *need!(self.width), height: *need!(self.height) }))
     }
 }
 
 impl LightKeys {
-    fn light(self, eye: DVec3) -> Checked<Light> {
-        let source = match (&self.position, &self.direction) {
+    fn light(&self, eye: DVec3) -> Checked<Light> {
+        let source = match (self.position, self.direction) {
             (Some(place), _) => {
-                if let Source::Point(point) = place.value {
-                    from_eye("position", point, &place.span, eye)?;
+                if let Source::Point(point) = place {
+                    from_eye(self, "position", point, eye)?;
                 }
-                place.value
+                place
             }
-            (None, Some(direction)) => Source::Sun(direction.value),
-            (None, None) => return Err(lacks::<Self>(&self.span, &["position", "direction"])),
+            (None, Some(direction)) => Source::Sun(direction),
+            (None, None) => return Err(lacks(self, &["position", "direction"])),
         };
         Ok(Light {
             source,
-            color: self.color.map_or(Color([1.0; 3]), |color| color.value),
-            intensity: self.intensity.map_or(1.0, |intensity| intensity.value),
-            shadows: self.shadows.is_none_or(|shadows| shadows.value),
+            color: self.color.unwrap_or(Color([1.0; 3])),
+            intensity: self.intensity.unwrap_or(1.0),
+            shadows: self.shadows.unwrap_or(true),
         })
     }
 }
 
 impl SkyKeys {
     fn sky(&self) -> Checked<Sky> {
-        let intensity = need!(self.intensity).value;
-        let directions = self.directions.as_ref().map_or(Sky::DIRECTIONS, |number| number.value);
-        Ok(Sky { intensity, directions })
+        let directions = self.directions.unwrap_or(Sky::DIRECTIONS);
+        Ok(Sky { intensity: *need!(self.intensity), directions })
     }
 }
 
 impl SphereKeys {
     fn sphere(&self, eye: DVec3) -> Checked<(Sphere, Color)> {
-        let center = need!(self.center);
-        from_eye("center", center.value, &center.span, eye)?;
-        let radius = need!(self.radius);
-        let sphere = Sphere { center: center.value, radius: radius.value };
-        if !(sphere.center.abs() + DVec3::splat(sphere.radius)).is_finite() {
-            return Err(too_far("radius", &radius.span));
+        let center = *need!(self.center);
+        from_eye(self, "center", center, eye)?;
+        let radius = *need!(self.radius);
+        if !(center.abs() + DVec3::splat(radius)).is_finite() {
+            return Err(too_far(self, "radius"));
         }
-        Ok((sphere, need!(self.color).value))
+        Ok((Sphere { center, radius }, *need!(self.color)))
     }
 }
 
 impl PlaneKeys {
-    fn plane(self, eye: DVec3) -> Checked<Plane> {
-        let point = need!(self.point);
-        from_eye("point", point.value, &point.span, eye)?;
+    fn plane(&self, eye: DVec3) -> Checked<Plane> {
+        let point = *need!(self.point);
+        from_eye(self, "point", point, eye)?;
         Ok(Plane {
-            point: point.value,
-            normal: need!(self.normal).value,
-            color: need!(self.color).value,
-            name: self.name.map(|name| name.value.into()),
+            point,
+            normal: *need!(self.normal),
+            color: *need!(self.color),
+            name: self.name.as_deref().map(Into::into),
         })
     }
 }
 
 impl CloudKeys {
-    fn cloud(self) -> Checked<CloudTable> {
-        let file = need!(self.file).clone();
-        if self.color_by.is_none() {
-            let keys = [
-                ("colormap", self.colormap.as_ref().map(|key| &key.span)),
-                ("range", self.range.as_ref().map(|key| &key.span)),
-                ("missing_color", self.missing_color.as_ref().map(|key| &key.span)),
-            ];
-            if let Some((key, span)) = keys.into_iter().find_map(|(key, span)| Some((key, span?))) {
-                return Err(Fault::new(
-                    span.clone(),
-                    format!("`{key}` is given without `color_by`"),
-                    "it says how a column is coloured: name the column, e.g. `color_by = \"speed\"`",
-                ));
-            }
+    /// The file, where the other keys go together.
+    pub(super) fn file(&self) -> Checked<&str> {
+        let file = need!(self.file);
+        let of_map = [
+            ("colormap", self.colormap.is_some()),
+            ("range", self.range.is_some()),
+            ("missing_color", self.missing_color.is_some()),
+        ];
+        match of_map.into_iter().find(|(_, is_given)| *is_given) {
+            Some((key, _)) if self.color_by.is_none() => Err(Fault::new(
+                self.span(key),
+                format!("`{key}` is given without `color_by`"),
+                "it says how a column is coloured: name the column, e.g. `color_by = \"speed\"`",
+            )),
+            _ => Ok(file),
         }
-        let ColumnKeys { x, y, z, radius, diameter, red, green, blue, element, .. } =
-            self.columns.map(|columns| columns.value).unwrap_or_default();
-        let mut columns = ColumnNames::default();
-        let names = [x, y, z, radius, diameter, red, green, blue, element];
-        Part::ALL.into_iter().zip(names).for_each(|(part, name)| columns.set(part, name));
-        Ok(CloudTable {
-            file,
-            radius: self.radius,
-            color: self.color,
-            columns,
-            color_by: self.color_by,
-            colormap: self.colormap.map(|map| map.value).unwrap_or_default(),
-            range: self.range.map(|range| range.value),
-            missing_color: self.missing_color.map_or(Coloring::MISSING_COLOR, |key| key.value),
-            frame: self.frame,
-        })
     }
 }
 
 /// `point − eye`, which all later arithmetic starts from.
-fn from_eye(key: &str, point: DVec3, span: &Range<usize>, eye: DVec3) -> Checked<DVec3> {
+fn from_eye(section: &impl Section, key: &str, point: DVec3, eye: DVec3) -> Checked<DVec3> {
     let difference = point - eye;
-    match difference.is_finite() {
-        true => Ok(difference),
-        false => Err(too_far(key, span)),
-    }
+    if difference.is_finite() { Ok(difference) } else { Err(too_far(section, key)) }
 }
 
-fn too_far(key: &str, span: &Range<usize>) -> Fault {
+fn too_far(section: &impl Section, key: &str) -> Fault {
     Fault::new(
-        span.clone(),
+        section.span(key),
         format!("`{key}` reaches too far from the eye or the origin"),
         "sums and differences of coordinates must stay below 1.8e308, the largest 64-bit float",
     )

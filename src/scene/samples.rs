@@ -18,12 +18,11 @@ impl Samples {
     /// # Errors
     /// [`Error::Usage`] for none, or for more than [`Samples::MOST`].
     pub fn new(across: u32) -> Result<Samples> {
-        match (1..=Samples::MOST).contains(&across) {
-            true => Ok(Samples(across)),
-            false => {
-                let most = Samples::MOST;
-                Err(Error::Usage(format!("{across} samples across a pixel: give 1 to {most}")))
-            }
+        if (1..=Samples::MOST).contains(&across) {
+            Ok(Samples(across))
+        } else {
+            let most = Samples::MOST;
+            Err(Error::Usage(format!("{across} samples across a pixel: give 1 to {most}")))
         }
     }
 

@@ -1,29 +1,22 @@
 //! A scene into a file, so that it reads as the same scene again.
 
 use std::io::Write;
+use std::ops::Range;
 use std::path::Path;
 
 use glam::DVec3;
 
 use super::document::in_utf8;
-use super::schema::{
-    CameraKeys, CloudKeys, ImageKeys, LightKeys, PlaneKeys, SceneKeys, SkyKeys, Spanned, SphereKeys,
-};
+use super::schema::{CloudKeys, ImageKeys, SceneKeys, SphereKeys};
 use super::{Color, Scene, Sphere};
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::npy::write_float_header;
+use crate::npy;
 use crate::output::{self, OutputFile};
 use crate::plain::Shown;
 
 /// Spheres that stand in the scene file itself; more go into a cloud beside it.
 const MOST_IN_FILE: usize = 256;
-
-/// Columns of a cloud: centre, radius, linear colour.
-const N_COLUMNS: usize = 7;
-
-/// Rows of a cloud that are written at a time.
-const ROWS_AT_ONCE: u64 = 1 << 14;
 
 impl Scene {
     /// Writes the scene into a `.toml` file and, if it has many spheres, those without a name into an
@@ -51,12 +44,10 @@ impl Scene {
         }
         let mut data = OutputFile::create(&cloud_path, false)?;
         let rows = self.spheres[n_single..].iter().zip(self.spheres.colors().skip(n_single));
-        let mut rows =
-            rows.map(|(Sphere { center: DVec3 { x, y, z }, radius }, Color([r, g, b]))| {
-                [*x, *y, *z, *radius, r, g, b]
-            });
-        let row = || rows.next().unwrap_or_default();
-        write_rows(&mut data, (self.spheres.len() - n_single) as u64, row, control)?;
+        let rows = rows.map(|(Sphere { center: DVec3 { x, y, z }, radius }, Color([r, g, b]))| {
+            [*x, *y, *z, *radius, r, g, b]
+        });
+        write_rows(&mut data, self.spheres.len() - n_single, rows, control)?;
         output::commit([data, file], control)
     }
 
@@ -75,35 +66,33 @@ impl Scene {
 
     fn text(&self, n_single: usize, cloud_file: Option<&str>) -> String {
         let image = self.image.map(|image| [image.width, image.height]);
-        let image = ImageKeys::new(image, self.samples);
         let sphere = |(index, sphere): (usize, &Sphere)| SphereKeys {
-            name: self.spheres.name(index).map(|name| name.to_owned().into()),
-            center: Some(sphere.center.into()),
-            radius: Some(sphere.radius.into()),
-            color: self.spheres.color(index).map(Into::into),
-            span: 0..0,
+            name: self.spheres.name(index).map(Into::into),
+            center: Some(sphere.center),
+            radius: Some(sphere.radius),
+            color: self.spheres.color(index),
+            ..SphereKeys::default()
         };
-        let cloud =
-            |file: &str| CloudKeys { file: Some(file.to_owned().into()), ..CloudKeys::default() };
+        let cloud = |file: &str| CloudKeys { file: Some(file.into()), ..CloudKeys::default() };
         SceneKeys {
-            background: Some(self.background.into()),
-            ambient: self.ambient.map(Into::into),
-            camera: self.camera.as_ref().map(|camera| CameraKeys::from(camera).into()),
-            image: (image != ImageKeys::default()).then(|| image.into()),
-            light: list(self.lights.iter().map(LightKeys::from)),
-            sky: self.sky.as_ref().map(|sky| SkyKeys::from(sky).into()),
-            sphere: list(self.spheres[..n_single].iter().enumerate().map(sphere)),
-            spheres: list(cloud_file.into_iter().map(cloud)),
-            plane: list(self.planes.iter().map(PlaneKeys::from)),
-            span: 0..0,
+            background: Some(self.background),
+            ambient: self.ambient,
+            camera: self.camera.as_ref().map(Into::into),
+            image: Some(ImageKeys::new(image, self.samples))
+                .filter(|image| *image != ImageKeys::default()),
+            light: Some(self.lights.iter().map(Into::into).collect()),
+            sky: self.sky.as_ref().map(Into::into),
+            sphere: Some(self.spheres[..n_single].iter().enumerate().map(sphere).collect()),
+            spheres: Some(cloud_file.into_iter().map(cloud).collect()),
+            plane: Some(self.planes.iter().map(Into::into).collect()),
+            ..SceneKeys::default()
         }
         .document()
     }
 }
 
-fn list<T>(tables: impl Iterator<Item = T>) -> Option<Spanned<Vec<T>>> {
-    Some(Vec::from_iter(tables).into())
-}
+/// A row of a cloud: centre, radius, linear colour.
+pub(crate) type CloudRow = [f64; 7];
 
 /// Writes an `.npy` file of so many rows: x, y, z, radius and linear red, green, blue. `control` counts its bytes.
 ///
@@ -111,29 +100,17 @@ fn list<T>(tables: impl Iterator<Item = T>) -> Option<Spanned<Vec<T>>> {
 /// [`Error::Io`]; [`Error::Interrupted`].
 pub(crate) fn write_rows(
     file: &mut OutputFile,
-    n_rows: u64,
-    mut row: impl FnMut() -> [f64; N_COLUMNS],
+    n_rows: usize,
+    mut rows: impl Iterator<Item = CloudRow>,
     control: &Control,
 ) -> Result<()> {
-    let path = file.path().to_path_buf();
-    let mut bytes = Vec::new();
-    write_float_header([n_rows, N_COLUMNS as u64], &mut bytes);
-    control.expect_bytes(bytes.len() as u64 + n_rows * size_of::<[f64; N_COLUMNS]>() as u64);
-    let mut n_left = n_rows;
-    loop {
-        control.check()?;
-        file.write_all(&bytes).map_err(Error::io(&path))?;
-        control.advance_bytes(bytes.len() as u64);
-        if n_left == 0 {
-            return Ok(());
+    let append = |part: Range<usize>, bytes: &mut Vec<u8>| {
+        for row in rows.by_ref().take(part.len()) {
+            bytes.extend(row.map(f64::to_le_bytes).as_flattened());
         }
-        bytes.clear();
-        let n = n_left.min(ROWS_AT_ONCE);
-        for _ in 0..n {
-            bytes.extend(row().map(f64::to_le_bytes).as_flattened());
-        }
-        n_left -= n;
-    }
+    };
+    let header = npy::header("'<f8'", &[n_rows as u64, 7]);
+    file.write_rows(header, n_rows, size_of::<CloudRow>(), append, control)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The keys of scene files, once: from these lists they are read, written, laid over a file, and described.
 
 use std::fmt::Write as _;
-use std::ops::{Deref, Range};
+use std::ops::Range;
 
 use glam::DVec3;
 use toml::de::DeValue;
@@ -13,7 +13,6 @@ use super::{
 };
 use crate::memory;
 use crate::plain::steers;
-use crate::words::did_you_mean;
 
 /// A key with an example of its value, which is empty where tables stand under it, and what it says.
 #[derive(Clone, Copy, Debug)]
@@ -39,29 +38,6 @@ pub struct SectionInfo {
     pub exclusive: &'static [(&'static str, &'static str, &'static str)],
 }
 
-/// A value, and where it stands in the text; at its beginning what comes from elsewhere.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Spanned<T> {
-    /// The value.
-    pub value: T,
-    /// Bytes of the text.
-    pub span: Range<usize>,
-}
-
-impl<T> From<T> for Spanned<T> {
-    fn from(value: T) -> Spanned<T> {
-        Spanned { value, span: 0..0 }
-    }
-}
-
-impl<T> Deref for Spanned<T> {
-    type Target = T;
-
-    fn deref(&self) -> &T {
-        &self.value
-    }
-}
-
 /// A table of a scene file, of whose keys any may be missing.
 pub trait Section: Default {
     /// What it is called, and its keys.
@@ -70,9 +46,12 @@ pub trait Section: Default {
     /// Calls `write` with each key that is there and its value in TOML, in the order of the schema.
     fn each(&self, write: &mut dyn FnMut(&'static str, String));
 
-    /// An empty table that stands there.
-    #[doc(hidden)]
-    fn at(span: Range<usize>) -> Self;
+    /// Where the header stands, or all of an inline table, and then each value; at the beginning of the text what
+    /// comes from elsewhere.
+    fn spans(&mut self) -> &mut [Range<usize>];
+
+    /// Where the value of a key stands.
+    fn span(&self, key: &str) -> Range<usize>;
 
     #[doc(hidden)]
     fn set(&mut self, field: &Field) -> Checked<()>;
@@ -90,9 +69,9 @@ macro_rules! section {
         $(#[$doc])*
         #[derive(Clone, Debug, Default, PartialEq)]
         pub struct $name {
-            $(#[doc = $meaning] pub $key: Option<Spanned<$kind>>,)*
-            /// Where its header stands, or all of an inline table.
-            pub span: Range<usize>,
+            $(#[doc = $meaning] pub $key: Option<$kind>,)*
+            /// See [`Section::spans`].
+            pub spans: [Range<usize>; 1 + [$(stringify!($key)),*].len()],
         }
 
         impl Section for $name {
@@ -109,15 +88,18 @@ macro_rules! section {
                 })*
             }
 
-            fn at(span: Range<usize>) -> $name {
-                $name { span, ..$name::default() }
+            fn spans(&mut self) -> &mut [Range<usize>] {
+                &mut self.spans
+            }
+
+            fn span(&self, key: &str) -> Range<usize> {
+                let place = $name::INFO.keys.iter().position(|known| known.name == key);
+                self.spans[place.map_or(0, |place| 1 + place)].clone()
             }
 
             fn set(&mut self, field: &Field) -> Checked<()> {
                 match field.key.name {
-                    $(stringify!($key) => {
-                        self.$key = Some(Spanned { value: $read(field)?, span: field.span() });
-                    })*
+                    $(stringify!($key) => self.$key = Some($read(field)?),)*
                     _ => {}
                 }
                 Ok(())
@@ -327,9 +309,8 @@ pub fn frame(field: &Field) -> Checked<u32> {
 pub fn color(field: &Field) -> Checked<Color> {
     let expected = "\"#rrggbb\" or a name of CSS (sRGB), or [r, g, b] (linear, each from 0 to 1)";
     if let Some(text) = field.value().as_str() {
-        let near = || Color::nearest_name(text);
         return Color::parse(text)
-            .ok_or_else(|| field.misspelt("a colour", text, near(), expected));
+            .ok_or_else(|| field.misspelt("a colour", text, Color::css_names(), expected));
     }
     let linear = field.numbers(expected)?;
     match linear.iter().find(|part| !(0.0..=1.0).contains(*part)) {
@@ -377,7 +358,7 @@ pub fn colormap(field: &Field) -> Checked<ColorMap> {
         let names: Vec<_> = ColorMap::names().collect();
         let expected =
             format!("one of {}, or one with `_r` behind it, turned around", names.join(", "));
-        field.misspelt("a colour map", &name, did_you_mean(ColorMap::names(), &name), &expected)
+        field.misspelt("a colour map", &name, ColorMap::names(), &expected)
     })
 }
 
@@ -558,27 +539,33 @@ pub fn read_value<T>(name: &'static str, toml: &str, read: Reader<T>) -> Result<
 impl SceneKeys {
     /// The text of a scene file that says this.
     pub fn document(&self) -> String {
-        let SceneKeys { camera, image, light, sky, sphere, spheres, plane, .. } = self;
-        let top = SceneKeys {
-            background: self.background.clone(),
-            ambient: self.ambient.clone(),
-            ..SceneKeys::default()
-        };
+        let SceneKeys {
+            background,
+            ambient,
+            camera,
+            image,
+            light,
+            sky,
+            sphere,
+            spheres,
+            plane,
+            ..
+        } = self;
+        let top = SceneKeys { background: *background, ambient: *ambient, ..SceneKeys::default() };
         let mut text = lines(&top);
-        let text = &mut text;
-        sections(camera.iter().map(|camera| &camera.value), text);
-        sections(image.iter().map(|image| &image.value), text);
-        sections(light.iter().flat_map(|all| &all.value), text);
-        sections(sky.iter().map(|sky| &sky.value), text);
-        sections(sphere.iter().flat_map(|all| &all.value), text);
-        sections(spheres.iter().flat_map(|all| &all.value), text);
-        sections(plane.iter().flat_map(|all| &all.value), text);
-        std::mem::take(text)
+        sections(camera, &mut text);
+        sections(image, &mut text);
+        sections(light.iter().flatten(), &mut text);
+        sections(sky, &mut text);
+        sections(sphere.iter().flatten(), &mut text);
+        sections(spheres.iter().flatten(), &mut text);
+        sections(plane.iter().flatten(), &mut text);
+        text
     }
 }
 
 /// Each of these under its header.
-fn sections<'s, S: Section + 's>(sections: impl Iterator<Item = &'s S>, text: &mut String) {
+fn sections<'s, S: Section + 's>(sections: impl IntoIterator<Item = &'s S>, text: &mut String) {
     for section in sections {
         let gap = if text.is_empty() { "" } else { "\n" };
         // A String takes all that is written to it.
@@ -596,24 +583,24 @@ fn lines(section: &impl Section) -> String {
 
 impl ImageKeys {
     pub(super) fn new(size: Option<[u32; 2]>, samples: Option<Samples>) -> ImageKeys {
-        let side = |side: usize| size.map(|size| size[side].into());
-        ImageKeys { width: side(0), height: side(1), samples: samples.map(Into::into), span: 0..0 }
+        let [width, height] = [0, 1].map(|side| size.map(|size| size[side]));
+        ImageKeys { width, height, samples, ..ImageKeys::default() }
     }
 }
 
 impl From<&Camera> for CameraKeys {
     fn from(camera: &Camera) -> CameraKeys {
         let (fov, height) = match camera.projection {
-            Projection::Perspective { fov_degrees } => (Some(fov_degrees.into()), None),
-            Projection::Orthographic { height } => (None, Some(height.into())),
+            Projection::Perspective { fov_degrees } => (Some(fov_degrees), None),
+            Projection::Orthographic { height } => (None, Some(height)),
         };
         CameraKeys {
-            position: Some(camera.position.into()),
-            look_at: Some(camera.look_at.into()),
-            up: Some(camera.up.into()),
+            position: Some(camera.position),
+            look_at: Some(camera.look_at),
+            up: Some(camera.up),
             fov,
             height,
-            span: 0..0,
+            ..CameraKeys::default()
         }
     }
 }
@@ -621,39 +608,35 @@ impl From<&Camera> for CameraKeys {
 impl From<&Light> for LightKeys {
     fn from(light: &Light) -> LightKeys {
         let (position, direction) = match light.source {
-            Source::Sun(direction) => (None, Some(direction.into())),
-            place => (Some(place.into()), None),
+            Source::Sun(direction) => (None, Some(direction)),
+            place => (Some(place), None),
         };
-        let is_white = light.color == Color([1.0; 3]);
         LightKeys {
             position,
             direction,
-            color: (!is_white).then(|| light.color.into()),
-            intensity: Some(light.intensity.into()),
-            shadows: (!light.shadows).then(|| false.into()),
-            span: 0..0,
+            color: Some(light.color).filter(|color| *color != Color([1.0; 3])),
+            intensity: Some(light.intensity),
+            shadows: (!light.shadows).then_some(false),
+            ..LightKeys::default()
         }
     }
 }
 
 impl From<&Sky> for SkyKeys {
     fn from(sky: &Sky) -> SkyKeys {
-        SkyKeys {
-            intensity: Some(sky.intensity.into()),
-            directions: Some(sky.directions.into()),
-            span: 0..0,
-        }
+        let (intensity, directions) = (Some(sky.intensity), Some(sky.directions));
+        SkyKeys { intensity, directions, ..SkyKeys::default() }
     }
 }
 
 impl From<&Plane> for PlaneKeys {
     fn from(plane: &Plane) -> PlaneKeys {
         PlaneKeys {
-            name: plane.name.as_deref().map(|name| name.to_owned().into()),
-            point: Some(plane.point.into()),
-            normal: Some(plane.normal.into()),
-            color: Some(plane.color.into()),
-            span: 0..0,
+            name: plane.name.as_deref().map(Into::into),
+            point: Some(plane.point),
+            normal: Some(plane.normal),
+            color: Some(plane.color),
+            ..PlaneKeys::default()
         }
     }
 }

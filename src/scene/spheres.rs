@@ -1,6 +1,6 @@
 //! The spheres of a scene: 32 bytes each, with colours and names only where they differ.
 
-use std::collections::{BTreeMap, TryReserveError};
+use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
@@ -118,9 +118,7 @@ impl Spheres {
             ));
         }
         let mut colors: Vec<Color> = numbers.iter().map(|&number| Color([number; 3])).collect();
-        let number = |Color([number, ..]): Color| number;
-        let column = column.to_owned();
-        match Coloring::paint(column, map, range, missing_color, &mut colors, number) {
+        match Coloring::paint(column.to_owned(), map, range, missing_color, &mut colors) {
             None => usage("no number is finite; give the range that they would have".into()),
             Some(coloring) => Ok((Spheres { colors: Arc::new(colors), ..self }, coloring)),
         }
@@ -128,11 +126,36 @@ impl Spheres {
 
     /// Adds a sphere behind the others.
     pub fn push(&mut self, sphere: Sphere, color: Color) {
-        match self.needs_colors(Some(color)) {
-            true => self.list_colors().push(color),
-            false => self.color = color,
+        if self.takes(color) {
+            self.color = color;
+        } else {
+            self.list_colors().push(color);
         }
         Arc::make_mut(&mut self.spheres).push(sphere);
+    }
+
+    /// Adds spheres behind the others: of one colour, or each of its own where there are `colors`.
+    pub(super) fn append(
+        &mut self,
+        mut spheres: Vec<Sphere>,
+        mut color: Color,
+        mut colors: Vec<Color>,
+    ) {
+        if let [first, others @ ..] = &colors[..]
+            && others.iter().all(|other| other == first)
+        {
+            // As atoms of one element have it.
+            (color, colors) = (*first, Vec::new());
+        }
+        if self.is_empty() {
+            (self.spheres, self.color, self.colors) = (spheres.into(), color, colors.into());
+            return;
+        }
+        if !(colors.is_empty() && self.takes(color)) {
+            colors.resize(spheres.len(), color);
+            self.list_colors().append(&mut colors);
+        }
+        Arc::make_mut(&mut self.spheres).append(&mut spheres);
     }
 
     /// Rows of x, y, z and radius.
@@ -170,68 +193,14 @@ impl Spheres {
         self.names.insert(index, name.into());
     }
 
-    /// How many spheres there is room for.
-    pub fn capacity(&self) -> usize {
-        self.spheres.capacity()
-    }
-
     /// Bytes of memory that the spheres and their colours take, without names.
     pub fn bytes(&self) -> u64 {
         (size_of_val(&self[..]) + size_of_val(&self.colors[..])) as u64
     }
 
-    /// Bytes of memory that `n` more spheres take, of one colour or of any.
-    pub(super) fn bytes_of(&self, n: usize, color: Option<Color>) -> u64 {
-        let n_colors = match (self.needs_colors(color), self.colors.is_empty()) {
-            (false, _) => 0,
-            (true, true) => self.len() + n,
-            (true, false) => n,
-        };
-        n as u64 * size_of::<Sphere>() as u64 + n_colors as u64 * size_of::<Color>() as u64
-    }
-
-    /// Makes room for `n` more spheres, of one colour or of any, and no more.
-    pub(super) fn try_reserve(
-        &mut self,
-        n: usize,
-        color: Option<Color>,
-    ) -> Result<(), TryReserveError> {
-        Arc::make_mut(&mut self.spheres).try_reserve_exact(n)?;
-        match self.needs_colors(color) {
-            true => self.list_colors().try_reserve_exact(n),
-            false => Ok(()),
-        }
-    }
-
-    /// Adds `n` equal spheres, to be changed by the caller: of one colour, or of any, which are
-    /// then listed and black.
-    pub(super) fn extend_equal(
-        &mut self,
-        n: usize,
-        sphere: Sphere,
-        color: Option<Color>,
-    ) -> (&mut [Sphere], &mut [Color]) {
-        let first = self.len();
-        match (self.needs_colors(color), color) {
-            (false, Some(color)) => self.color = color,
-            _ => self.list_colors().resize(first + n, color.unwrap_or_default()),
-        }
-        let spheres = Arc::make_mut(&mut self.spheres);
-        spheres.resize(first + n, sphere);
-        let colors = Arc::make_mut(&mut self.colors);
-        let first_color = first.min(colors.len());
-        (&mut spheres[first..], &mut colors[first_color..])
-    }
-
-    /// The colours from the sphere with the index `first` on, to be changed.
-    pub(super) fn colors_mut(&mut self, first: usize) -> &mut [Color] {
-        &mut self.list_colors()[first..]
-    }
-
-    /// True where more spheres, of one colour or of any, need a list of colours.
-    fn needs_colors(&self, color: Option<Color>) -> bool {
-        let is_same = color.is_some_and(|color| self.is_empty() || color == self.color);
-        !(is_same && self.colors.is_empty())
+    /// True where all spheres have one colour, and still do with more of this one.
+    fn takes(&self, color: Color) -> bool {
+        self.colors.is_empty() && (self.is_empty() || color == self.color)
     }
 
     /// The list of the colours of all spheres.

@@ -27,10 +27,12 @@ pub(super) fn read_table<S: Section>(table: &DeTable, span: Range<usize>) -> Che
         };
         return Err(unknown_key(&info, key.get_ref(), is_table, key.span()));
     }
-    let mut section = S::at(span);
-    for key in info.keys {
+    let mut section = S::default();
+    section.spans()[0] = span;
+    for (place, key) in info.keys.iter().enumerate() {
         if let Some(value) = table.get(key.name) {
             section.set(&Field { key, value })?;
+            section.spans()[1 + place] = value.span();
         }
     }
     for (one, other, which) in info.exclusive {
@@ -46,12 +48,12 @@ pub(super) fn read_table<S: Section>(table: &DeTable, span: Range<usize>) -> Che
 }
 
 /// The fault of a table that has none of these keys.
-pub(super) fn lacks<S: Section>(span: &Range<usize>, names: &[&str]) -> Fault {
+pub(super) fn lacks<S: Section>(section: &S, names: &[&str]) -> Fault {
     let known = |name: &&str| S::INFO.keys.iter().find(|key| key.name == *name);
     let keys: Vec<&Key> = names.iter().filter_map(known).collect();
     let listed = |each: fn(&&Key) -> String| keys.iter().map(each).collect::<Vec<_>>().join(" or ");
     Fault::new(
-        span.clone(),
+        section.span(""),
         format!(
             "{} is missing in this {}",
             listed(|key| format!("`{}`", key.name)),
@@ -102,10 +104,16 @@ impl<'t> Field<'t> {
         Fault::new(self.span(), found, help)
     }
 
-    /// The fault of a name that is none of those of `what`; `near` is the one that may be meant.
-    pub fn misspelt(&self, what: &str, name: &str, near: Option<&str>, expected: &str) -> Fault {
+    /// The fault of a name that is none of the `known` ones of `what`.
+    pub fn misspelt(
+        &self,
+        what: &str,
+        name: &str,
+        known: impl Iterator<Item = &'static str>,
+        expected: &str,
+    ) -> Fault {
         let mut fault = self.wrong(format!("{:?} is not {what}", quoted(name)), expected);
-        if let Some(near) = near {
+        if let Some(near) = did_you_mean(known, name) {
             fault.help = format!("did you mean {near:?}? {}", fault.help);
         }
         fault

@@ -104,7 +104,7 @@ impl Digested {
 pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
     let outputs: Vec<&Path> = args.write.iter().chain(&args.junit).map(PathBuf::as_path).collect();
     let inputs: Vec<&Path> = args.scenes.iter().chain(&args.check).map(PathBuf::as_path).collect();
-    run.refuse_json_beside(&outputs, "the digests", "write them to a file")?;
+    run.refuse_json_beside(&outputs, "the digests")?;
     output::refuse_overwriting(&outputs, &inputs)?;
     let DigestArgs { size, samples, .. } = *args;
     let picture = |scene: PathBuf| Picture { scene, size, samples, expected: None };

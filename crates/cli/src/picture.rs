@@ -9,8 +9,7 @@ use glam::DVec3;
 use kugelblitz::output::OutputFile;
 use kugelblitz::plain::plain_json;
 use kugelblitz::scene::schema::{
-    self, CameraKeys, CloudKeys, ColumnKeys, LightKeys, SkyKeys, Spanned, Value as _, option,
-    read_value,
+    self, CameraKeys, CloudKeys, ColumnKeys, LightKeys, SkyKeys, Value as _, option, read_value,
 };
 use kugelblitz::scene::{
     Color, ColorMap, Composed, Framing, Samples, Scene, SceneOverrides, Viewpoint, compose_scene,
@@ -142,11 +141,6 @@ pub struct DataArgs {
 #[derive(Clone, Debug)]
 pub struct ValueOr<T>(Option<T>);
 
-/// A key that an option gives.
-fn given<T>(value: Option<T>) -> Option<Spanned<T>> {
-    value.map(Into::into)
-}
-
 impl PictureArgs {
     /// The keys of these options for a picture of this size.
     ///
@@ -164,11 +158,11 @@ impl PictureArgs {
             margin: camera.margin,
             is_height_chosen: height == Some(None),
             camera: CameraKeys {
-                position: given(camera.position),
-                look_at: given(camera.look_at),
-                up: given(camera.up),
-                fov: given(camera.fov),
-                height: given(height.flatten()),
+                position: camera.position,
+                look_at: camera.look_at,
+                up: camera.up,
+                fov: camera.fov,
+                height: height.flatten(),
                 ..CameraKeys::default()
             },
             size: size.map(check_size).transpose()?,
@@ -298,13 +292,13 @@ impl DataArgs {
         let columns = read_value::<ColumnKeys>("columns", &toml, schema::table)
             .map_err(|[found, help]| Error::Usage(format!("--columns: {found}; {help}")))?;
         Ok(CloudKeys {
-            radius: given(self.radius),
-            color: given(self.color),
-            columns: given(Some(columns).filter(|_| !pairs.is_empty())),
-            color_by: given(self.color_by.clone()),
-            colormap: given(self.colormap),
-            range: given(self.range),
-            frame: given(self.frame),
+            radius: self.radius,
+            color: self.color,
+            columns: Some(columns).filter(|_| !pairs.is_empty()),
+            color_by: self.color_by.clone(),
+            colormap: self.colormap,
+            range: self.range,
+            frame: self.frame,
             ..CloudKeys::default()
         })
     }
@@ -361,9 +355,9 @@ fn parse_light(text: &str) -> Result<LightKeys, String> {
         None => (Some(option(schema::lamp)(place)?), None),
     };
     Ok(LightKeys {
-        position: given(position),
-        direction: given(direction),
-        intensity: given(Some(option(schema::intensity)(intensity)?)),
+        position,
+        direction,
+        intensity: Some(option(schema::intensity)(intensity)?),
         ..LightKeys::default()
     })
 }
@@ -377,8 +371,8 @@ fn parse_sky(text: &str) -> Result<SkyKeys, String> {
         None => (text, None),
     };
     Ok(SkyKeys {
-        intensity: given(Some(option(schema::intensity)(intensity)?)),
-        directions: given(directions),
+        intensity: Some(option(schema::intensity)(intensity)?),
+        directions,
         ..SkyKeys::default()
     })
 }

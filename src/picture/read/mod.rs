@@ -66,17 +66,24 @@ pub enum Samples {
     F64(Vec<f64>),
 }
 
+/// What an expression is of the numbers of a channel, of whatever type they are.
+macro_rules! of_numbers {
+    ($samples:expr, $all:ident => $of:expr) => {
+        match $samples {
+            Samples::U8($all) => $of,
+            Samples::U16($all) => $of,
+            Samples::U32($all) => $of,
+            Samples::I64($all) => $of,
+            Samples::F16($all) | Samples::F32($all) => $of,
+            Samples::F64($all) => $of,
+        }
+    };
+}
+
 impl Samples {
     /// How many there are.
     pub fn len(&self) -> usize {
-        match self {
-            Samples::U8(all) => all.len(),
-            Samples::U16(all) => all.len(),
-            Samples::U32(all) => all.len(),
-            Samples::I64(all) => all.len(),
-            Samples::F16(all) | Samples::F32(all) => all.len(),
-            Samples::F64(all) => all.len(),
-        }
+        of_numbers!(self, all => all.len())
     }
 
     /// True where there are none.
@@ -98,25 +105,16 @@ impl Samples {
     }
 
     /// The number of the `i`-th pixel; all but those of 64 bits are exact.
+    #[expect(clippy::unnecessary_cast, reason = "of all types but one")]
     pub fn number(&self, i: usize) -> f64 {
-        match self {
-            Samples::U8(all) => all[i].into(),
-            Samples::U16(all) => all[i].into(),
-            Samples::U32(all) => all[i].into(),
-            Samples::I64(all) => all[i] as f64,
-            Samples::F16(all) | Samples::F32(all) => all[i].into(),
-            Samples::F64(all) => all[i],
-        }
+        of_numbers!(self, all => all[i] as f64)
     }
 
     /// The number of the `i`-th pixel where it is a whole one.
     pub fn whole(&self, i: usize) -> Option<i64> {
         match self {
-            Samples::U8(all) => Some(all[i].into()),
-            Samples::U16(all) => Some(all[i].into()),
-            Samples::U32(all) => Some(all[i].into()),
             Samples::I64(all) => Some(all[i]),
-            Samples::F16(_) | Samples::F32(_) | Samples::F64(_) => {
+            _ => {
                 let number = self.number(i);
                 (number.fract() == 0.0 && number.abs() < 2f64.powi(62)).then_some(number as i64)
             }
@@ -129,16 +127,8 @@ impl Samples {
             Samples::U8(_) => Some(u8::MAX.into()),
             Samples::U16(_) => Some(u16::MAX.into()),
             Samples::U32(_) => Some(u32::MAX.into()),
-            Samples::I64(_) | Samples::F16(_) | Samples::F32(_) | Samples::F64(_) => None,
+            _ => None,
         }
-    }
-
-    fn turn_over<T: Copy>(all: &mut [T], width: usize) {
-        let height = all.len().checked_div(width).unwrap_or(0);
-        let (top, bottom) = all.split_at_mut(height / 2 * width);
-        let rows = top.chunks_exact_mut(width.max(1));
-        let opposite = bottom.rchunks_exact_mut(width.max(1));
-        rows.zip(opposite).for_each(|(a, b)| a.swap_with_slice(b));
     }
 }
 
@@ -236,18 +226,18 @@ impl Image {
 
     /// Puts the last row first: for pictures whose rows come from below.
     pub fn turn_over(&mut self) {
-        let width = self.width;
         for channel in &mut self.channels {
-            match &mut channel.samples {
-                Samples::U8(all) => Samples::turn_over(all, width),
-                Samples::U16(all) => Samples::turn_over(all, width),
-                Samples::U32(all) => Samples::turn_over(all, width),
-                Samples::I64(all) => Samples::turn_over(all, width),
-                Samples::F16(all) | Samples::F32(all) => Samples::turn_over(all, width),
-                Samples::F64(all) => Samples::turn_over(all, width),
-            }
+            of_numbers!(&mut channel.samples, all => turn_over(all, self.width));
         }
     }
+}
+
+fn turn_over<T>(all: &mut [T], width: usize) {
+    let height = all.len().checked_div(width).unwrap_or(0);
+    let (top, bottom) = all.split_at_mut(height / 2 * width);
+    let rows = top.chunks_exact_mut(width.max(1));
+    let opposite = bottom.rchunks_exact_mut(width.max(1));
+    rows.zip(opposite).for_each(|(a, b)| a.swap_with_slice(b));
 }
 
 /// Reads a picture: PNG, PPM, OpenEXR and NPY, by this program or another one. The content tells the
@@ -270,9 +260,10 @@ pub fn read_bytes(bytes: &[u8], path: &Path) -> Result<Image> {
         [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => npy::read(bytes, path),
         _ => others::read(bytes, path),
     }?;
-    match image.is_empty() || image.channels.is_empty() {
-        true => Err(wrong(path, "it holds no pixels")),
-        false => Ok(image),
+    if image.is_empty() || image.channels.is_empty() {
+        Err(wrong(path, "it holds no pixels"))
+    } else {
+        Ok(image)
     }
 }
 

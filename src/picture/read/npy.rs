@@ -23,7 +23,8 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
         (&[n_rows, n_columns, n_inner], false) => (n_rows, n_columns, n_inner, false),
         _ => return Err(array.wrong(format!("its shape has {} axes; {expected}", shape.len()))),
     };
-    let not_numbers = array.wrong(format!("its dtype is {}; expected numbers", array.header.dtype));
+    let not_numbers =
+        array.wrong(format!("its dtype is {}; expected numbers", array.header.dtype()));
     if array.header.cells.iter().any(|cell| cell.kind.is_none()) {
         return Err(not_numbers);
     }
@@ -35,7 +36,7 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
     let row_bytes = n_columns as u128 * n_inner as u128 * n_record_bytes as u128;
     let n_data_bytes = array.data_bytes(n_rows as u64, row_bytes)?;
     require(path, n_data_bytes.saturating_mul(2))?;
-    let data = array.into_data()?;
+    let data = &bytes[bytes.len() - n_data_bytes as usize..];
 
     // Records from one to the next along each axis.
     let strides = match is_fortran {
@@ -49,9 +50,10 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
         let bits = places.map(|place| cell.bits(&data[place * n_record_bytes..]));
         Some(Channel { name, samples: samples(cell, bits)? })
     };
-    let channels: Option<Vec<_>> = match is_record {
-        true => cells.iter().map(|cell| channel(cell, 0, field_name(cell))).collect(),
-        false => (0..n_inner).map(|i| channel(&cells[0], i, plain_name(i, n_inner))).collect(),
+    let channels: Option<Vec<_>> = if is_record {
+        cells.iter().map(|cell| channel(cell, 0, field_name(cell))).collect()
+    } else {
+        (0..n_inner).map(|i| channel(&cells[0], i, plain_name(i, n_inner))).collect()
     };
     let channels = channels.ok_or(not_numbers)?;
     Ok(Image {

@@ -29,7 +29,7 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
     require(path, decoder.total_bytes().saturating_mul(2))?;
     let pixels = DynamicImage::from_decoder(decoder).map_err(unreadable)?;
     let (width, height) = (pixels.width() as usize, pixels.height() as usize);
-    let channels = channels(pixels)
+    let channels = channels(&pixels)
         .ok_or_else(|| wrong(path, format!("its kind of pixels is not known; {READABLE}")))?;
     let texts = if format == "PNG" { texts_of_png(bytes) } else { Vec::new() };
     let (whole, first) = match window_of(&texts) {
@@ -40,26 +40,24 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
 }
 
 /// The samples of each channel; grey ones are `Y`.
-fn channels(pixels: DynamicImage) -> Option<Vec<Channel>> {
-    const GREY: [&str; 2] = ["Y", "A"];
-    const COLORS: [&str; 4] = ["R", "G", "B", "A"];
-    Some(match pixels {
-        DynamicImage::ImageLuma8(all) => split(&GREY[..1], &all, Samples::U8),
-        DynamicImage::ImageLumaA8(all) => split(&GREY, &all, Samples::U8),
-        DynamicImage::ImageRgb8(all) => split(&COLORS[..3], &all, Samples::U8),
-        DynamicImage::ImageRgba8(all) => split(&COLORS, &all, Samples::U8),
-        DynamicImage::ImageLuma16(all) => split(&GREY[..1], &all, Samples::U16),
-        DynamicImage::ImageLumaA16(all) => split(&GREY, &all, Samples::U16),
-        DynamicImage::ImageRgb16(all) => split(&COLORS[..3], &all, Samples::U16),
-        DynamicImage::ImageRgba16(all) => split(&COLORS, &all, Samples::U16),
-        _ => return None,
-    })
-}
-
-fn split<T: Copy>(names: &[&str], all: &[T], samples: impl Fn(Vec<T>) -> Samples) -> Vec<Channel> {
+fn channels(pixels: &DynamicImage) -> Option<Vec<Channel>> {
+    let names: &[&str] = match pixels.color().channel_count() {
+        1 => &["Y"],
+        2 => &["Y", "A"],
+        3 => &["R", "G", "B"],
+        _ => &["R", "G", "B", "A"],
+    };
+    let bytes = pixels.as_bytes();
     let channel = |(i, name): (usize, &&str)| {
-        let of_channel = all.iter().skip(i).step_by(names.len()).copied().collect();
-        Channel { name: name.to_string(), samples: samples(of_channel) }
+        let samples = match usize::from(pixels.color().bytes_per_pixel()) / names.len() {
+            1 => Samples::U8(bytes.iter().skip(i).step_by(names.len()).copied().collect()),
+            2 => {
+                let numbers = bytes.as_chunks().0.iter().skip(i).step_by(names.len());
+                Samples::U16(numbers.map(|number| u16::from_ne_bytes(*number)).collect())
+            }
+            _ => return None,
+        };
+        Some(Channel { name: name.to_string(), samples })
     };
     names.iter().enumerate().map(channel).collect()
 }

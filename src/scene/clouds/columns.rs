@@ -4,62 +4,25 @@
 //! `Properties=`. A field of several numbers is as many columns, `velocity:0`, `velocity:1` and so on.
 //! What a scene names under `columns` is taken; the rest is found by the names that people give it.
 
-use super::{Given, Reading};
+use std::ops::Range;
+
+use super::CloudFile;
 use crate::plain::Shown;
-use crate::scene::places::{Fault, Stop, quoted};
+use crate::scene::places::{Stop, quoted};
+use crate::scene::schema::{ColumnKeys, Section};
+use crate::scene::{Color, Sphere};
 use crate::words::{cut, did_you_mean};
 
-/// What a column may be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Part {
-    X,
-    Y,
-    Z,
-    Radius,
-    Diameter,
-    Red,
-    Green,
-    Blue,
-    Element,
-}
+/// What a column may be: what a scene names under this key, if it does; `None` in place of a name is its
+/// `false`, no column is that.
+type Part = (&'static str, fn(&ColumnKeys) -> &Option<Option<String>>);
 
-impl Part {
-    pub const ALL: [Part; 9] = [
-        Part::X,
-        Part::Y,
-        Part::Z,
-        Part::Radius,
-        Part::Diameter,
-        Part::Red,
-        Part::Green,
-        Part::Blue,
-        Part::Element,
-    ];
-}
-
-/// The names under `columns` in a scene; `None` in place of a name is its `false`: no column is that.
-#[derive(Debug, Default)]
-pub(crate) struct ColumnNames([Option<Given<Option<String>>>; Part::ALL.len()]);
-
-impl ColumnNames {
-    pub fn set(&mut self, part: Part, name: Option<Given<Option<String>>>) {
-        self.0[part as usize] = name;
-    }
-
-    /// The name and its place.
-    fn named(&self, part: Part) -> Option<&Given<Option<String>>> {
-        self.0[part as usize].as_ref()
-    }
-
-    /// True where the scene says that no column is that.
-    fn denies(&self, part: Part) -> bool {
-        self.named(part).is_some_and(|name| name.value.is_none())
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.0.iter().all(Option::is_none)
-    }
-}
+const RADIUS: Part = ("radius", |keys| &keys.radius);
+const DIAMETER: Part = ("diameter", |keys| &keys.diameter);
+const ELEMENT: Part = ("element", |keys| &keys.element);
+const CENTER: [Part; 3] = [("x", |keys| &keys.x), ("y", |keys| &keys.y), ("z", |keys| &keys.z)];
+const COLOR: [Part; 3] =
+    [("red", |keys| &keys.red), ("green", |keys| &keys.green), ("blue", |keys| &keys.blue)];
 
 /// A file's columns, and how its kind calls them.
 pub(super) struct Header<'h> {
@@ -75,22 +38,36 @@ pub(super) struct Header<'h> {
     pub has_places: bool,
 }
 
+/// What the number in a column becomes.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Target {
+    /// A coordinate of the centre.
+    Center(usize),
+    /// The radius, when it is multiplied by this: a diameter by ½.
+    Radius(f64),
+    /// A channel of the colour.
+    Color(usize),
+    /// A part of what the colour is made from, the length of a vector where there are several.
+    ColorBy(usize),
+}
+
+impl Target {
+    pub fn put(self, number: f64, sphere: &mut Sphere, color: &mut Color) {
+        match self {
+            Target::Center(axis) => sphere.center[axis] = number,
+            Target::Radius(factor) => sphere.radius = factor * number,
+            Target::Color(part) | Target::ColorBy(part) => color.0[part] = number,
+        }
+    }
+}
+
 /// The columns that are read, by their places.
-#[derive(Debug, PartialEq)]
 pub(super) struct Layout {
-    pub center: [usize; 3],
-    pub radius: Option<usize>,
-    /// What the radius is times the number in its column: a diameter's half.
-    pub radius_factor: f64,
-    pub color: Option<[usize; 3]>,
-    /// The element, where radius or colour are its.
-    pub element: Option<usize>,
-    /// True where an element gives the radius, the colour.
-    pub element_gives: [bool; 2],
-    /// What the colours are made from, the length of a vector where it has several parts.
-    pub color_by: Vec<usize>,
-    /// What the file calls that.
-    pub color_by_name: String,
+    pub targets: Vec<(usize, Target)>,
+    /// The element, where it gives the radius, the colour.
+    pub element: Option<(usize, [bool; 2])>,
+    /// What the file calls that which spheres are coloured by.
+    pub color_by: String,
 }
 
 /// Names of centres; the first are those of an error.
@@ -127,7 +104,8 @@ fn plain_name(name: &str) -> String {
 
 /// The columns of one file, while their parts are found.
 struct Finder<'f> {
-    cloud: &'f Reading<'f>,
+    source: &'f CloudFile<'f>,
+    columns: &'f ColumnKeys,
     header: &'f Header<'f>,
     plain: Vec<String>,
 }
@@ -135,52 +113,65 @@ struct Finder<'f> {
 impl Layout {
     /// Finds the columns. What lacks, what could be two things, and a radius that nobody would read
     /// are errors.
-    pub fn find(cloud: &Reading, header: &Header) -> Result<Layout, Stop> {
+    pub fn find(source: &CloudFile, header: &Header) -> Result<Layout, Stop> {
+        let keys = source.keys;
+        let columns = &keys.columns.clone().unwrap_or_default();
         let plain = header.names.iter().map(|name| plain_name(name)).collect();
-        let finder = Finder { cloud, header, plain };
-        let columns = &cloud.source.table.columns;
+        let finder = Finder { source, columns, header, plain };
         let center = finder.center()?;
         let color = finder.color()?;
-        let (radius, radius_factor) = finder.radius(color)?;
-        let is_colored_by = cloud.source.table.color_by.is_some();
-        let color = color.filter(|_| !is_colored_by);
-        let element = finder.element()?;
+        let radius = finder.radius(color)?;
+        let color = color.filter(|_| keys.color_by.is_none());
         let gives = [
-            radius.is_none() && !columns.denies(Part::Radius),
-            color.is_none() && !is_colored_by && !columns.denies(Part::Red),
+            radius.is_none() && !finder.denies(RADIUS),
+            color.is_none() && keys.color_by.is_none() && !finder.denies(COLOR[0]),
         ];
-        let element = element.filter(|_| gives.contains(&true));
-        let element_gives = gives.map(|gives| gives && element.is_some());
-        let mut layout = Layout {
-            center,
-            radius,
-            radius_factor,
-            color,
-            element,
-            element_gives,
-            color_by: Vec::new(),
-            color_by_name: String::new(),
+        let element = finder.element()?.filter(|_| gives.contains(&true));
+        let numbered = |columns: &[usize], target: fn(usize) -> Target| {
+            let parts = columns.iter().enumerate();
+            parts.map(|(part, column)| (*column, target(part))).collect::<Vec<_>>()
         };
-        if let Some(name) = &cloud.source.table.color_by {
-            layout.color_by = finder.color_by(name, &layout)?;
-            layout.color_by_name = match layout.color_by[..] {
+        let mut targets = numbered(&center, Target::Center);
+        targets.extend(radius.map(|(column, factor)| (column, Target::Radius(factor))));
+        targets.extend(numbered(color.as_slice().as_flattened(), Target::Color));
+        let mut color_by = String::new();
+        if let Some(name) = &keys.color_by {
+            let columns = finder.color_by(name, center, radius)?;
+            color_by = match columns[..] {
                 [column] => header.names[column].clone(),
-                _ => name.value.clone(),
+                _ => name.clone(),
             };
+            targets.extend(numbered(&columns, Target::ColorBy));
         }
-        Ok(layout)
+        Ok(Layout { targets, element: element.map(|column| (column, gives)), color_by })
+    }
+
+    fn has(&self, is_it: impl Fn(Target) -> bool) -> bool {
+        self.targets.iter().any(|(_, target)| is_it(*target))
     }
 
     pub fn has_radius(&self) -> bool {
-        self.radius.is_some() || self.element_gives[0]
+        self.has(|target| matches!(target, Target::Radius(_)))
+            || self.element.is_some_and(|(_, [radius, _])| radius)
     }
 
-    pub fn has_color(&self) -> bool {
-        self.color.is_some() || self.element_gives[1]
+    /// True where there are columns of colours.
+    pub fn has_colors(&self) -> bool {
+        self.has(|target| matches!(target, Target::Color(_)))
+    }
+
+    /// True where spheres are coloured by the length of a vector.
+    pub fn has_vector(&self) -> bool {
+        self.has(|target| target == Target::ColorBy(1))
     }
 }
 
 impl Finder<'_> {
+    /// True where the scene says that no column is that.
+    fn denies(&self, part: Part) -> bool {
+        part.1(self.columns) == &Some(None)
+    }
+
     /// The one column that is called so by its plain name.
     fn find(&self, name: &str) -> Result<Option<usize>, Stop> {
         let mut places = (0..self.plain.len()).filter(|&column| self.plain[column] == name);
@@ -188,7 +179,7 @@ impl Finder<'_> {
             (_, Some(_)) => {
                 let message = format!("{} names the column `{name}` twice", self.header.what);
                 let help = "rename one of them, or name another under `columns`";
-                Err(self.cloud.wrong(message, help))
+                Err(self.source.wrong(message, help))
             }
             (place, None) => Ok(place),
         }
@@ -218,22 +209,16 @@ impl Finder<'_> {
     }
 
     /// The column that the scene names for a part.
-    fn named(&self, part: Part) -> Result<Option<usize>, Stop> {
-        let Some(given) = self.cloud.source.table.columns.named(part) else { return Ok(None) };
-        let Some(name) = &given.value else { return Ok(None) };
+    fn named(&self, (key, name): Part) -> Result<Option<usize>, Stop> {
+        let Some(Some(name)) = name(self.columns) else { return Ok(None) };
         match self.called(name)?[..] {
             [column] => Ok(Some(column)),
-            [] => Err(self.unknown(given, name)),
-            _ => Err(self.vector(given, name)),
+            [] => Err(self.unknown(self.columns.span(key), name)),
+            _ => Err(self.vector(self.columns.span(key), name)),
         }
     }
 
-    fn at<T>(&self, given: &Given<T>, message: String, help: String) -> Stop {
-        let message = format!("{}: {message}", self.cloud.source.path.shown());
-        Fault::new(given.span.clone(), message, help).into()
-    }
-
-    fn unknown<T>(&self, given: &Given<T>, name: &str) -> Stop {
+    fn unknown(&self, span: Range<usize>, name: &str) -> Stop {
         let names = || self.header.names.iter().map(String::as_str);
         let known = names().chain(self.plain.iter().map(String::as_str));
         let hint = match did_you_mean(known, name) {
@@ -241,20 +226,15 @@ impl Finder<'_> {
             None => String::new(),
         };
         let all = names().collect::<Vec<_>>().join(", ");
-        self.at(
-            given,
-            format!("{} has no column {:?}", self.header.what, quoted(name)),
-            format!("{hint}its columns are {}", cut(&all, 300).shown()),
-        )
+        let found = format!("{} has no column {:?}", self.header.what, quoted(name));
+        let help = format!("{hint}its columns are {}", cut(&all, 300).shown());
+        self.source.wrong_at(span, found, help).into()
     }
 
-    fn vector<T>(&self, given: &Given<T>, name: &str) -> Stop {
+    fn vector(&self, span: Range<usize>, name: &str) -> Stop {
         let name = quoted(name);
-        self.at(
-            given,
-            format!("{name:?} has several numbers"),
-            format!("choose one of them, \"{}:0\" for the first", name.shown()),
-        )
+        let help = format!("choose one of them, \"{}:0\" for the first", name.shown());
+        self.source.wrong_at(span, format!("{name:?} has several numbers"), help).into()
     }
 
     /// Three columns: those that the scene names, and the others by these names.
@@ -268,7 +248,7 @@ impl Finder<'_> {
                     let what = self.header.what;
                     let message =
                         format!("{what} has no column `{name}`, only {:?}", quoted(&found));
-                    self.cloud.wrong(message, self.header.help)
+                    self.source.wrong(message, self.header.help)
                 })?,
             };
         }
@@ -276,56 +256,50 @@ impl Finder<'_> {
     }
 
     fn is_any_named(&self, parts: [Part; 3]) -> bool {
-        let columns = &self.cloud.source.table.columns;
-        parts.into_iter().any(|part| columns.named(part).is_some())
+        parts.into_iter().any(|(_, name)| name(self.columns).is_some())
     }
 
     fn center(&self) -> Result<[usize; 3], Stop> {
-        const PARTS: [Part; 3] = [Part::X, Part::Y, Part::Z];
         let is_there = |names: &&[&str; 3]| names.iter().all(|name| self.is_there(name));
-        let names = match self.is_any_named(PARTS) {
-            true => CENTERS[0],
-            false => *CENTERS.iter().find(is_there).unwrap_or(&CENTERS[0]),
+        let names = if self.is_any_named(CENTER) {
+            CENTERS[0]
+        } else {
+            *CENTERS.iter().find(is_there).unwrap_or(&CENTERS[0])
         };
-        self.three(PARTS, names)
+        self.three(CENTER, names)
     }
 
     fn color(&self) -> Result<Option<[usize; 3]>, Stop> {
-        const PARTS: [Part; 3] = [Part::Red, Part::Green, Part::Blue];
-        let columns = &self.cloud.source.table.columns;
-        if PARTS.into_iter().any(|part| columns.denies(part)) {
+        if COLOR.into_iter().any(|part| self.denies(part)) {
             return Ok(None);
         }
-        if self.is_any_named(PARTS) {
-            return self.three(PARTS, COLORS[0]).map(Some);
-        }
         // `r` may be named as the radius.
-        let radius = self.named(Part::Radius)?;
+        let radius = self.named(RADIUS)?;
         let is_free = |name: &&str| self.find(name).is_ok_and(|c| c.is_some() && c != radius);
         let is_there = |names: &&[&str; 3]| names.iter().all(is_free);
-        match COLORS.iter().find(is_there) {
-            Some(names) => self.three(PARTS, *names).map(Some),
+        let names = match COLORS.iter().find(is_there) {
+            Some(names) if !self.is_any_named(COLOR) => names,
             // One or two of them.
-            None if COLORS[0].iter().any(|name| self.is_there(name)) => {
-                self.three(PARTS, COLORS[0]).map(Some)
+            _ if self.is_any_named(COLOR) || COLORS[0].iter().any(|name| self.is_there(name)) => {
+                &COLORS[0]
             }
-            None => Ok(None),
-        }
+            _ => return Ok(None),
+        };
+        self.three(COLOR, *names).map(Some)
     }
 
     /// The radius or the diameter, and what to multiply it with.
-    fn radius(&self, color: Option<[usize; 3]>) -> Result<(Option<usize>, f64), Stop> {
-        let columns = &self.cloud.source.table.columns;
-        if columns.denies(Part::Radius) {
-            return Ok((None, 1.0));
+    fn radius(&self, color: Option<[usize; 3]>) -> Result<Option<(usize, f64)>, Stop> {
+        if self.denies(RADIUS) {
+            return Ok(None);
         }
-        match (self.named(Part::Radius)?, self.named(Part::Diameter)?) {
+        match (self.named(RADIUS)?, self.named(DIAMETER)?) {
             (Some(_), Some(_)) => {
                 let message = "both a radius and a diameter are named under `columns`";
-                return Err(self.cloud.wrong(message, "name the one that is to be used"));
+                return Err(self.source.wrong(message, "name the one that is to be used"));
             }
-            (Some(radius), None) => return Ok((Some(radius), 1.0)),
-            (None, Some(diameter)) => return Ok((Some(diameter), 0.5)),
+            (Some(radius), None) => return Ok(Some((radius, 1.0))),
+            (None, Some(diameter)) => return Ok(Some((diameter, 0.5))),
             (None, None) => {}
         }
         let is_red = |column: &usize| color.is_some_and(|color| color.contains(column));
@@ -334,12 +308,12 @@ impl Finder<'_> {
             Ok(found.into_iter().flatten().filter(|column| !is_red(column)).collect())
         };
         match (&find_all(&RADII)?[..], &find_all(&DIAMETERS)?[..]) {
-            ([radius], _) => return Ok((Some(*radius), 1.0)),
-            ([], [diameter]) => return Ok((Some(*diameter), 0.5)),
+            ([radius], _) => return Ok(Some((*radius, 1.0))),
+            ([], [diameter]) => return Ok(Some((*diameter, 0.5))),
             ([], []) => {}
             ([one, other, ..], _) | ([], [one, other, ..]) => {
                 let [one, other] = [one, other].map(|column| quoted(&self.header.names[*column]));
-                return Err(self.cloud.wrong(
+                return Err(self.source.wrong(
                     format!("both of the columns {one:?} and {other:?} may be the radius"),
                     format!(
                         "name one of them, e.g. `columns = {{ radius = \"{}\" }}`",
@@ -351,10 +325,10 @@ impl Finder<'_> {
         let is_like = |name: &&String| {
             ["radius", "radii", "diameter"].iter().any(|word| name.to_lowercase().contains(word))
         };
-        let Some(unused) = self.header.names.iter().find(is_like) else { return Ok((None, 1.0)) };
+        let Some(unused) = self.header.names.iter().find(is_like) else { return Ok(None) };
         let unused = quoted(unused);
         let key = if unused.to_lowercase().contains("diam") { "diameter" } else { "radius" };
-        Err(self.cloud.wrong(
+        Err(self.source.wrong(
             format!("the column {unused:?} is not used: is it the {key}?"),
             format!(
                 "if so, `columns = {{ {key} = \"{}\" }}`; if not, \
@@ -365,31 +339,35 @@ impl Finder<'_> {
     }
 
     fn element(&self) -> Result<Option<usize>, Stop> {
-        let columns = &self.cloud.source.table.columns;
-        match self.named(Part::Element)? {
+        match self.named(ELEMENT)? {
             Some(column) => Ok(Some(column)),
-            None if columns.denies(Part::Element) || !self.header.has_elements => Ok(None),
+            None if self.denies(ELEMENT) || !self.header.has_elements => Ok(None),
             None => ELEMENTS.iter().find_map(|name| self.find(name).transpose()).transpose(),
         }
     }
 
-    fn color_by(&self, name: &Given<String>, layout: &Layout) -> Result<Vec<usize>, Stop> {
-        let found = self.called(&name.value)?;
+    fn color_by(
+        &self,
+        name: &str,
+        center: [usize; 3],
+        radius: Option<(usize, f64)>,
+    ) -> Result<Vec<usize>, Stop> {
+        let (found, span) = (self.called(name)?, self.source.span("color_by"));
         if found.len() > 3 {
-            return Err(self.vector(name, &name.value));
+            return Err(self.vector(span, name));
         }
         if !found.is_empty() {
             return Ok(found);
         }
         // What the scene calls it, where the file has another name for it.
-        let part = match &name.value[..] {
-            "x" => Some(layout.center[0]),
-            "y" => Some(layout.center[1]),
-            "z" => Some(layout.center[2]),
-            "radius" if layout.radius_factor == 1.0 => layout.radius,
+        let part = match name {
+            "x" => Some(center[0]),
+            "y" => Some(center[1]),
+            "z" => Some(center[2]),
+            "radius" => radius.filter(|(_, factor)| *factor == 1.0).map(|(column, _)| column),
             _ => None,
         };
-        part.map(|column| vec![column]).ok_or_else(|| self.unknown(name, &name.value))
+        part.map(|column| vec![column]).ok_or_else(|| self.unknown(span, name))
     }
 }
 

@@ -1,6 +1,5 @@
 //! Clouds as values between commas, semicolons, tabs or spaces.
 
-use super::Reading;
 use super::text::{Head, Lines, TextFormat};
 use crate::scene::places::Stop;
 
@@ -16,11 +15,11 @@ pub(super) const FORMAT: TextFormat = TextFormat {
 
 /// Reads the names in the first line that is not empty: one that begins with `#`, if only such lines
 /// stand before numbers, as NumPy writes it.
-fn head(lines: &mut Lines, cloud: &Reading) -> Result<Option<Head>, Stop> {
+fn head(lines: &mut Lines) -> Result<Option<Head>, Stop> {
     const MARK: &[u8] = b"\xef\xbb\xbf";
     let mut comment = None;
     let line = loop {
-        let Some(line) = lines.next(cloud)? else {
+        let Some(line) = lines.next()? else {
             if comment.is_none() {
                 return Ok(None);
             }
@@ -43,7 +42,7 @@ fn head(lines: &mut Lines, cloud: &Reading) -> Result<Option<Head>, Stop> {
     };
     let separator = separator_of(&header, first_row.as_deref().unwrap_or_default());
     lines.put_back(header);
-    lines.row(cloud, separator, first_row.is_none())?;
+    lines.row(separator, first_row.is_none())?;
     let mut names = lines.cells();
     if separator == b' ' {
         names.retain(|name| !is_unit(name));
@@ -52,7 +51,14 @@ fn head(lines: &mut Lines, cloud: &Reading) -> Result<Option<Head>, Stop> {
         lines.put_back(row);
     }
     let what = "the header".into();
-    Ok(Some(Head { n_rows: None, names, what, separator, scale: None, note: None }))
+    Ok(Some(Head {
+        n_rows: (usize::MAX, 0),
+        names,
+        what,
+        separator,
+        scaled: Vec::new(),
+        note: None,
+    }))
 }
 
 /// What stands between the names of a header; where that can't be seen, between the first row's values.

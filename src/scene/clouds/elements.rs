@@ -13,8 +13,7 @@ pub(super) struct Element {
     pub color: Color,
 }
 
-/// All elements with a known radius, by symbol; none by default.
-#[derive(Default)]
+/// All elements with a known radius, by symbol.
 pub(super) struct Elements(HashMap<[u8; 2], Element>);
 
 impl Elements {

@@ -12,9 +12,9 @@
 //! all spheres what the file lacks; where the file has it, the key is refused: one of the two would
 //! be without effect. `color_by` colours by a column, whatever colours the file has.
 //!
-//! While a file is read, the list of colours holds the numbers of the file as they are, colours of
-//! either scale or what spheres are coloured by. What they mean is known at the end, and then they
-//! become colours in their places.
+//! While a file is read, colours are the numbers of the file as they are, colours of either scale or what
+//! spheres are coloured by. What they mean is known at the end, and then they become colours in their
+//! places.
 
 mod columns;
 mod csv;
@@ -28,191 +28,145 @@ mod xyz;
 use std::ffi::OsStr;
 use std::fmt::Display;
 use std::io;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
 use super::open::Files;
 use super::places::{Fault, Stop, quoted};
-use super::schema::Spanned as Given;
+use super::schema::{CloudKeys, Section};
 use super::spheres::{Problem, problem_of};
 use super::table::Checked;
-use super::{Cloud, Color, ColorMap, Coloring, MAX_OBJECTS, Scene, Sphere, Spheres, hex};
+use super::{Cloud, Color, Coloring, MAX_OBJECTS, Scene, Sphere, hex};
 use crate::control::Control;
 use crate::error::{Error, Lack};
 use crate::memory::Available;
 use crate::plain::Shown;
 use crate::words::{count, cut};
 use columns::Layout;
-pub(super) use columns::{ColumnNames, Part};
-use text::TextFormat;
 pub(crate) use watched::Watched;
 
-/// The table of a cloud in a scene file.
-#[derive(Debug)]
-pub(super) struct CloudTable {
-    pub file: Given<String>,
-    pub radius: Option<Given<f64>>,
-    pub color: Option<Given<Color>>,
-    pub columns: ColumnNames,
-    pub color_by: Option<Given<String>>,
-    pub colormap: ColorMap,
-    pub range: Option<[f64; 2]>,
-    pub missing_color: Color,
-    pub frame: Option<Given<u32>>,
-}
+/// Reads all spheres of a file, and tells what its columns are.
+type Reader = fn(&mut Reading) -> Result<Layout, Stop>;
 
-/// The kind of a file, by its ending.
-#[derive(Clone, Copy)]
-enum FileKind {
-    Npy,
-    Text(&'static TextFormat),
-}
-
-impl FileKind {
-    fn of(path: &Path) -> Option<FileKind> {
-        match path.extension().and_then(OsStr::to_str)?.to_ascii_lowercase().as_str() {
-            "npy" => Some(FileKind::Npy),
-            "csv" | "tsv" | "txt" | "dat" => Some(FileKind::Text(&csv::FORMAT)),
-            "xyz" | "extxyz" => Some(FileKind::Text(&xyz::FORMAT)),
-            "dump" | "lammpstrj" => Some(FileKind::Text(&lammps::FORMAT)),
-            _ => None,
-        }
-    }
-
-    /// How many times the file is gone through.
-    fn n_passes(self) -> u64 {
-        match self {
-            // First the lines are counted.
-            FileKind::Text(format) if !format.has_frames => 2,
-            FileKind::Npy | FileKind::Text(_) => 1,
-        }
+/// How a file is read, by its ending.
+fn reader_of(path: &Path) -> Option<Reader> {
+    match path.extension().and_then(OsStr::to_str)?.to_ascii_lowercase().as_str() {
+        "npy" => Some(npy::read),
+        "csv" | "tsv" | "txt" | "dat" => Some(|cloud| text::read(cloud, &csv::FORMAT)),
+        "xyz" | "extxyz" => Some(|cloud| text::read(cloud, &xyz::FORMAT)),
+        "dump" | "lammpstrj" => Some(|cloud| text::read(cloud, &lammps::FORMAT)),
+        _ => None,
     }
 }
 
 /// True for a file that a cloud can be read from, by its ending.
 pub fn is_cloud_file(path: &Path) -> bool {
-    FileKind::of(path).is_some()
+    reader_of(path).is_some()
 }
 
 /// Adds the spheres of all clouds to those that `scene` has, in the order of the file. Paths are
 /// relative to `folder`.
 pub(super) fn read_clouds(
-    tables: &[CloudTable],
+    tables: &[CloudKeys],
     folder: &Path,
     files: Files,
     scene: &mut Scene,
     control: &Control,
 ) -> Result<(), Stop> {
-    let mut sources = Vec::with_capacity(tables.len());
-    for table in tables {
-        sources.push(Source::new(table, folder)?);
+    let mut all = Vec::with_capacity(tables.len());
+    for keys in tables {
+        let (path, read) = path_of(keys, folder)?;
+        let n_bytes = std::fs::metadata(&path).map_or(0, |file| file.len());
+        all.push((keys, path, read, n_bytes));
     }
-    control.expect_bytes(sources.iter().map(Source::n_bytes_to_read).sum());
-    let eye = scene.camera.as_ref().map_or(DVec3::ZERO, |camera| camera.position);
-    for source in sources {
-        let n_before = scene.spheres.len();
-        let n_planes = scene.planes.len();
-        let (spheres, notes) = (&mut scene.spheres, &mut scene.notes);
-        let colors = FileColors::default();
-        let mut cloud = Reading { source, files, eye, control, n_planes, spheres, colors, notes };
-        match cloud.source.format {
-            FileKind::Npy => npy::read(&mut cloud)?,
-            FileKind::Text(format) => text::read(&mut cloud, format)?,
-        }
-        let coloring = cloud.finish_colors(n_before)?;
-        let path = cloud.source.path;
-        let n_spheres = scene.spheres.len() - n_before;
+    control.expect_bytes(all.iter().map(|(.., n_bytes)| n_bytes).sum());
+    for (keys, path, read, _) in all {
+        let source = CloudFile { keys, path, files, control, before: scene };
+        let mut cloud = Reading {
+            source: &source,
+            spheres: Vec::new(),
+            color: None,
+            colors: Vec::new(),
+            file_colors: FileColors::default(),
+            notes: Vec::new(),
+        };
+        let layout = read(&mut cloud)?;
+        let coloring = cloud.finish_colors(&layout)?;
+        let Reading { spheres, color, colors, notes, .. } = cloud;
+        let path = source.path;
         // No more than `MAX_OBJECTS`, which is less than 2³².
-        let first_id = n_before as u32 + 1;
-        scene.clouds.push(Cloud { path, n_spheres, first_id, coloring });
+        let first_id = scene.spheres.len() as u32 + 1;
+        scene.clouds.push(Cloud { path, n_spheres: spheres.len(), first_id, coloring });
+        scene.spheres.append(spheres, color.unwrap_or_default(), colors);
+        scene.notes.extend(notes);
     }
     Ok(())
 }
 
-/// A cloud's file, not yet opened.
-struct Source<'t> {
-    table: &'t CloudTable,
-    path: PathBuf,
-    format: FileKind,
-}
-
-impl<'t> Source<'t> {
-    fn new(table: &'t CloudTable, folder: &Path) -> Checked<Source<'t>> {
-        let path = folder.join(&table.file.value);
-        match FileKind::of(&path) {
-            Some(format) => Ok(Source { table, path, format }),
-            None => Err(Fault::new(
-                table.file.span.clone(),
-                format!("the name {:?} does not tell its format", quoted(&table.file.value)),
-                "a cloud is a file that ends in .npy, .csv or .xyz; .tsv, .txt and .dat are read as \
-                 .csv, .extxyz as .xyz, .dump and .lammpstrj as LAMMPS writes them",
-            )),
-        }
-    }
-
-    fn n_bytes_to_read(&self) -> u64 {
-        let n_bytes = std::fs::metadata(&self.path).map_or(0, |metadata| metadata.len());
-        n_bytes.saturating_mul(self.format.n_passes())
+/// The file of a cloud, and how it is read.
+fn path_of(keys: &CloudKeys, folder: &Path) -> Checked<(PathBuf, Reader)> {
+    let file = keys.file()?;
+    let path = folder.join(file);
+    match reader_of(&path) {
+        Some(read) => Ok((path, read)),
+        None => Err(Fault::new(
+            keys.span("file"),
+            format!("the name {:?} does not tell its format", quoted(file)),
+            "a cloud is a file that ends in .npy, .csv or .xyz; .tsv, .txt and .dat are read as \
+             .csv, .extxyz as .xyz, .dump and .lammpstrj as LAMMPS writes them",
+        )),
     }
 }
 
 /// Characters of what was found that a message tells: a cell or a word may be a whole file.
 const MOST_FOUND: usize = 400;
 
-/// A sphere with what the scene file says for all of a cloud.
-#[derive(Clone, Copy)]
-struct Template {
-    sphere: Sphere,
-    /// The colour of all of them; where there is none, the file has one for each.
-    color: Option<Color>,
+/// A cloud's file.
+struct CloudFile<'a> {
+    keys: &'a CloudKeys,
+    path: PathBuf,
+    files: Files,
+    control: &'a Control,
+    /// The scene without this cloud.
+    before: &'a Scene,
 }
 
-/// A cloud while it is read: what its spheres must be, and where they go.
+/// A cloud while it is read.
 struct Reading<'a> {
-    source: Source<'a>,
-    files: Files,
-    eye: DVec3,
-    control: &'a Control,
-    n_planes: usize,
-    spheres: &'a mut Spheres,
-    colors: FileColors,
-    notes: &'a mut Vec<String>,
+    source: &'a CloudFile<'a>,
+    spheres: Vec<Sphere>,
+    /// The colour of all, unless the file has one for each.
+    color: Option<Color>,
+    colors: Vec<Color>,
+    file_colors: FileColors,
+    notes: Vec<String>,
 }
 
 /// What is known of the colours in a file.
 #[derive(Default)]
 struct FileColors {
-    /// True where the list of colours holds numbers of the file.
-    is_from_file: bool,
+    /// True where the list of colours holds colours of the file.
+    are_there: bool,
     /// The first one with a number above 1, and where it stands.
     above_one: Option<(String, Color)>,
     /// True where a number is not a whole one.
-    has_fractions: bool,
+    have_fractions: bool,
     /// True where their type is that of bytes.
     are_bytes: bool,
-    /// True where spheres are coloured by the length of a vector.
-    is_vector: bool,
-    /// The name of what they are coloured by.
-    column: String,
 }
 
 impl FileColors {
     /// Looks at a colour; `place` says where in the file it stands. False for one that is wrong on
     /// either scale.
     fn see<P: Display>(&mut self, color: Color, place: impl FnOnce() -> P) -> bool {
-        let mut is_above_one = false;
-        for part in color.0 {
-            if !(0.0..=255.0).contains(&part) {
-                return false;
-            }
-            self.has_fractions |= part.fract() != 0.0;
-            is_above_one |= part > 1.0;
-        }
-        if is_above_one && self.above_one.is_none() {
+        let is_any = |is: fn(f64) -> bool| color.0.into_iter().any(is);
+        self.have_fractions |= is_any(|part| part.fract() != 0.0);
+        if self.above_one.is_none() && is_any(|part| part > 1.0) {
             self.above_one = Some((place().to_string(), color));
         }
-        true
+        !is_any(|part| !(0.0..=255.0).contains(&part))
     }
 }
 
@@ -223,11 +177,11 @@ fn wrong_color(Color([red, green, blue]): Color) -> Problem {
     )
 }
 
-impl<'a> Reading<'a> {
+impl<'a> CloudFile<'a> {
     /// The file, and its length where it has one.
     fn open(&self) -> Result<(Watched<'a>, Option<u64>), Stop> {
         let open = || {
-            let file = self.files.open(&self.source.path)?;
+            let file = self.files.open(&self.path)?;
             let metadata = file.metadata()?;
             Ok((file, metadata.is_file().then_some(metadata.len())))
         };
@@ -235,19 +189,21 @@ impl<'a> Reading<'a> {
         Ok((Watched::new(file, self.control), n_bytes))
     }
 
-    /// Something in the file is wrong.
-    fn wrong(&self, found: impl Display, help: impl Into<String>) -> Stop {
-        let message =
-            format!("{}: {}", self.source.path.shown(), cut(&found.to_string(), MOST_FOUND));
-        Fault::new(self.source.table.file.span.clone(), message, help).into()
+    /// Where the value of a key of the cloud stands in the scene.
+    fn span(&self, key: &str) -> Range<usize> {
+        self.keys.span(key)
     }
 
-    /// Nothing is wrong but that something is missing, which the scene file can say.
-    fn lacking(&self, lacks: Lack, found: impl Display, help: impl Into<String>) -> Stop {
-        match self.wrong(found, help) {
-            Stop::Fault(fault) => Fault { lacks: Some(lacks), ..fault }.into(),
-            stop => stop,
-        }
+    /// Something in the file is wrong.
+    fn wrong(&self, found: impl Display, help: impl Into<String>) -> Stop {
+        self.wrong_at(self.span("file"), found, help).into()
+    }
+
+    /// Something in the file does not go with what stands there in the scene.
+    fn wrong_at(&self, span: Range<usize>, found: impl Display, help: impl Into<String>) -> Fault {
+        let found = found.to_string();
+        let message = format!("{}: {}", self.path.shown(), cut(&found, MOST_FOUND));
+        Fault::new(span, message, help)
     }
 
     /// The system can't read the file, or the user interrupted.
@@ -261,91 +217,120 @@ impl<'a> Reading<'a> {
         }
     }
 
-    /// Says something about the file that its reader may want to know.
-    fn note(&mut self, words: impl Display) {
-        self.notes.push(format!("{}: {words}", self.source.path.shown()));
-    }
-
-    /// The radius (or 0) and the colour that the table says for all, or an error where the table
-    /// and the file both say it or neither does.
-    fn template(&mut self, layout: &Layout) -> Result<Template, Stop> {
-        let CloudTable { radius, color, color_by, .. } = self.source.table;
-        let has_color = layout.has_color() || color_by.is_some();
-        let own_color = if layout.color.is_some() { "red" } else { "element" };
-        let radius = radius.as_ref();
-        let radius = self.only_once(("radius", "0.01"), "radius", layout.has_radius(), radius)?;
-        let color = color.as_ref();
-        let color = self.only_once(("color", "\"#1f77b4\""), own_color, has_color, color)?;
-        self.colors.is_from_file = layout.color.is_some();
-        self.colors.is_vector = layout.color_by.len() > 1;
-        self.colors.column.clone_from(&layout.color_by_name);
-        Ok(Template {
-            sphere: Sphere { center: DVec3::ZERO, radius: radius.unwrap_or_default() },
-            color,
-        })
-    }
-
-    /// What a key says, with its name and an example; `own` is the part of the file that says it too.
-    fn only_once<T: Copy>(
+    /// What a key says, with its name and an example; `in_file` is the part of the file that says it too.
+    fn only_once<T>(
         &self,
-        (key, example): (&str, &str),
-        own: &str,
-        in_file: bool,
-        given: Option<&Given<T>>,
+        (key, example, lacks): (&str, &str, Lack),
+        in_file: Option<&str>,
+        given: Option<T>,
     ) -> Result<Option<T>, Stop> {
         match (in_file, given) {
-            (true, None) => Ok(None),
-            (false, Some(given)) => Ok(Some(given.value)),
-            (true, Some(given)) => Err(Fault::new(
-                given.span.clone(),
-                format!(
-                    "`{key}` is given, but {} has one for each sphere",
-                    self.source.path.shown()
-                ),
+            (Some(_), None) => Ok(None),
+            (None, Some(given)) => Ok(Some(given)),
+            (Some(own), Some(_)) => Err(Fault::new(
+                self.span(key),
+                format!("`{key}` is given, but {} has one for each sphere", self.path.shown()),
                 format!(
                     "remove `{key}`; it is for files that have none, or whose own is left out by \
                      `columns = {{ {own} = false }}`"
                 ),
             )
             .into()),
-            (false, None) => {
-                let lacks = match key {
-                    "radius" => Lack::Radius,
-                    _ => Lack::Color,
-                };
-                Err(self.lacking(
-                    lacks,
-                    format!("the file has no {key} for its spheres"),
-                    format!("add for all of them, e.g. `{key} = {example}`"),
-                ))
+            (None, None) => {
+                let found = format!("the file has no {key} for its spheres");
+                let help = format!("add for all of them, e.g. `{key} = {example}`");
+                let fault = self.wrong_at(self.span("file"), found, help);
+                Err(Fault { lacks: Some(lacks), ..fault }.into())
             }
         }
     }
 
-    /// Makes room for `n` more spheres, of one colour or of any, and no more.
-    fn reserve(&mut self, n: usize, color: Option<Color>) -> Result<(), Stop> {
+    /// The frame that the scene asks for, the first one by itself.
+    fn frame(&self) -> u32 {
+        self.keys.frame.unwrap_or(0)
+    }
+
+    /// The error where the file has no more frames than `n_frames`.
+    fn no_such_frame(&self, n_frames: u32) -> Stop {
+        let key = if self.keys.frame.is_some() { "frame" } else { "file" };
+        let frames = count(n_frames as usize, "frame");
+        let found = format!("the file has {frames}, so no frame {}", self.frame());
+        let last = n_frames.saturating_sub(1);
+        let help = format!("frames are counted from 0: the last one is {last}");
+        self.wrong_at(self.span(key), found, help).into()
+    }
+
+    /// Refuses `frame` of a file that has none.
+    fn refuse_frame(&self) -> Checked<()> {
+        match self.keys.frame {
+            None => Ok(()),
+            Some(_) => Err(Fault::new(
+                self.span("frame"),
+                format!("`frame` is given, but {} has no frames", self.path.shown()),
+                "remove `frame`; it is for .xyz files and LAMMPS dumps of several steps",
+            )),
+        }
+    }
+
+    fn wrong_row(&self, place: impl Display, (found, help): Problem) -> Stop {
+        self.wrong(format!("{place}: {found}"), help)
+    }
+}
+
+impl Reading<'_> {
+    /// Says something about the file that its reader may want to know.
+    fn note(&mut self, words: impl Display) {
+        self.notes.push(format!("{}: {words}", self.source.path.shown()));
+    }
+
+    /// A sphere with the radius that the scene says for all, or with 0. Its colour is kept. An error where
+    /// the scene and the file both say one of them or neither does.
+    fn template(&mut self, layout: &Layout) -> Result<Sphere, Stop> {
+        let CloudKeys { radius, color, color_by, .. } = self.source.keys;
+        let of_element = layout.element.is_some_and(|(_, [_, color])| color);
+        let has_color = layout.has_colors() || of_element || color_by.is_some();
+        let own_color = if layout.has_colors() { "red" } else { "element" };
+        let in_file = layout.has_radius().then_some("radius");
+        let radius = self.source.only_once(("radius", "0.01", Lack::Radius), in_file, *radius)?;
+        let key = ("color", "\"#1f77b4\"", Lack::Color);
+        self.color = self.source.only_once(key, has_color.then_some(own_color), *color)?;
+        self.file_colors.are_there = layout.has_colors();
+        Ok(Sphere { center: DVec3::ZERO, radius: radius.unwrap_or_default() })
+    }
+
+    /// Makes room for `n` more spheres, and no more.
+    fn reserve(&mut self, n: usize) -> Result<(), Stop> {
         let path = self.source.path.shown();
-        let n_before = self.spheres.len() + self.n_planes;
-        if n > MAX_OBJECTS - n_before.min(MAX_OBJECTS) {
+        let n_before = self.source.before.n_objects() + self.spheres.len();
+        let n_most = MAX_OBJECTS.saturating_sub(n_before);
+        if n > n_most {
             return Err(Error::TooLarge(format!(
-                "{path}: {n} spheres are too many: with {n_before} objects before them, at most {} \
-                 have an id of 32 bits; give fewer",
-                MAX_OBJECTS - n_before.min(MAX_OBJECTS)
+                "{path}: {n} spheres are too many: with {n_before} objects before them, at most {n_most} \
+                 have an id of 32 bits; give fewer"
             ))
             .into());
         }
-        let n_bytes = self.spheres.bytes_of(n, color);
+        let is_first = self.source.before.spheres.is_empty();
+        let n_bytes_each = match self.color {
+            Some(_) if is_first => size_of::<Sphere>(),
+            None if is_first => size_of::<(Sphere, Color)>(),
+            // In the end they are copied behind the others.
+            _ => 2 * size_of::<(Sphere, Color)>(),
+        } as u64;
+        let n_needed = n as u64 * n_bytes_each;
         let available = Available::now();
-        // Where there are some already, both copies are held for a while.
-        let n_needed = n_bytes + self.spheres.bytes();
-        if n_needed > available.bytes || self.spheres.try_reserve(n, color).is_err() {
+        let n_colors = if self.color.is_none() { n } else { 0 };
+        if n_needed > available.bytes
+            || self.spheres.try_reserve_exact(n).is_err()
+            || self.colors.try_reserve_exact(n_colors).is_err()
+        {
             return Err(Error::TooLarge(format!(
                 "{path}: {n} spheres need {} MiB of memory, but only {} MiB are available {}, \
                  enough for {}; free some, or give fewer spheres",
                 n_needed.div_ceil(1 << 20),
                 available.bytes >> 20,
                 available.limit,
-                available.bytes / n_bytes.div_ceil(n.max(1) as u64).max(1)
+                available.bytes / n_bytes_each
             ))
             .into());
         }
@@ -360,10 +345,12 @@ impl<'a> Reading<'a> {
     ) -> Result<(), Stop> {
         self.check(sphere, color, &place)?;
         if self.spheres.len() == self.spheres.capacity() {
-            // Only what could not be counted before: a pipe, or a file without line feeds.
-            self.reserve(self.spheres.len().max(1 << 16), Some(color))?;
+            self.reserve((self.spheres.len() / 4).max(1 << 16))?;
         }
-        self.spheres.push(sphere, color);
+        self.spheres.push(sphere);
+        if self.color.is_none() {
+            self.colors.push(color);
+        }
         Ok(())
     }
 
@@ -374,104 +361,67 @@ impl<'a> Reading<'a> {
         color: Color,
         place: impl Fn() -> P,
     ) -> Result<(), Stop> {
-        if let Some(problem) = problem_of(&sphere, Color::BLACK, self.eye) {
-            return Err(self.wrong_row(place(), problem));
+        let eye = self.source.before.camera.as_ref().map_or(DVec3::ZERO, |camera| camera.position);
+        if let Some(problem) = problem_of(&sphere, Color::BLACK, eye) {
+            return Err(self.source.wrong_row(place(), problem));
         }
-        if self.colors.is_from_file && !self.colors.see(color, &place) {
-            return Err(self.wrong_row(place(), wrong_color(color)));
+        if self.file_colors.are_there && !self.file_colors.see(color, &place) {
+            return Err(self.source.wrong_row(place(), wrong_color(color)));
         }
         Ok(())
     }
 
-    fn wrong_row(&self, place: impl Display, (found, help): Problem) -> Stop {
-        self.wrong(format!("{place}: {found}"), help)
-    }
-
-    /// The frame that the scene asks for, the first one by itself.
-    fn frame(&self) -> u32 {
-        self.source.table.frame.as_ref().map_or(0, |frame| frame.value)
-    }
-
-    /// The error where the file has no more frames than `n_frames`.
-    fn no_such_frame(&self, n_frames: u32) -> Stop {
-        let span = match &self.source.table.frame {
-            Some(frame) => frame.span.clone(),
-            None => self.source.table.file.span.clone(),
-        };
-        let frames = count(n_frames as usize, "frame");
-        let path = self.source.path.shown();
-        Fault::new(
-            span,
-            format!("{path}: the file has {frames}, so no frame {}", self.frame()),
-            format!("frames are counted from 0: the last one is {}", n_frames.saturating_sub(1)),
-        )
-        .into()
-    }
-
-    /// Refuses `frame` of a file that has none.
-    fn refuse_frame(&self) -> Result<(), Stop> {
-        match &self.source.table.frame {
-            None => Ok(()),
-            Some(frame) => Err(Fault::new(
-                frame.span.clone(),
-                format!("`frame` is given, but {} has no frames", self.source.path.shown()),
-                "remove `frame`; it is for .xyz files and LAMMPS dumps of several steps",
-            )
-            .into()),
+    /// Makes colours of what the file has for them.
+    fn finish_colors(&mut self, layout: &Layout) -> Result<Option<Coloring>, Stop> {
+        if let Some(name) = &self.source.keys.color_by {
+            return self.color_by(name, layout).map(Some);
         }
-    }
-
-    /// Makes colours of what the file has for them, from the sphere with the index `first` on.
-    fn finish_colors(&mut self, first: usize) -> Result<Option<Coloring>, Stop> {
-        let table = self.source.table;
-        if let Some(name) = &table.color_by {
-            let coloring = self.color_by(name, first)?;
-            let Coloring { column, map, range: [low, high], missing_color, n_missing } = &coloring;
-            let mut words = format!(
-                "coloured by `{}`, {} from {low:?} to {high:?}",
-                quoted(column),
-                map.name()
-            );
-            if *n_missing > 0 {
-                let spheres = count(*n_missing, "sphere");
-                let color = hex(missing_color.to_srgb8());
-                words += &format!("; {spheres} without a number in {color}");
-            }
-            self.note(words);
-            return Ok(Some(coloring));
-        }
-        let are_bytes = self.colors.are_bytes || self.colors.above_one.is_some();
-        if !(self.colors.is_from_file && are_bytes) {
+        let FileColors { are_there, ref mut above_one, have_fractions, are_bytes } =
+            self.file_colors;
+        let above_one = above_one.take();
+        if !are_there || !(are_bytes || above_one.is_some()) {
             return Ok(None);
         }
-        if let Some((place, color)) = self.colors.above_one.take()
-            && self.colors.has_fractions
-        {
-            return Err(self.wrong_row(place, wrong_color(color)));
+        if let Some((place, color)) = above_one.filter(|_| have_fractions) {
+            return Err(self.source.wrong_row(place, wrong_color(color)));
         }
         let grey = |byte: usize| Color::from_srgb8([byte as u8; 3]).0[0];
         let linear: [f64; 256] = std::array::from_fn(grey);
-        for Color(parts) in self.spheres.colors_mut(first) {
+        for Color(parts) in &mut self.colors {
             *parts = parts.map(|part| linear[usize::from(part as u8)]);
         }
         self.note("its colours are whole numbers up to 255, read as sRGB like #rrggbb");
         Ok(None)
     }
 
-    fn color_by(&mut self, name: &Given<String>, first: usize) -> Result<Coloring, Stop> {
-        let CloudTable { colormap: map, range, missing_color, .. } = *self.source.table;
-        let FileColors { is_vector, ref column, .. } = self.colors;
-        let column = column.clone();
-        let number = |Color([x, y, z]): Color| match is_vector {
-            true => (x * x + y * y + z * z).sqrt(),
-            false => x,
-        };
-        let colors = self.spheres.colors_mut(first);
-        Coloring::paint(column, map, range, missing_color, colors, number).ok_or_else(|| {
-            let path = self.source.path.shown();
-            let message = format!("{path}: the column {:?} has no number", quoted(&name.value));
+    fn color_by(&mut self, name: &str, layout: &Layout) -> Result<Coloring, Stop> {
+        if layout.has_vector() {
+            for Color(parts) in &mut self.colors {
+                *parts = [DVec3::from_array(*parts).length(); 3];
+            }
+        }
+        let CloudKeys { colormap, range, missing_color, .. } = *self.source.keys;
+        let coloring = Coloring::paint(
+            layout.color_by.clone(),
+            colormap.unwrap_or_default(),
+            range,
+            missing_color.unwrap_or(Coloring::MISSING_COLOR),
+            &mut self.colors,
+        );
+        let Some(coloring) = coloring else {
+            let found = format!("the column {:?} has no number", quoted(name));
             let help = "colour by another column, or give the `range` that it would have";
-            Fault::new(name.span.clone(), message, help).into()
-        })
+            return Err(self.source.wrong_at(self.source.span("color_by"), found, help).into());
+        };
+        let Coloring { column, map, range: [low, high], missing_color, n_missing } = &coloring;
+        let (column, map) = (quoted(column), map.name());
+        let mut words = format!("coloured by `{column}`, {map} from {low:?} to {high:?}");
+        if *n_missing > 0 {
+            let spheres = count(*n_missing, "sphere");
+            let color = hex(missing_color.to_srgb8());
+            words += &format!("; {spheres} without a number in {color}");
+        }
+        self.note(words);
+        Ok(coloring)
     }
 }

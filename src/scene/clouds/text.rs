@@ -4,10 +4,10 @@ use std::cell::Cell;
 use std::io::{BufRead, BufReader, Read};
 use std::ops::Range;
 
-use super::columns::{Header, Layout};
+use super::columns::{Header, Layout, Target};
 use super::elements::Elements;
 use super::watched::Watched;
-use super::{Reading, Template};
+use super::{CloudFile, Reading};
 use crate::input::MAX_LINE_BYTES;
 use crate::scene::places::{Stop, quoted};
 use crate::scene::{Color, Sphere};
@@ -24,56 +24,48 @@ pub(super) struct TextFormat {
     /// one table of any length, in which cells may stand in quotes.
     pub has_frames: bool,
     /// Reads what stands before the rows of the next frame; `None` at the end of the file.
-    pub head: fn(&mut Lines, &Reading) -> Result<Option<Head>, Stop>,
+    pub head: fn(&mut Lines) -> Result<Option<Head>, Stop>,
 }
 
 /// What stands before the rows of a frame.
 pub(super) struct Head {
-    /// How many rows there are, and the line that says so; `None` where they go on to the file's end.
-    pub n_rows: Option<(usize, u64)>,
+    /// How many rows there are at most, of frames exactly, and the line that says so.
+    pub n_rows: (usize, u64),
     /// Names of the columns.
     pub names: Vec<String>,
     /// What has these names: `the header`, for one.
     pub what: String,
     /// What stands between cells; a space means white space of any length.
     pub separator: u8,
-    /// The box that coordinates from 0 to 1 lie in, its low and high end along each axis.
-    pub scale: Option<[[f64; 2]; 3]>,
+    /// Columns of numbers that go from 0 to 1 from one end of a box to the other, and these ends.
+    pub scaled: Vec<(usize, [f64; 2])>,
     /// What its reader may want to know.
     pub note: Option<&'static str>,
 }
 
-/// Bytes of the shortest number and the space or line break behind it.
-const MIN_CELL_BYTES: u64 = 2;
-
 /// Reads the spheres of one frame, in the order of its lines.
-pub(super) fn read(cloud: &mut Reading, format: &TextFormat) -> Result<(), Stop> {
+pub(super) fn read(cloud: &mut Reading, format: &TextFormat) -> Result<Layout, Stop> {
     let &TextFormat { help, row_help, has_frames, .. } = format;
+    let source = cloud.source;
     if !has_frames {
-        cloud.refuse_frame()?;
+        source.refuse_frame()?;
     }
-    let (mut file, n_bytes) = cloud.open()?;
-    let n_lines = match n_bytes {
-        Some(_) if !has_frames => file.count_line_breaks(MAX_LINE_BYTES),
-        _ => Ok(0),
-    };
-    let n_lines = n_lines.map_err(|error| cloud.failed(&error))?;
-    let mut lines = Lines::new(file, help);
+    let mut lines = Lines::new(source, help)?;
 
     let mut n_before = 0;
     let head = loop {
-        let Some(head) = (format.head)(&mut lines, cloud)? else {
-            return Err(match cloud.frame() {
-                0 => cloud.wrong(format.empty, help),
-                _ => cloud.no_such_frame(n_before),
+        let Some(head) = (format.head)(&mut lines)? else {
+            return Err(match source.frame() {
+                0 => source.wrong(format.empty, help),
+                _ => source.no_such_frame(n_before),
             });
         };
-        if n_before == cloud.frame() {
+        if n_before == source.frame() {
             break head;
         }
-        for n_read in 0..head.n_rows.map_or(0, |(n_rows, _)| n_rows) {
-            if lines.next(cloud)?.is_none() {
-                return Err(head.cut_off(cloud, n_read));
+        for n_read in 0..head.n_rows.0 {
+            if lines.next()?.is_none() {
+                return Err(head.cut_off(source, n_read));
             }
         }
         n_before += 1;
@@ -82,21 +74,24 @@ pub(super) fn read(cloud: &mut Reading, format: &TextFormat) -> Result<(), Stop>
     let names = &head.names;
     let header =
         Header { names, what: &head.what, help, has_elements: has_frames, has_places: false };
-    let layout = Layout::find(cloud, &header)?;
-    let template = cloud.template(&layout)?;
-    // A wrong number must not ask for more than a file of this length can have.
-    let n_at_most = n_bytes.map_or(0, |n| n / (names.len() as u64 * MIN_CELL_BYTES - 1));
-    let n_at_most = usize::try_from(n_at_most).unwrap_or(usize::MAX);
-    cloud.reserve(head.n_rows.map_or(n_lines, |(n, _)| n.min(n_at_most)), template.color)?;
-    let rows = Rows::new(layout, template, &head);
+    let layout = Layout::find(source, &header)?;
+    let sphere = cloud.template(&layout)?;
+    let rows = Rows {
+        layout,
+        sphere,
+        elements: Elements::new(),
+        scaled: head.scaled.clone(),
+        may_have_commas: head.separator != b',',
+        has_commas: Cell::new(false),
+    };
 
     let mut n_read = 0;
-    while head.n_rows.is_none_or(|(n_rows, _)| n_read < n_rows) {
-        let Some(number) = lines.row(cloud, head.separator, !has_frames)? else {
-            match head.n_rows {
-                Some(_) => return Err(head.cut_off(cloud, n_read)),
-                None => break,
+    while n_read < head.n_rows.0 {
+        let Some(number) = lines.row(head.separator, !has_frames)? else {
+            if has_frames {
+                return Err(head.cut_off(source, n_read));
             }
+            break;
         };
         n_read += 1;
         let place = || format!("line {number}");
@@ -106,16 +101,15 @@ pub(super) fn read(cloud: &mut Reading, format: &TextFormat) -> Result<(), Stop>
             continue;
         }
         if n_cells < names.len() || (!has_frames && n_cells > names.len()) {
-            let found = match is_empty {
-                true => "the line is empty".into(),
-                false => {
-                    format!("{n_cells} values, but {} has {} columns", head.what, names.len())
-                }
+            let found = if is_empty {
+                "the line is empty".into()
+            } else {
+                format!("{n_cells} values, but {} has {} columns", head.what, names.len())
             };
-            return Err(cloud.wrong_row(place(), (found, row_help)));
+            return Err(source.wrong_row(place(), (found, row_help)));
         }
         let sphere = rows.sphere(|column| lines.cell(column)).map_err(|(found, advice)| {
-            cloud.wrong_row(place(), (found, advice.unwrap_or(row_help)))
+            source.wrong_row(place(), (found, advice.unwrap_or(row_help)))
         })?;
         cloud.push(sphere, place)?;
     }
@@ -125,11 +119,11 @@ pub(super) fn read(cloud: &mut Reading, format: &TextFormat) -> Result<(), Stop>
     if let Some(note) = head.note {
         cloud.note(note);
     }
-    let Some((n_rows, line)) = head.n_rows else { return Ok(()) };
-    if cloud.source.table.frame.is_none() {
-        while let Some(rest) = lines.next(cloud)? {
+    if has_frames && source.keys.frame.is_none() {
+        let (n_rows, line) = head.n_rows;
+        while let Some(rest) = lines.next()? {
             if !rest.trim_ascii().is_empty() {
-                return Err(cloud.wrong(
+                return Err(source.wrong(
                     format!(
                         "the file goes on behind the {n_rows} atoms that line {line} tells of"
                     ),
@@ -139,13 +133,13 @@ pub(super) fn read(cloud: &mut Reading, format: &TextFormat) -> Result<(), Stop>
             }
         }
     }
-    Ok(())
+    Ok(rows.layout)
 }
 
 impl Head {
-    fn cut_off(&self, cloud: &Reading, n_read: usize) -> Stop {
-        let (n_rows, line) = self.n_rows.unwrap_or_default();
-        cloud.wrong(
+    fn cut_off(&self, source: &CloudFile, n_read: usize) -> Stop {
+        let (n_rows, line) = self.n_rows;
+        source.wrong(
             format!("line {line} tells of {n_rows} atoms, but the file ends after {n_read}"),
             "is the file cut off? if not, correct that line",
         )
@@ -157,6 +151,7 @@ const BUFFER_BYTES: usize = 1 << 18;
 
 /// The lines of a file, one at a time.
 pub(super) struct Lines<'c> {
+    pub source: &'c CloudFile<'c>,
     reader: BufReader<Watched<'c>>,
     line: Vec<u8>,
     /// True where `line` is still to be read.
@@ -169,16 +164,17 @@ pub(super) struct Lines<'c> {
 }
 
 impl<'c> Lines<'c> {
-    fn new(file: Watched<'c>, help: &'static str) -> Lines<'c> {
-        let reader = BufReader::with_capacity(BUFFER_BYTES, file);
-        Lines { reader, line: Vec::new(), is_next: false, n_read: 0, cells: Vec::new(), help }
+    fn new(source: &'c CloudFile<'c>, help: &'static str) -> Result<Lines<'c>, Stop> {
+        let reader = BufReader::with_capacity(BUFFER_BYTES, source.open()?.0);
+        let (line, cells) = (Vec::new(), Vec::new());
+        Ok(Lines { source, reader, line, is_next: false, n_read: 0, cells, help })
     }
 
     /// The next line, or `None` at the end.
-    pub fn next(&mut self, cloud: &Reading) -> Result<Option<&[u8]>, Stop> {
+    pub fn next(&mut self) -> Result<Option<&[u8]>, Stop> {
         if !std::mem::take(&mut self.is_next) {
             self.line.clear();
-            if !self.read_on(cloud)? {
+            if !self.read_on()? {
                 return Ok(None);
             }
         }
@@ -186,8 +182,8 @@ impl<'c> Lines<'c> {
     }
 
     /// The next line as text, without white space around it.
-    pub fn text(&mut self, cloud: &Reading) -> Result<Option<String>, Stop> {
-        Ok(self.next(cloud)?.map(|line| String::from_utf8_lossy(line).trim().to_owned()))
+    pub fn text(&mut self) -> Result<Option<String>, Stop> {
+        Ok(self.next()?.map(|line| String::from_utf8_lossy(line).trim().to_owned()))
     }
 
     /// Makes this the next line, in place of the present one.
@@ -196,29 +192,24 @@ impl<'c> Lines<'c> {
     }
 
     /// Adds a line to the present one; false at the end of the file.
-    fn read_on(&mut self, cloud: &Reading) -> Result<bool, Stop> {
+    fn read_on(&mut self) -> Result<bool, Stop> {
         let n_before = self.line.len();
         let n_left = MAX_LINE_BYTES - n_before as u64;
         let read = (&mut self.reader).take(n_left).read_until(b'\n', &mut self.line);
-        read.map_err(|error| cloud.failed(&error))?;
+        read.map_err(|error| self.source.failed(&error))?;
         self.n_read += 1;
         if self.line.len() as u64 == MAX_LINE_BYTES {
             let (line, most) = (self.n_read, MAX_LINE_BYTES >> 20);
             let found = format!("line {line}: the line is longer than {most} MiB");
-            return Err(cloud.wrong(found, self.help));
+            return Err(self.source.wrong(found, self.help));
         }
         Ok(self.line.len() > n_before)
     }
 
     /// Reads a row, and gives the number of its first line; `None` at the end. A cell that begins with a
     /// quote ends with one, lines later maybe, where there may be quotes.
-    pub fn row(
-        &mut self,
-        cloud: &Reading,
-        separator: u8,
-        has_quotes: bool,
-    ) -> Result<Option<u64>, Stop> {
-        if self.next(cloud)?.is_none() {
+    pub fn row(&mut self, separator: u8, has_quotes: bool) -> Result<Option<u64>, Stop> {
+        if self.next()?.is_none() {
             return Ok(None);
         }
         let number = self.n_read;
@@ -243,9 +234,9 @@ impl<'c> Lines<'c> {
             if !is_quoted {
                 break;
             }
-            if !self.read_on(cloud)? {
+            if !self.read_on()? {
                 let found = format!("line {number}: a quote is opened, and not closed behind it");
-                return Err(cloud.wrong(found, "close it, or leave it out"));
+                return Err(self.source.wrong(found, "close it, or leave it out"));
             }
         }
         if !has_words || start < at {
@@ -273,10 +264,10 @@ impl<'c> Lines<'c> {
     }
 
     /// The number of atoms that the present line tells, as `text`.
-    pub fn n_atoms(&self, cloud: &Reading, text: &str) -> Result<(usize, u64), Stop> {
+    pub fn n_atoms(&self, text: &str) -> Result<(usize, u64), Stop> {
         let line = self.n_read;
         let found = || format!("line {line}: {:?} is not a number of atoms", quoted(text));
-        let n_atoms = text.parse().map_err(|_| cloud.wrong(found(), self.help))?;
+        let n_atoms = text.parse().map_err(|_| self.source.wrong(found(), self.help))?;
         Ok((n_atoms, line))
     }
 }
@@ -296,9 +287,10 @@ const MISSING: [&str; 6] = ["", "na", "n/a", "null", "none", "-"];
 /// Makes spheres of rows of cells.
 struct Rows {
     layout: Layout,
-    template: Template,
+    /// What each is but for what its row says.
+    sphere: Sphere,
     elements: Elements,
-    scale: Option<[[f64; 2]; 3]>,
+    scaled: Vec<(usize, [f64; 2])>,
     /// True where no comma stands between cells, so that one may stand in a number.
     may_have_commas: bool,
     /// True once a comma stood in a number.
@@ -306,39 +298,23 @@ struct Rows {
 }
 
 impl Rows {
-    fn new(layout: Layout, template: Template, head: &Head) -> Rows {
-        Rows {
-            elements: layout.element.map_or_else(Elements::default, |_| Elements::new()),
-            layout,
-            template,
-            scale: head.scale,
-            may_have_commas: head.separator != b',',
-            has_commas: Cell::new(false),
-        }
-    }
-
     /// The sphere of a row, and its colour as the file has it: numbers of whatever scale, or what
     /// it is coloured by.
     fn sphere<'r>(&self, cell: impl Fn(usize) -> &'r [u8]) -> Result<(Sphere, Color), Wrong> {
-        let number = |column: usize| self.number(cell(column)).map_err(|found| (found, None));
-        let layout = &self.layout;
-        let Template { mut sphere, color } = self.template;
-        let mut color = color.unwrap_or_default();
-        for (axis, &column) in layout.center.iter().enumerate() {
-            let number = number(column)?;
-            sphere.center[axis] = match self.scale {
-                Some(ends) => ends[axis][0] + number * (ends[axis][1] - ends[axis][0]),
-                None => number,
+        let Layout { targets, element, .. } = &self.layout;
+        let (mut sphere, mut color) = (self.sphere, Color::default());
+        for &(column, target) in targets {
+            let mut number = match (self.number(cell(column)), target) {
+                (Ok(number), _) => number,
+                (Err(_), Target::ColorBy(_)) if is_missing(cell(column)) => f64::NAN,
+                (Err(found), _) => return Err((found, None)),
             };
+            if let Some((_, [low, high])) = self.scaled.iter().find(|(of, _)| *of == column) {
+                number = low + number * (high - low);
+            }
+            target.put(number, &mut sphere, &mut color);
         }
-        if let Some(column) = layout.radius {
-            sphere.radius = layout.radius_factor * number(column)?;
-        }
-        for (channel, &column) in layout.color.iter().flatten().enumerate() {
-            color.0[channel] = number(column)?;
-        }
-        if let Some(column) = layout.element {
-            let [gives_radius, gives_color] = layout.element_gives;
+        if let Some((column, [gives_radius, gives_color])) = *element {
             let symbol = String::from_utf8_lossy(cell(column));
             let element = self.elements.get(&symbol).ok_or_else(|| {
                 let what = if gives_radius { "radius" } else { "colour" };
@@ -351,16 +327,6 @@ impl Rows {
             if gives_color {
                 color = element.color;
             }
-        }
-        for (part, &column) in layout.color_by.iter().enumerate() {
-            let axis = layout.center.iter().position(|&center| center == column);
-            color.0[part] = match (axis, number(column)) {
-                // In the scene, where it is scaled in the file.
-                (Some(axis), _) => sphere.center[axis],
-                (None, Ok(number)) => number,
-                (None, Err(_)) if is_missing(cell(column)) => f64::NAN,
-                (None, Err(wrong)) => return Err(wrong),
-            };
         }
         Ok((sphere, color))
     }

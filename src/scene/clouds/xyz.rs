@@ -1,6 +1,5 @@
 //! Clouds of atoms in the chemists' XYZ format, plain and extended.
 
-use super::Reading;
 use super::text::{Head, Lines, TextFormat};
 use crate::scene::places::{Stop, quoted};
 
@@ -20,23 +19,23 @@ pub(super) const FORMAT: TextFormat = TextFormat {
 /// Columns of a file that doesn't say them.
 const PLAIN: [&str; 4] = ["element", "x", "y", "z"];
 
-fn head(lines: &mut Lines, cloud: &Reading) -> Result<Option<Head>, Stop> {
+fn head(lines: &mut Lines) -> Result<Option<Head>, Stop> {
     // Empty lines stand between frames and at the end.
     let count = loop {
-        match lines.text(cloud)? {
+        match lines.text()? {
             None => return Ok(None),
             Some(count) if count.is_empty() && lines.n_read > 1 => {}
             Some(count) => break count,
         }
     };
-    let n_rows = Some(lines.n_atoms(cloud, &count)?);
-    let comment = lines.text(cloud)?.unwrap_or_default();
+    let n_rows = lines.n_atoms(&count)?;
+    let comment = lines.text()?.unwrap_or_default();
     let line = lines.n_read;
     let (names, what) = match value_of(&comment, "properties") {
         None => (PLAIN.map(String::from).to_vec(), "a plain .xyz file".into()),
         Some(properties) => {
             let names = names_of(properties).ok_or_else(|| {
-                cloud.wrong(
+                lines.source.wrong(
                     format!("line {line}: Properties={:?}", quoted(properties)),
                     "Properties= lists a name, a type and a number of columns for each, e.g. \
                      Properties=species:S:1:pos:R:3:radius:R:1",
@@ -46,7 +45,7 @@ fn head(lines: &mut Lines, cloud: &Reading) -> Result<Option<Head>, Stop> {
         }
     };
     let note = value_of(&comment, "lattice").map(|_| "its box (Lattice) is left out");
-    Ok(Some(Head { n_rows, names, what, separator: b' ', scale: None, note }))
+    Ok(Some(Head { n_rows, names, what, separator: b' ', scaled: Vec::new(), note }))
 }
 
 /// The value of a key in a comment, `key=value` or `key="a value"`; the key in lower case.

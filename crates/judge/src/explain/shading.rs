@@ -9,7 +9,7 @@ use kugelblitz::num::{Real as _, V3};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, Rays, View};
 use kugelblitz::scene::{Camera, Edges, Light, Scene, Source};
-use kugelblitz::shade::{ExactMean, Lamp, Lighting, LampOrigin, PlainPoint, PlainWay};
+use kugelblitz::shade::{ExactMean, Lamp, LampOrigin, Lighting, PlainPoint, PlainWay};
 use rayon::prelude::*;
 
 use super::light::{
