@@ -68,7 +68,7 @@ pub fn explained(
     digits: usize,
     device: &str,
 ) -> PyResult<Explanation> {
-    let style = explain::Style {
+    let style = explain::ExplainStyle {
         limit: (!all).then_some(explain::DEFAULT_OBJECTS),
         lang: self::lang(lang)?,
         digits,

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use kugelblitz::memory;
-use kugelblitz::picture::{Image, Samples, read_bytes, read_image};
+use kugelblitz::picture::{ChannelValues, Image, read_bytes, read_image};
 use numpy::{Element, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -14,18 +14,18 @@ use crate::table::{Object, to_python};
 use crate::work;
 
 /// The numbers of a channel as an array.
-fn array_of<'py>(py: Python<'py>, samples: &Samples) -> Object<'py> {
+fn array_of<'py>(py: Python<'py>, samples: &ChannelValues) -> Object<'py> {
     fn array<'py, T: Element>(py: Python<'py>, numbers: &[T]) -> Bound<'py, PyAny> {
         PyArray1::from_slice(py, numbers).into_any()
     }
     Ok(match samples {
-        Samples::U8(all) => array(py, all),
-        Samples::U16(all) => array(py, all),
-        Samples::U32(all) => array(py, all),
-        Samples::I64(all) => array(py, all),
-        Samples::F16(all) => array(py, all).call_method1("astype", ("f2",))?,
-        Samples::F32(all) => array(py, all),
-        Samples::F64(all) => array(py, all),
+        ChannelValues::U8(all) => array(py, all),
+        ChannelValues::U16(all) => array(py, all),
+        ChannelValues::U32(all) => array(py, all),
+        ChannelValues::I64(all) => array(py, all),
+        ChannelValues::F16(all) => array(py, all).call_method1("astype", ("f2",))?,
+        ChannelValues::F32(all) => array(py, all),
+        ChannelValues::F64(all) => array(py, all),
     })
 }
 

@@ -82,7 +82,7 @@ impl<'a> First<'a> {
         }
     }
 
-    fn look(&self, first: usize, ids: &mut [u32], room: &mut engine::Scratch) {
+    fn look(&self, first: usize, ids: &mut [u32], room: &mut engine::SearchScratch) {
         match self {
             First::Pixels(search, pixels) => {
                 search.look(&rows_of(pixels, first, ids.len()), ids, room);
@@ -111,7 +111,7 @@ pub fn propose(
     if prepared.kernel == Kernel::Certified {
         let first = First::new(prepared, rays);
         let parts = parts(rays, LARGEST, hits).into_par_iter();
-        parts.try_for_each_init(engine::Scratch::default, |room, part| -> Result<()> {
+        parts.try_for_each_init(engine::SearchScratch::default, |room, part| -> Result<()> {
             control.check()?;
             host::check()?;
             first.look(part.first, part.ids, room);
@@ -190,7 +190,7 @@ impl Done {
 /// What a thread works in, from part to part.
 #[derive(Default)]
 struct Room {
-    search: engine::Scratch,
+    search: engine::SearchScratch,
     /// Rays that are left open.
     open: Vec<u32>,
     packs: Vec<PackF64>,
@@ -281,7 +281,7 @@ pub fn trace_samples(
     let start = Instant::now();
     let (search, stage) = (Search::new(prepared, pixels, n), Stage::new(prepared, &all));
     let (width, n) = (pixels.width as usize, n as usize);
-    let of_part = |room: &mut engine::Scratch, (part, whole): (usize, &mut [u32])| {
+    let of_part = |room: &mut engine::SearchScratch, (part, whole): (usize, &mut [u32])| {
         control.check()?;
         host::check()?;
         let mut timing = Timing::default();
@@ -306,7 +306,8 @@ pub fn trace_samples(
     };
     resize(&mut samples.whole, pixels.len());
     let parts = samples.whole.par_chunks_mut(LARGEST as usize * width).enumerate();
-    let parts = parts.map_init(engine::Scratch::default, of_part).collect::<Result<Vec<_>>>()?;
+    let parts =
+        parts.map_init(engine::SearchScratch::default, of_part).collect::<Result<Vec<_>>>()?;
     let (mixed, done): (Vec<Mixed>, Vec<Done>) = parts.into_iter().unzip();
     samples.set_mixed(mixed, n);
     let done = done.into_iter().try_fold(Done::default(), Done::and)?;

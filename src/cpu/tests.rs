@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::*;
-use crate::engine::Scratch;
+use crate::engine::SearchScratch;
 use crate::random::SplitMix;
 use crate::rays::View;
 use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
@@ -71,7 +71,7 @@ fn wrong(case: fn(u64) -> (Arc<Scene>, Pixels), n: u32, part: f64) -> (usize, us
         let mut tracer = tracer(&scene, &pixels, n);
         let mut whole = vec![OPEN; pixels.len()];
         let search = Search::with_reach(tracer.prepared(), &pixels, n, part);
-        search.look(&pixels, &mut whole, &mut Scratch::default());
+        search.look(&pixels, &mut whole, &mut SearchScratch::default());
         let mut hits = Hits::default();
         tracer.trace(&Rays::Pixels(pixels.samples(n)), &Control::default(), &mut hits).unwrap();
         let (row, n) = ((pixels.width * n) as usize, n as usize);
@@ -110,13 +110,13 @@ fn pixels_are_those_that_are_looked_at_one_by_one() {
         for (n_wrong, part) in n_wrong.iter_mut().zip([1.0, 0.5]) {
             let mut ids = vec![OPEN; pixels.len()];
             let search = Search::with_reach(tracer.prepared(), &pixels, 1, part);
-            search.look(&pixels, &mut ids, &mut Scratch::default());
+            search.look(&pixels, &mut ids, &mut SearchScratch::default());
             for (at, id) in ids.into_iter().enumerate() {
                 let (x, y) = pixels.xy(at);
                 let one = Pixels { x, y, width: 1, height: 1, ..pixels };
                 let mut alone = [OPEN];
                 let search = Search::new(tracer.prepared(), &one, 1);
-                search.look(&one, &mut alone, &mut Scratch::default());
+                search.look(&one, &mut alone, &mut SearchScratch::default());
                 let is_known = id != OPEN && alone[0] != OPEN;
                 *n_wrong += usize::from(is_known && id != alone[0]);
             }

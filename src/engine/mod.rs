@@ -9,5 +9,5 @@ mod tile;
 
 pub use find64::{Candidates, Find64, Said};
 pub use list::ListSearch;
-pub use search::{LARGEST, Scratch, Search};
+pub use search::{LARGEST, Search, SearchScratch};
 pub use tile::Tile;

@@ -37,7 +37,7 @@ pub struct Search<'a> {
 
 /// Memory for the squares of a block.
 #[derive(Default)]
-pub struct Scratch {
+pub struct SearchScratch {
     open: Vec<[u32; 2]>,
     next: Vec<[u32; 2]>,
     tile: Tile,
@@ -85,7 +85,7 @@ impl<'a> Search<'a> {
 
     /// Finds what some of the pixels see in f32: of each the object that all its samples see, or [`OPEN`]; and of those with
     /// several samples that are left, these.
-    pub fn look(&self, pixels: &Pixels, whole: &mut [u32], room: &mut Scratch) -> Mixed {
+    pub fn look(&self, pixels: &Pixels, whole: &mut [u32], room: &mut SearchScratch) -> Mixed {
         if let Some(cloud) = &self.cloud {
             return cloud.look(pixels, whole, &mut room.cloud);
         }
@@ -109,10 +109,10 @@ impl<'a> Search<'a> {
         [left, top]: [u32; 2],
         [columns, rows]: [u32; 2],
         whole: &mut [u32],
-        room: &mut Scratch,
+        room: &mut SearchScratch,
     ) {
         let width = pixels.width;
-        let Scratch { open, next, tile, .. } = room;
+        let SearchScratch { open, next, tile, .. } = room;
         let (right, bottom) = (left + columns, top + rows);
         let split = |[x, y]: [u32; 2], [columns, rows]: [u32; 2], step: u32, to: &mut Vec<_>| {
             for y in (y..(y + rows).min(bottom)).step_by(step as usize) {
@@ -172,7 +172,7 @@ impl<'a> Search<'a> {
     }
 
     /// What f32 sees of the samples of those pixels of some rows that are left.
-    fn sample(&self, pixels: &Pixels, whole: &[u32], room: &mut Scratch) -> Mixed {
+    fn sample(&self, pixels: &Pixels, whole: &[u32], room: &mut SearchScratch) -> Mixed {
         let samples = pixels.samples(self.n);
         let tile = &mut room.tile;
         tile.clear();

@@ -29,7 +29,7 @@ pub use format::{ChannelBits, Format};
 pub use metadata::{Metadata, Provenance};
 pub use png::rgb8_file;
 pub use rays::{STDIN, hit_records, read_rays, write_hits};
-pub use read::{Channel, ChannelFacts, Image, ImageFacts, Samples, read_bytes, read_image};
+pub use read::{Channel, ChannelFacts, ChannelValues, Image, ImageFacts, read_bytes, read_image};
 
 /// The maker that every file names.
 const SOFTWARE: &str = concat!("kugelblitz ", env!("CARGO_PKG_VERSION"));
@@ -147,9 +147,9 @@ pub struct PictureWriter<W> {
 
 /// Bytes of a format.
 struct NBytes {
-    /// Of a pixel, before it is compressed.
+    /// Bytes of a pixel, before it is compressed.
     pixel: u128,
-    /// Held for a band.
+    /// Bytes held for a band.
     band: u128,
 }
 

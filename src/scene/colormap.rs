@@ -5,7 +5,7 @@ use super::Color;
 /// A colour map, forwards or backwards: 256 colours of 8-bit sRGB, the same on every machine; viridis by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ColorMap {
-    /// Its place in [`MAPS`].
+    /// The place of the map in [`MAPS`].
     place: usize,
     is_reversed: bool,
 }

@@ -1,9 +1,9 @@
 //! The folders of `src/` import each other one way. A folder is what lies below one name of `src/`: `scene/`, or `error.rs`
-//! alone. Modules of tests don't count.
+//! alone. Modules of tests don't count. And names: no two public types of the libraries share one, and each comment on an item
+//! names its subject.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::Path;
 
 use kugelblitz_tests::root;
 
@@ -36,16 +36,23 @@ fn names_in(text: &str) -> BTreeSet<String> {
         .collect()
 }
 
-fn read_all(folder: &Path, src: &Path, imports: &mut Imports) {
-    for entry in fs::read_dir(folder).expect("a folder of sources") {
-        let path = entry.expect("an entry").path();
-        let name = path.strip_prefix(src).expect("a path below src").to_string_lossy().into_owned();
-        if path.is_dir() {
-            read_all(&path, src, imports);
-        } else if name.ends_with(".rs") && name != "lib.rs" && !name.contains("tests") {
-            imports.insert(name, names_in(&fs::read_to_string(&path).expect("a source")));
+/// The sources of a library, by their paths below its folder.
+fn sources_in(folder: &str) -> BTreeMap<String, String> {
+    let src = root().join(folder);
+    let (mut folders, mut sources) = (vec![src.clone()], BTreeMap::new());
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("a folder of sources") {
+            let path = entry.expect("an entry").path();
+            let below = path.strip_prefix(&src).expect("a path below the folder");
+            let name = below.to_string_lossy().into_owned();
+            if path.is_dir() {
+                folders.push(path);
+            } else if name.ends_with(".rs") && !name.contains("tests") {
+                sources.insert(name, fs::read_to_string(&path).expect("a source"));
+            }
         }
     }
+    sources
 }
 
 /// What is left of the imports between folders when those who import nothing that is left are taken away again and again.
@@ -70,9 +77,10 @@ fn circles(imports: &Imports) -> Vec<String> {
 
 #[test]
 fn no_circle_of_imports() {
-    let src = root().join("src");
-    let mut imports = Imports::new();
-    read_all(&src, &src, &mut imports);
+    let mut sources = sources_in("src");
+    sources.remove("lib.rs");
+    let mut imports: Imports =
+        sources.into_iter().map(|(path, text)| (path, names_in(&text))).collect();
     let n_imports: usize = imports.values().map(BTreeSet::len).sum();
     assert!(imports.len() > 100 && n_imports > 400, "{} files, {n_imports}", imports.len());
     for (from, to) in DECLARED {
@@ -96,4 +104,72 @@ fn circles_are_found() {
     assert_eq!(of(&[a, b, c, ("d.rs", "use crate::a;")]), circle);
     let of_tests = ("b.rs", "#[cfg(test)]\nmod tests {\n    use crate::a;\n}\n");
     assert_eq!(of(&[a, of_tests]), [""; 0]);
+}
+
+/// The libraries. The program has no types that others see.
+const LIBRARIES: [&str; 4] = ["src", "crates/judge/src", "crates/report/src", "crates/view/src"];
+
+/// The name of the public type that a line declares.
+fn type_in(line: &str) -> Option<&str> {
+    let item = line.trim_start().strip_prefix("pub ")?;
+    let kinds = ["struct ", "enum ", "trait ", "type ", "union "];
+    let rest = kinds.iter().find_map(|kind| item.strip_prefix(kind))?;
+    let name = rest.split(|c: char| !c.is_alphanumeric() && c != '_').next()?;
+    (!name.is_empty()).then_some(name)
+}
+
+/// Types that are declared in several places.
+fn shared_names(sources: &BTreeMap<String, String>) -> Vec<String> {
+    let mut places: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for (path, text) in sources {
+        for name in text.lines().filter_map(type_in) {
+            places.entry(name).or_default().push(path);
+        }
+    }
+    places.retain(|_, places| places.len() > 1);
+    places.iter().map(|(name, places)| format!("{name}: {}", places.join(", "))).collect()
+}
+
+/// Comments on items whose first line begins with what only the item itself explains.
+fn comments_without_subject(path: &str, text: &str) -> Vec<String> {
+    let comment = |line: &str| {
+        let line = line.trim_start();
+        let text = line.strip_prefix("///").or_else(|| line.strip_prefix("//!"))?;
+        Some(text.trim_start().to_owned())
+    };
+    let lines: Vec<Option<String>> = text.lines().map(comment).collect();
+    let begins = |at: &usize| at.checked_sub(1).is_none_or(|before| lines[before].is_none());
+    let has_none = |text: &String| {
+        ["Of ", "Those ", "Its ", "The same", "As [`"].iter().any(|start| text.starts_with(start))
+    };
+    (0..lines.len())
+        .filter(begins)
+        .filter(|&at| lines[at].as_ref().is_some_and(has_none))
+        .map(|at| format!("{path}:{}", at + 1))
+        .collect()
+}
+
+#[test]
+fn public_types_and_comments_have_names_of_their_own() {
+    let of_library = |folder| {
+        let sources = sources_in(folder).into_iter();
+        sources.map(move |(path, text)| (format!("{folder}/{path}"), text))
+    };
+    let sources: BTreeMap<String, String> = LIBRARIES.into_iter().flat_map(of_library).collect();
+    assert!(sources.len() > 200, "{} files", sources.len());
+    assert_eq!(shared_names(&sources), [""; 0]);
+    let comments = sources.iter().flat_map(|(path, text)| comments_without_subject(path, text));
+    assert_eq!(comments.collect::<Vec<_>>(), [""; 0]);
+}
+
+#[test]
+fn shared_names_and_comments_without_subject_are_found() {
+    let sources = [
+        ("a.rs", "pub struct A<T>(T);\npub(crate) enum B {}\n"),
+        ("b.rs", "    pub enum A {}\npub type B = u8;\n"),
+    ];
+    let sources = sources.map(|(path, text)| (path.to_owned(), text.to_owned()));
+    assert_eq!(shared_names(&sources.into()), ["A: a.rs, b.rs"]);
+    let text = "//! Offsets.\n\n/// Of a ray.\nx\n    /// A ray.\n    /// Its origin.\ny\n/// The same [`X`].\nz\n";
+    assert_eq!(comments_without_subject("a.rs", text), ["a.rs:3", "a.rs:8"]);
 }

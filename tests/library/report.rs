@@ -5,7 +5,7 @@ use kugelblitz::device::Device;
 use kugelblitz::trace::Kernel;
 use kugelblitz_judge::compare::{FALSE_HIT, FALSE_MISS, RAMP, WRONG_OBJECT};
 use kugelblitz_report::{
-    Benchmark, CLOUD_SIZE, Case, Class, Count, Environment, Metric, Of, Report, Row, RowKey,
+    Benchmark, CLOUD_SIZE, Class, Count, Environment, Metric, Of, Report, ReportScene, Row, RowKey,
     SWEEPS, Settings, default_cases,
 };
 
@@ -20,7 +20,7 @@ const SETTINGS: Settings = Settings {
     clouds: Vec::new(),
 };
 
-fn cases(names: &[&str]) -> Vec<Case> {
+fn cases(names: &[&str]) -> Vec<ReportScene> {
     let all = default_cases().unwrap();
     let named: Vec<_> =
         all.into_iter().filter(|case| names.contains(&case.name.as_str())).collect();
@@ -28,7 +28,11 @@ fn cases(names: &[&str]) -> Vec<Case> {
     named
 }
 
-fn measure(cases: &[Case], benchmarks: &[Benchmark], settings: Settings) -> (Report, Control) {
+fn measure(
+    cases: &[ReportScene],
+    benchmarks: &[Benchmark],
+    settings: Settings,
+) -> (Report, Control) {
     let environment = Environment::collect("kugelblitz report".into(), None, Vec::new());
     let control = Control::default();
     let report = Report::measure(environment, cases, benchmarks, settings, &control).unwrap();
@@ -182,7 +186,7 @@ fn acne_leaks_and_neither_of_them_show() {
 fn given_scenes_with_lights_are_lit() {
     let path = "scenes/lit/hard/terminator.toml";
     let text = kugelblitz_tests::text_of(path);
-    let case = Case::new(&text, path.as_ref(), Class::Given, &Control::default()).unwrap();
+    let case = ReportScene::new(&text, path.as_ref(), Class::Given, &Control::default()).unwrap();
     let benchmarks = [Benchmark::new(Kernel::Certified, &Device::Cpu)];
     let (report, _) = measure(&[case], &benchmarks, SETTINGS);
     // The scene, its class, its light.

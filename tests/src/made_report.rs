@@ -5,8 +5,8 @@ use std::sync::Arc;
 use kugelblitz::gpu::{AdapterFacts, Arithmetic};
 use kugelblitz_judge::compare::{FALSE_HIT, FALSE_MISS, RAMP, WRONG_OBJECT};
 use kugelblitz_report::{
-    AdapterArithmetic, Baseline, Case, Class, Count, Earlier, Environment, ErrorPicture, Metric,
-    Missing, Noise, Of, Report, Row, RowKey, Settings, Spread,
+    AdapterArithmetic, Baseline, Class, Count, Earlier, Environment, ErrorPicture, Metric, Missing,
+    Noise, Of, Report, ReportScene, Row, RowKey, Settings, Spread,
 };
 
 pub const KERNELS: [&str; 4] = ["lecture", "stable", "double", "certified"];
@@ -256,7 +256,7 @@ pub fn report() -> Report {
         LIT_SCENES.iter().zip([1, 2]).flat_map(|(scene, n_lights)| light_rows(scene, n_lights)),
     );
     let lit = LIT_SCENES.map(|name| (name, Class::Lit));
-    let scene = |(name, class): (&str, Class)| Case {
+    let scene = |(name, class): (&str, Class)| ReportScene {
         name: name.into(),
         class,
         about: format!("What {name} shows, in the words of its first comment."),

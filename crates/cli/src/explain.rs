@@ -9,7 +9,7 @@ use kugelblitz::rays::Pixels;
 use kugelblitz::trace::{Rays, WorldRay};
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::compare::ObjectCounts;
-use kugelblitz_judge::explain::{DEFAULT_OBJECTS, Explanation, Style, explain, latex, text};
+use kugelblitz_judge::explain::{DEFAULT_OBJECTS, ExplainStyle, Explanation, explain, latex, text};
 use serde::Serialize;
 
 use crate::Run;
@@ -34,7 +34,7 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<Done<Summary>> {
         (Some(ray), _) => Rays::List(vec![usable(ray)?]),
         (None, pixel) => Rays::Pixels(one_pixel(args.size.pixels(&scene, &args.scene)?, pixel)?),
     };
-    let style = Style {
+    let style = ExplainStyle {
         limit: (!args.all).then_some(DEFAULT_OBJECTS),
         lang: args.lang.lang,
         digits: args.digits.into(),

@@ -118,6 +118,7 @@ pub const EXAMPLES: &[(&str, &str, &str)] = &[
         "kugelblitz view scenes/figure1.toml",
         "Opens a window; H lists its controls.",
     ),
+    ("kugelblitz-new", "kugelblitz new first.toml", "A small lit scene to start from."),
     (
         "kugelblitz-generate-cloud",
         "kugelblitz generate cloud --count 1000 -o cloud.npy --scene cloud.toml",
@@ -127,6 +128,11 @@ pub const EXAMPLES: &[(&str, &str, &str)] = &[
         "kugelblitz-digest",
         "kugelblitz digest scenes/lit/figure1.toml --size 320x180",
         "One line to keep in place of a reference picture.",
+    ),
+    (
+        "kugelblitz-digest",
+        "kugelblitz digest scenes/figure1.toml scenes/figure2.toml --size 96x54 --write digests.txt",
+        "Lines for many scenes, which --check compares with.",
     ),
     ("kugelblitz-probe", "kugelblitz probe", "The Vulkan adapters and what their arithmetic does."),
     (

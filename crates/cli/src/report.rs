@@ -13,8 +13,8 @@ use kugelblitz::scene::read_scene_text;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result, memory};
 use kugelblitz_report::{
-    AdapterArithmetic, Baseline, Benchmark, Case, Class, Earlier, Environment, Missing, Report,
-    Settings, default_cases, page, plot, text,
+    AdapterArithmetic, Baseline, Benchmark, Class, Earlier, Environment, Missing, Report,
+    ReportScene, Settings, default_cases, page, plot, text,
 };
 
 use crate::args::ReportArgs;
@@ -83,7 +83,7 @@ fn outputs(paths: &[PathBuf]) -> Result<Vec<(OutputFile, Form)>> {
     paths.iter().map(begin).collect()
 }
 
-fn refuse_overwriting(args: &ReportArgs, cases: &[Case]) -> Result<()> {
+fn refuse_overwriting(args: &ReportArgs, cases: &[ReportScene]) -> Result<()> {
     let outputs: Vec<&Path> = args.output.iter().map(PathBuf::as_path).collect();
     let scenes = args.scenes.iter().chain(&args.baseline).map(PathBuf::as_path);
     let clouds = cases.iter().flat_map(|case| &case.scene.clouds).map(|cloud| &*cloud.path);
@@ -114,13 +114,13 @@ fn command_line() -> String {
 }
 
 /// The scenes, by their files' names, or by their paths where two files have the same name.
-fn cases(args: &ReportArgs, run: &Run) -> Result<Vec<Case>> {
+fn cases(args: &ReportArgs, run: &Run) -> Result<Vec<ReportScene>> {
     if args.scenes.is_empty() {
         return default_cases();
     }
     let _progress = Progress::of_bytes(run);
     let case = |path: &PathBuf| {
-        let mut case = Case::new(&read_scene_text(path)?, path, Class::Given, &run.control)?;
+        let mut case = ReportScene::new(&read_scene_text(path)?, path, Class::Given, &run.control)?;
         if args.scenes.iter().filter(|other| other.file_stem() == path.file_stem()).count() > 1 {
             case.name = path.to_string_lossy().into_owned();
         }

@@ -7,7 +7,7 @@ use kugelblitz::Result;
 use kugelblitz::picture::{Format, PictureOptions};
 use kugelblitz::scene::hex;
 use kugelblitz::words::count;
-use kugelblitz_judge::show::{Entry, Show, Shown};
+use kugelblitz_judge::show::{Entry, Show, ShownPicture};
 use serde::Serialize;
 
 use crate::args::RenderArgs;
@@ -64,7 +64,7 @@ pub struct LegendEntry {
 }
 
 /// The legend.
-pub fn legend(shown: &Shown) -> Vec<LegendEntry> {
+pub fn legend(shown: &ShownPicture) -> Vec<LegendEntry> {
     let entry = |(i, entry): (usize, &Entry)| LegendEntry {
         color: hex(entry.color),
         meaning: entry.meaning.clone(),

@@ -70,7 +70,7 @@ pub struct Change {
     /// This median over the earlier one.
     pub ratio: f64,
     /// Whether that is more than noise.
-    pub verdict: Verdict,
+    pub verdict: TimeVerdict,
 }
 
 /// Wrong ids, before and now.
@@ -90,7 +90,7 @@ pub struct WrongIds {
 /// What two times say of a change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
+pub enum TimeVerdict {
     /// Every run is faster than all before.
     Faster,
     /// Every run is slower than all before.
@@ -159,7 +159,8 @@ impl Baseline {
 
     /// The times that changed by more than noise.
     pub fn beyond_noise(&self) -> impl Iterator<Item = &Change> {
-        let is_beyond = |c: &&Change| matches!(c.verdict, Verdict::Faster | Verdict::Slower);
+        let is_beyond =
+            |c: &&Change| matches!(c.verdict, TimeVerdict::Faster | TimeVerdict::Slower);
         self.times.iter().filter(is_beyond)
     }
 
@@ -167,7 +168,8 @@ impl Baseline {
     pub fn in_words(&self) -> Vec<String> {
         let n = self.times.len();
         let [faster, slower, few] =
-            [Verdict::Faster, Verdict::Slower, Verdict::TooFewRuns].map(|v| self.count(v));
+            [TimeVerdict::Faster, TimeVerdict::Slower, TimeVerdict::TooFewRuns]
+                .map(|v| self.count(v));
         let mut words = vec![format!(
             "Against {} ({}, {}): {}.",
             self.file,
@@ -193,7 +195,7 @@ impl Baseline {
     }
 
     /// How many times have a verdict.
-    pub fn count(&self, verdict: Verdict) -> usize {
+    pub fn count(&self, verdict: TimeVerdict) -> usize {
         self.times.iter().filter(|change| change.verdict == verdict).count()
     }
 }
@@ -237,14 +239,14 @@ const CHANCE: f64 = 0.01;
 /// Runs before and now that don't overlap are apart by more than noise, where there are enough of them: of
 /// n and m runs of the same thing, all of one lot are below all of the other in 2 of (n + m)! / (n! m!)
 /// orders.
-fn verdict(before: &Spread, now: &Spread) -> Verdict {
+fn verdict(before: &Spread, now: &Spread) -> TimeVerdict {
     let apart = match (now.max < before.min, now.min > before.max) {
-        (true, _) => Verdict::Faster,
-        (_, true) => Verdict::Slower,
-        _ => return Verdict::WithinNoise,
+        (true, _) => TimeVerdict::Faster,
+        (_, true) => TimeVerdict::Slower,
+        _ => return TimeVerdict::WithinNoise,
     };
     let orders: f64 = (1..=now.n).map(|i| (before.n + i) as f64 / i as f64).product();
-    if 2.0 / orders < CHANCE { apart } else { Verdict::TooFewRuns }
+    if 2.0 / orders < CHANCE { apart } else { TimeVerdict::TooFewRuns }
 }
 
 #[cfg(test)]
@@ -259,19 +261,19 @@ mod tests {
     fn runs_that_overlap_are_noise() {
         let before = spread(10.0, 12.0, 9);
         for (now, expected) in [
-            (spread(8.0, 9.9, 9), Verdict::Faster),
-            (spread(8.0, 10.0, 9), Verdict::WithinNoise),
-            (spread(12.0, 30.0, 9), Verdict::WithinNoise),
-            (spread(12.1, 30.0, 9), Verdict::Slower),
-            (spread(12.1, 30.0, 1), Verdict::TooFewRuns),
-            (spread(12.1, 30.0, 3), Verdict::Slower),
+            (spread(8.0, 9.9, 9), TimeVerdict::Faster),
+            (spread(8.0, 10.0, 9), TimeVerdict::WithinNoise),
+            (spread(12.0, 30.0, 9), TimeVerdict::WithinNoise),
+            (spread(12.1, 30.0, 9), TimeVerdict::Slower),
+            (spread(12.1, 30.0, 1), TimeVerdict::TooFewRuns),
+            (spread(12.1, 30.0, 3), TimeVerdict::Slower),
         ] {
             assert_eq!(verdict(&before, &now), expected, "{now:?}");
         }
         // Three of each: 20 orders, two of which look like a change.
         let [few, later] = [spread(1.0, 2.0, 3), spread(3.0, 4.0, 3)];
-        assert_eq!(verdict(&few, &later), Verdict::TooFewRuns);
+        assert_eq!(verdict(&few, &later), TimeVerdict::TooFewRuns);
         let [five, later] = [spread(1.0, 2.0, 5), spread(3.0, 4.0, 5)];
-        assert_eq!(verdict(&five, &later), Verdict::Slower);
+        assert_eq!(verdict(&five, &later), TimeVerdict::Slower);
     }
 }

@@ -24,19 +24,19 @@ mod sweep;
 mod tables;
 pub mod text;
 
-pub use baseline::{Baseline, Change, Earlier, Verdict, WrongIds};
+pub use baseline::{Baseline, Change, Earlier, TimeVerdict, WrongIds};
 pub use environment::{AdapterArithmetic, Environment};
 pub use light::LIGHT_SIZE;
 pub use measure::{Benchmark, Make};
 pub use noise::Noise;
 pub use pictures::ErrorPicture;
-pub use scenes::{Case, Class, default_cases};
+pub use scenes::{Class, ReportScene, default_cases};
 pub use sweep::{CLOUD_SIZE, SWEEPS, Sweep};
 
 use kugelblitz::Result;
 use kugelblitz::control::Control;
 
-use measure::{Samples, Work};
+use measure::{ResultSamples, Work};
 
 /// The version of a report's fields in `docs/json.md`.
 pub const SCHEMA: u32 = 2;
@@ -49,7 +49,7 @@ pub struct Report {
     /// How much was measured.
     pub settings: Settings,
     /// The scenes that were measured.
-    pub scenes: Vec<Case>,
+    pub scenes: Vec<ReportScene>,
     /// All numbers.
     pub rows: Vec<Row>,
     /// All that could not be measured, and why.
@@ -71,7 +71,7 @@ impl Report {
     /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
     pub fn measure(
         environment: Environment,
-        cases: &[Case],
+        cases: &[ReportScene],
         benchmarks: &[Benchmark],
         settings: Settings,
         control: &Control,
@@ -89,13 +89,13 @@ impl Report {
     }
 
     /// Rays that [`Report::measure`] traces, lights or compares, but for those of the few pictures.
-    pub fn n_rays(cases: &[Case], benchmarks: &[Benchmark], settings: &Settings) -> u64 {
+    pub fn n_rays(cases: &[ReportScene], benchmarks: &[Benchmark], settings: &Settings) -> u64 {
         let work = Work { cases, benchmarks, settings, control: &Control::default() };
         work.n_scene_rays() + work.n_sweep_rays() + work.n_cloud_rays() + work.n_light_rays()
     }
 
     /// The scene that is called so.
-    fn scene(&self, name: &str) -> Option<&Case> {
+    fn scene(&self, name: &str) -> Option<&ReportScene> {
         self.scenes.iter().find(|scene| scene.name == name)
     }
 }
@@ -269,7 +269,7 @@ pub enum Count {
 
 impl Row {
     /// A row of `benchmark` with what was measured of it.
-    fn new(of: Of, benchmark: &Benchmark, measured: &[&Samples]) -> Row {
+    fn new(of: Of, benchmark: &Benchmark, measured: &[&ResultSamples]) -> Row {
         let (kernel, device) = (benchmark.name.clone(), benchmark.device.clone());
         let key = RowKey { of, kernel, device, epsilon: None };
         let numbers = measured.iter().flat_map(|samples| samples.spreads()).collect();

@@ -17,9 +17,9 @@ use kugelblitz::{Error, Result, Session};
 use kugelblitz_judge::compare::{FALSE_HIT, WRONG_OBJECT, graded};
 use kugelblitz_judge::verify::{ColorTruth, sample};
 
-use super::measure::{IDS, Samples, Work, n_pixels, picture};
+use super::measure::{IDS, ResultSamples, Work, n_pixels, picture};
 use super::pictures::{ErrorPicture, share_of_pixels, worst_first};
-use super::{Benchmark, Case, Count, Of, Row};
+use super::{Benchmark, Count, Of, ReportScene, Row};
 
 /// Size of the pictures, px.
 pub const LIGHT_SIZE: [u32; 2] = [640, 360];
@@ -65,7 +65,7 @@ struct Wrong {
 }
 
 impl Wrong {
-    fn count(&self, n_lights: usize, samples: &mut Samples) {
+    fn count(&self, n_lights: usize, samples: &mut ResultSamples) {
         samples.count(Count::Pixels, 1);
         samples.count(Count::Verdicts, n_lights as u64);
         samples.count(Count::FalseShadows, self.false_shadows);
@@ -189,7 +189,7 @@ fn epsilons(kernel: Kernel) -> &'static [Option<f64>] {
 }
 
 impl<'a> Work<'a> {
-    fn lit(&self) -> impl Iterator<Item = &'a Case> + use<'a> {
+    fn lit(&self) -> impl Iterator<Item = &'a ReportScene> + use<'a> {
         self.cases.iter().filter(|case| !case.scene.lights.is_empty())
     }
 
@@ -200,7 +200,7 @@ impl<'a> Work<'a> {
     /// Rays and ways to lamps that [`Work::light_rows`] looks at, as [`Control::rays_done`] counts them.
     pub fn n_light_rays(&self) -> u64 {
         let n_pixels = n_pixels(LIGHT_SIZE);
-        let of_case = |case: &Case| {
+        let of_case = |case: &ReportScene| {
             // Pictures that are painted with each epsilon, and of each pixel a ray and its light.
             let n_pictures = 1 + case.scene.lights.len() as u64;
             let n_epsilons = self.of_first_device().map(|of| epsilons(of.kernel).len() as u64);
@@ -225,7 +225,7 @@ impl<'a> Work<'a> {
             for benchmark in self.of_first_device() {
                 let painted = scene.painted(benchmark.kernel, &pixels, self.control)?;
                 for (lit, &epsilon) in painted.iter().zip(epsilons(benchmark.kernel)) {
-                    let mut samples = Samples::default();
+                    let mut samples = ResultSamples::default();
                     for (at, &pixel) in index.iter().enumerate() {
                         lit.wrong(pixel, &exact, at).count(exact.lamps.len(), &mut samples);
                     }
@@ -251,7 +251,7 @@ impl<'a> Work<'a> {
         else {
             return Ok(Vec::new());
         };
-        let own = |case: &Case, benchmark: &Benchmark| {
+        let own = |case: &ReportScene, benchmark: &Benchmark| {
             let (of, kernel) = (Of::Light { scene: case.name.clone() }, benchmark.name.clone());
             rows.iter().filter(move |row| row.key.of == of && row.key.kernel == kernel)
         };
@@ -303,7 +303,7 @@ mod tests {
 
     /// False shadows, leaks, wrong bytes and far bytes.
     fn errors(lit: &LitPixels) -> [u64; 4] {
-        let (exact, mut samples) = (self::lit(), Samples::default());
+        let (exact, mut samples) = (self::lit(), ResultSamples::default());
         (0..2).for_each(|pixel| lit.wrong(pixel, &exact, pixel).count(4, &mut samples));
         assert_eq!((samples.counts[&Count::Pixels], samples.counts[&Count::Verdicts]), (2, 8));
         [Count::FalseShadows, Count::Leaks, Count::WrongBytes, Count::FarBytes]

@@ -16,7 +16,7 @@ use kugelblitz::{Error, Result};
 use kugelblitz_judge::compare::{RayDifferences, RayError};
 use kugelblitz_judge::verify::{SAMPLE_BYTES, Truth, ray_errors, sample};
 
-use super::{Case, Class, Count, Metric, Missing, Of, Row, Settings, Spread};
+use super::{Class, Count, Metric, Missing, Of, ReportScene, Row, Settings, Spread};
 
 /// A picture's need.
 pub const IDS: Wants = Wants { surface: false, level: false };
@@ -69,7 +69,7 @@ impl Benchmark {
 /// What is to be measured.
 #[derive(Clone, Copy)]
 pub struct Work<'a> {
-    pub cases: &'a [Case],
+    pub cases: &'a [ReportScene],
     pub benchmarks: &'a [Benchmark],
     pub settings: &'a Settings,
     pub control: &'a Control,
@@ -83,7 +83,7 @@ impl<'a> Work<'a> {
     }
 
     /// The scenes whose rays are measured.
-    pub fn timed(&self) -> impl Iterator<Item = &'a Case> + use<'a> {
+    pub fn timed(&self) -> impl Iterator<Item = &'a ReportScene> + use<'a> {
         self.cases.iter().filter(|case| case.class != Class::Lit)
     }
 
@@ -185,8 +185,8 @@ impl<'a> Work<'a> {
         &self,
         benchmark: &Benchmark,
         Subject { scene, rays, truth, n_rounds }: &Subject,
-    ) -> Result<Samples> {
-        let (mut samples, mut hits) = (Samples::default(), Hits::default());
+    ) -> Result<ResultSamples> {
+        let (mut samples, mut hits) = (ResultSamples::default(), Hits::default());
         if let Some(truth) = truth {
             benchmark.tracer(scene, rays, SURFACE)?.tracer.trace(rays, self.control, &mut hits)?;
             samples.add_errors(&hits, truth);
@@ -215,7 +215,7 @@ impl<'a> Work<'a> {
                 if own.is_empty() {
                     continue;
                 }
-                let mut errors = Samples::default();
+                let mut errors = ResultSamples::default();
                 own.iter().for_each(|&at| errors.append(&measured[at].errors));
                 errors.count(Count::Scenes, own.len() as u64);
                 let mut row = Row::new(Of::Class { class }, benchmark, &[&errors]);
@@ -251,8 +251,8 @@ pub struct Subject {
 /// What was measured of a benchmark in a scene.
 #[derive(Clone, Default)]
 struct Measured {
-    errors: Samples,
-    costs: Samples,
+    errors: ResultSamples,
+    costs: ResultSamples,
 }
 
 impl Measured {
@@ -271,7 +271,7 @@ impl Measured {
 }
 
 /// All pixels that `case`'s camera sees at a size.
-pub fn picture(case: &Case, [width, height]: [u32; 2]) -> Result<Pixels> {
+pub fn picture(case: &ReportScene, [width, height]: [u32; 2]) -> Result<Pixels> {
     let camera = case.scene.require_camera(case.name.as_ref())?;
     Ok(Pixels::whole(View::new(camera), width, height))
 }
@@ -323,12 +323,12 @@ fn ms(time: Duration) -> f64 {
 
 /// Values and counts of one or more results.
 #[derive(Clone, Debug, Default)]
-pub struct Samples {
+pub struct ResultSamples {
     pub counts: BTreeMap<Count, u64>,
     values: BTreeMap<Metric, Vec<f64>>,
 }
 
-impl Samples {
+impl ResultSamples {
     /// Adds `n` to a count.
     pub fn count(&mut self, count: Count, n: u64) {
         *self.counts.entry(count).or_default() += n;
@@ -369,7 +369,7 @@ impl Samples {
     }
 
     /// Adds what another one collected.
-    pub fn append(&mut self, other: &Samples) {
+    pub fn append(&mut self, other: &ResultSamples) {
         other.counts.iter().for_each(|(&count, &n)| self.count(count, n));
         other.values.iter().for_each(|(&metric, values)| self.add(metric, values.iter().copied()));
     }

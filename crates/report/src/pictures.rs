@@ -8,7 +8,7 @@ use kugelblitz_judge::verify::{RayError, Truth, compare_to_exact, ray_errors};
 
 use super::figures::{count, figure, percent};
 use super::measure::{SURFACE, Work, picture};
-use super::scenes::Case;
+use super::scenes::ReportScene;
 use super::{Of, Row, RowKey};
 
 /// Most scenes with pictures.
@@ -49,10 +49,10 @@ pub fn share_of_pixels(n: usize, what: &str, all: usize) -> String {
 
 /// The scenes with the most that is wrong, the worst first: at most so many, and none without an error.
 pub fn worst_first<'a>(
-    scenes: impl Iterator<Item = &'a Case>,
-    wrong: impl Fn(&'a Case) -> u64,
+    scenes: impl Iterator<Item = &'a ReportScene>,
+    wrong: impl Fn(&'a ReportScene) -> u64,
     most: usize,
-) -> Vec<&'a Case> {
+) -> Vec<&'a ReportScene> {
     let mut ranked: Vec<_> = scenes.map(|case| (wrong(case), case)).collect();
     ranked.retain(|(wrong, _)| *wrong > 0);
     ranked.sort_by_key(|(wrong, _)| std::cmp::Reverse(*wrong));
@@ -65,7 +65,7 @@ impl Work<'_> {
     /// # Errors
     /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
     pub fn pictures(&self, rows: &[Row]) -> Result<Vec<ErrorPicture>> {
-        let own = |case: &Case| {
+        let own = |case: &ReportScene| {
             let of = Of::Scene { scene: case.name.clone(), class: case.class };
             rows.iter().filter(move |row| row.key.of == of)
         };

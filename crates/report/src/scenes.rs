@@ -36,7 +36,7 @@ impl Class {
 
 /// A scene to be measured, and what a report says of it beside its numbers.
 #[derive(Clone, Debug, Serialize)]
-pub struct Case {
+pub struct ReportScene {
     /// The file's name without folder and ending.
     pub name: String,
     /// Sort of the scene.
@@ -54,17 +54,17 @@ pub struct Case {
     pub scene: Arc<Scene>,
 }
 
-impl Case {
+impl ReportScene {
     /// A case from a scene file's text; `path` is for its name, for messages, and for its clouds,
     /// whose reading `control` follows.
     ///
     /// # Errors
     /// Those of [`parse_scene_with`]; [`Error::Scene`](kugelblitz::Error::Scene) without a camera.
-    pub fn new(text: &str, path: &Path, class: Class, control: &Control) -> Result<Case> {
+    pub fn new(text: &str, path: &Path, class: Class, control: &Control) -> Result<ReportScene> {
         let scene = parse_scene_with(text, path, control)?;
         scene.require_camera(path)?;
         let comment = text.lines().next().and_then(|line| line.strip_prefix('#'));
-        Ok(Case {
+        Ok(ReportScene {
             name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             class,
             about: comment.unwrap_or_default().trim().to_string(),
@@ -79,11 +79,12 @@ impl Case {
 /// The scenes of a report that names none: the lecture's, the hard ones, and those that are hard to light.
 ///
 /// # Errors
-/// As [`Case::new`]; they are part of the program.
-pub fn default_cases() -> Result<Vec<Case>> {
+/// As [`ReportScene::new`]; they are part of the program.
+pub fn default_cases() -> Result<Vec<ReportScene>> {
     let control = Control::default();
-    let case =
-        |&(path, text): &(&str, &str)| Case::new(text, Path::new(path), class_of(path), &control);
+    let case = |&(path, text): &(&str, &str)| {
+        ReportScene::new(text, Path::new(path), class_of(path), &control)
+    };
     SHIPPED_SCENES.iter().map(case).collect()
 }
 

@@ -14,7 +14,7 @@ use super::figures::{
 };
 use super::order::{Series, add};
 use super::{
-    Baseline, Change, Class, Count, Metric, Of, Report, Row, RowKey, Spread, Sweep, Verdict,
+    Baseline, Change, Class, Count, Metric, Of, Report, Row, RowKey, Spread, Sweep, TimeVerdict,
     WrongIds,
 };
 
@@ -338,7 +338,7 @@ fn changes(baseline: &Baseline, report: &Report) -> Table {
         let Change { key, metric, before, now, ratio, verdict } = change;
         let n_digits = digits_borne(before).min(digits_borne(now));
         let (mark, emphasis) = match verdict {
-            Verdict::Slower => ("▲ slower", Emphasis::Wrong),
+            TimeVerdict::Slower => ("▲ slower", Emphasis::Wrong),
             _ => ("▼ faster", Emphasis::Plain),
         };
         let ratio = cell(format!("× {}", digits(*ratio, n_digits)));

@@ -23,7 +23,7 @@ use winit::window::Window;
 use super::ask::{self, Answer, Question, Why};
 use super::notice::Notice;
 use super::panels;
-use super::picture::{self, Frame, Order};
+use super::picture::{self, DrawnFrame, Order};
 use super::present;
 use super::recent::{add_recent, recent};
 use super::reload::watch;
@@ -67,7 +67,7 @@ pub struct Options {
 
 /// A message of another thread.
 enum Event {
-    Drawn(Result<Frame>),
+    Drawn(Result<DrawnFrame>),
     Hover(Result<Answer>),
     Explained(Result<([u32; 2], Why)>),
     /// The picture in this file is saved, or can't be.

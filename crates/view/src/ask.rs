@@ -9,7 +9,7 @@ use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Rays, Wants};
 use kugelblitz::{Error, Result};
-use kugelblitz_judge::explain::{Lang, Style, explain, label, text};
+use kugelblitz_judge::explain::{ExplainStyle, Lang, explain, label, text};
 
 use super::worker::Worker;
 
@@ -98,7 +98,7 @@ pub fn start_explain(
     lang: Lang,
     say: impl Fn(Result<([u32; 2], Why)>) + Send + 'static,
 ) -> Result<Worker<Question>> {
-    let style = Style { lang, ..Style::default() };
+    let style = ExplainStyle { lang, ..ExplainStyle::default() };
     Worker::start("explaining", say, move |question: Question, _, say| {
         let why = match explained(&device, &question, &style) {
             // Without a device the window ends.
@@ -111,7 +111,7 @@ pub fn start_explain(
     })
 }
 
-fn explained(device: &Device, question: &Question, style: &Style) -> Result<Why> {
+fn explained(device: &Device, question: &Question, style: &ExplainStyle) -> Result<Why> {
     let rays = Rays::Pixels(question.pixel());
     let mut explanation = explain(&question.scene, &rays, style)?;
     if let Some(facts) = device.facts() {

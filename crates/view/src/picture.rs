@@ -11,9 +11,9 @@ use kugelblitz::rays::Pixels;
 use kugelblitz::render::sampled_band_rows;
 use kugelblitz::scene::{Samples, Scene};
 use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants};
-use kugelblitz_judge::show::{self, Show, Shown, Tally};
+use kugelblitz_judge::show::{self, Show, ShownPicture, Tally};
 
-use super::present::Image;
+use super::present::WindowImage;
 use super::worker::{Turn, Worker};
 
 /// How long the camera must rest before what takes long is drawn: else numbers and colours would flicker.
@@ -73,11 +73,11 @@ impl Order {
 
 /// A picture as far as it is drawn.
 #[derive(Clone)]
-pub struct Frame {
+pub struct DrawnFrame {
     /// What was wanted.
     pub order: Order,
     /// The colours, of each kernel.
-    pub images: Vec<Arc<Image>>,
+    pub images: Vec<Arc<WindowImage>>,
     /// Time that tracing the ids took, without making ready.
     pub time: Duration,
     /// How many of them each stage decided.
@@ -96,7 +96,7 @@ pub struct Frame {
 /// Those of [`Worker::start`].
 pub fn start(
     device: Device,
-    say: impl Fn(Result<Frame>) + Send + 'static,
+    say: impl Fn(Result<DrawnFrame>) + Send + 'static,
 ) -> Result<Worker<Order>> {
     let mut artist = Artist { device, sessions: Vec::new(), hits: Hits::default(), whole: None };
     Worker::start("drawing", say, move |order, turn, say| artist.work(order, turn, say))
@@ -108,22 +108,22 @@ struct Artist {
     sessions: Vec<Session>,
     hits: Hits,
     /// The last picture that was drawn to its end.
-    whole: Option<Frame>,
+    whole: Option<DrawnFrame>,
 }
 
 impl Artist {
-    fn work(&mut self, order: Order, turn: &Turn<Order>, say: &dyn Fn(Frame)) -> Result<()> {
+    fn work(&mut self, order: Order, turn: &Turn<Order>, say: &dyn Fn(DrawnFrame)) -> Result<()> {
         let new = || Session::new(Arc::clone(&order.scene), self.device.clone(), Kernel::Certified);
         self.sessions.resize_with(order.kernels.len(), new);
         for (session, &kernel) in self.sessions.iter_mut().zip(&order.kernels) {
             session.set_scene(Arc::clone(&order.scene));
             session.set_kernel(kernel);
         }
-        let goes_on = |whole: &Frame| whole.order.is_like(&order) && order.takes_long();
+        let goes_on = |whole: &DrawnFrame| whole.order.is_like(&order) && order.takes_long();
         let whole = self.whole.take().filter(goes_on);
         let has_colors = whole.is_some();
         let mut frame = match whole {
-            Some(whole) => Frame { order, share: 0.0, ..whole },
+            Some(whole) => DrawnFrame { order, share: 0.0, ..whole },
             // A newer order does not stop it, or nothing would be seen while the camera moves.
             None => self.flat(order, turn.closing)?,
         };
@@ -139,7 +139,7 @@ impl Artist {
     }
 
     /// The colours of the ids.
-    fn flat(&mut self, order: Order, control: &Control) -> Result<Frame> {
+    fn flat(&mut self, order: Order, control: &Control) -> Result<DrawnFrame> {
         let Order { scene, pixels, show, .. } = &order;
         let palette = show::palette(*show, scene, pixels);
         let (mut images, mut counts, mut time) =
@@ -152,19 +152,19 @@ impl Artist {
             time += start.elapsed();
             counts.add(hits.counts);
             let colors = hits.id.iter().map(|&id| palette[id as usize]);
-            images.push(Image::new([pixels.width, pixels.height], colors));
+            images.push(WindowImage::new([pixels.width, pixels.height], colors));
         }
         let (share, tallies) = (if order.takes_long() { 0.0 } else { 1.0 }, Vec::new());
-        Ok(Frame { order, images, time, counts, share, range: None, tallies })
+        Ok(DrawnFrame { order, images, time, counts, share, range: None, tallies })
     }
 
     /// What takes long: in bands from the top, and colours first with one sample a pixel where there are none yet.
     fn fill(
         &mut self,
-        frame: &mut Frame,
+        frame: &mut DrawnFrame,
         has_colors: bool,
         control: &Control,
-        say: &dyn Fn(Frame),
+        say: &dyn Fn(DrawnFrame),
     ) -> Result<()> {
         let Order { pixels, show, n_samples, .. } = frame.order;
         // One scale for all, so that they can be compared.
@@ -180,7 +180,7 @@ impl Artist {
         let work_of = |n: Samples, n_rows: u32| n.of_pixel() as f32 * n_rows as f32;
         let work: f32 = parts.iter().map(|&(n, _)| work_of(n, pixels.height)).sum();
         let (mut done, mut last_look) = (0.0, Instant::now());
-        let mut shown = vec![Shown::new(show, frame.range); n_kernels];
+        let mut shown = vec![ShownPicture::new(show, frame.range); n_kernels];
         for (n, kernel) in parts {
             let most_rows = sampled_band_rows(&pixels, n, show.wants());
             let mut n_rows = match show {
@@ -196,7 +196,7 @@ impl Artist {
                     Show::Color => session.colors(&band, n, control)?,
                     _ => shown[kernel].paint(session, &band, control)?,
                 };
-                Image::change(&mut frame.images[kernel], (y * pixels.width) as usize, colors);
+                WindowImage::change(&mut frame.images[kernel], (y * pixels.width) as usize, colors);
                 y += band.height;
                 done += work_of(n, band.height);
                 if start.elapsed() < BAND_TIME / 2 {
@@ -290,7 +290,7 @@ mod tests {
         artist.ask(Order { kernels: vec![Kernel::Certified], ..order(1, lit, Show::Color, 16) });
         assert_eq!(frames.recv().map(|frame| (frame.order.serial, frame.share)), Ok((1, 0.0)));
         artist.ask(order(2, include_str!("../../../scenes/figure2.toml"), Show::Id, 1));
-        let rest: Vec<Frame> = std::iter::from_fn(|| frames.recv().ok())
+        let rest: Vec<DrawnFrame> = std::iter::from_fn(|| frames.recv().ok())
             .take_while(|frame| frame.order.serial == 1)
             .collect();
         assert!(rest.iter().all(|frame| frame.share < 1.0));

@@ -9,7 +9,7 @@ use wgpu::util::DeviceExt;
 
 /// Colours for the window.
 #[derive(Clone)]
-pub struct Image {
+pub struct WindowImage {
     /// Columns and rows.
     size: [u32; 2],
     /// Red, green, blue, and 255.
@@ -18,15 +18,15 @@ pub struct Image {
     taken: OnceLock<wgpu::BindGroup>,
 }
 
-impl Image {
+impl WindowImage {
     /// With this many columns and rows.
-    pub fn new(size: [u32; 2], colors: impl Iterator<Item = [u8; 3]>) -> Arc<Image> {
+    pub fn new(size: [u32; 2], colors: impl Iterator<Item = [u8; 3]>) -> Arc<WindowImage> {
         let colors = colors.map(opaque).collect();
-        Arc::new(Image { size, colors, taken: OnceLock::new() })
+        Arc::new(WindowImage { size, colors, taken: OnceLock::new() })
     }
 
     /// Gives the pixels from this one on other colours.
-    pub fn change(image: &mut Arc<Image>, first: usize, colors: Vec<[u8; 3]>) {
+    pub fn change(image: &mut Arc<WindowImage>, first: usize, colors: Vec<[u8; 3]>) {
         let image = Arc::make_mut(image);
         image.taken.take();
         for (pixel, color) in image.colors[first..].iter_mut().zip(colors) {
@@ -36,7 +36,7 @@ impl Image {
 }
 
 #[cfg(test)]
-impl PartialEq<[[u8; 3]]> for Image {
+impl PartialEq<[[u8; 3]]> for WindowImage {
     fn eq(&self, colors: &[[u8; 3]]) -> bool {
         self.colors.iter().copied().eq(colors.iter().copied().map(opaque))
     }
@@ -48,7 +48,7 @@ fn opaque([r, g, b]: [u8; 3]) -> [u8; 4] {
 
 /// An image as the window draws it. egui's own shader has branches for all that widgets may want, which a device in software
 /// takes one after the other: a frame at 1920 × 1080 was 320 ms of lavapipe's time with it, and is 53.
-pub struct Presented(pub Arc<Image>);
+pub struct Presented(pub Arc<WindowImage>);
 
 impl CallbackTrait for Presented {
     fn prepare(
@@ -122,7 +122,12 @@ pub fn make_ready(window: &RenderState) {
 
 impl Presenter {
     /// Brings an image onto the device.
-    fn take(&self, device: &wgpu::Device, queue: &wgpu::Queue, image: &Image) -> wgpu::BindGroup {
+    fn take(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        image: &WindowImage,
+    ) -> wgpu::BindGroup {
         let [width, height] = image.size;
         let descriptor = wgpu::TextureDescriptor {
             label: Some("picture"),

@@ -20,16 +20,16 @@ const FRAME_MARGIN: f64 = 1.08;
 
 /// A scene's size and place: a ball around all spheres, or around the planes' points.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Extent {
+pub struct BoundingSphere {
     /// The ball's centre, world units.
     pub center: DVec3,
     /// The ball's radius, world units; more than 0.
     pub radius: f64,
 }
 
-impl Extent {
+impl BoundingSphere {
     /// Around the spheres; planes have no end, so they count only where there is nothing else.
-    pub fn new(scene: &Scene) -> Extent {
+    pub fn new(scene: &Scene) -> BoundingSphere {
         let has_end = |object: &Object| matches!(object, Object::Sphere(_));
         let objects = scene.objects().map(|(_, object)| object);
         let counted = objects.filter(|object| scene.spheres.is_empty() || has_end(object));
@@ -38,7 +38,7 @@ impl Extent {
         let high = balls.iter().map(|(c, r)| *c + *r).reduce(DVec3::max).unwrap_or(DVec3::ZERO);
         let center = low / 2.0 + high / 2.0;
         let radius = balls.iter().map(|(c, r)| c.distance(center) + r).fold(0.0, f64::max);
-        Extent { center, radius: if radius > 0.0 { radius } else { 1.0 } }
+        BoundingSphere { center, radius: if radius > 0.0 { radius } else { 1.0 } }
     }
 }
 
@@ -158,7 +158,7 @@ impl Rig {
     }
 
     /// Looks at all of `extent` from where it looks now; `aspect` is width over height.
-    pub fn frame(&mut self, extent: Extent, aspect: f64) {
+    pub fn frame(&mut self, extent: BoundingSphere, aspect: f64) {
         let View { forward, h, .. } = self.view();
         let radius = FRAME_MARGIN * extent.radius;
         let distance = match &mut self.camera.projection {
@@ -175,7 +175,7 @@ impl Rig {
     }
 
     /// Looks along an axis at all of `extent`.
-    pub fn look_along(&mut self, axis: Axis, extent: Extent, aspect: f64) {
+    pub fn look_along(&mut self, axis: Axis, extent: BoundingSphere, aspect: f64) {
         let forward = -axis.to_eye;
         let is_steep = forward.dot(self.vertical).abs() > STEEPEST.sin();
         // Seen from above, what lay farther away is up in the picture.
@@ -314,7 +314,7 @@ mod tests {
     #[test]
     fn an_orthographic_camera_frames() {
         let mut rig = orthographic_rig();
-        let extent = Extent { center: DVec3::new(1.0, 2.0, 3.0), radius: 4.0 };
+        let extent = BoundingSphere { center: DVec3::new(1.0, 2.0, 3.0), radius: 4.0 };
         for aspect in [1.5, 0.5] {
             rig.frame(extent, aspect);
             let View { position, forward, h, .. } = rig.view();
@@ -340,7 +340,7 @@ mod tests {
     #[test]
     fn everything_is_in_the_frame_and_fills_it() {
         let spheres = vec![sphere(DVec3::new(-3.0, 0.0, 2.0), 1.0), sphere(DVec3::X * 5.0, 2.0)];
-        let extent = Extent::new(&scene(spheres.clone(), Vec::new()));
+        let extent = BoundingSphere::new(&scene(spheres.clone(), Vec::new()));
         for aspect in [SIZE.x / SIZE.y, 0.5] {
             let size = DVec2::new(SIZE.y * aspect, SIZE.y);
             let mut rig = rig();
@@ -364,7 +364,7 @@ mod tests {
 
     #[test]
     fn axes_look_along_themselves() {
-        let extent = Extent { center: DVec3::new(1.0, 2.0, 3.0), radius: 4.0 };
+        let extent = BoundingSphere { center: DVec3::new(1.0, 2.0, 3.0), radius: 4.0 };
         for axis in Axis::ALL {
             let mut rig = rig();
             rig.look_along(axis, extent, 1.5);
@@ -383,11 +383,11 @@ mod tests {
         let plane = |point| Plane { name: None, point, normal: DVec3::Y, color: Color::BLACK };
         let ball = sphere(DVec3::X, 2.0);
         let far = vec![plane(DVec3::ZERO), plane(DVec3::Z * 8.0)];
-        let extent = Extent::new(&scene(vec![ball], far.clone()));
+        let extent = BoundingSphere::new(&scene(vec![ball], far.clone()));
         assert_eq!((extent.center, extent.radius), (DVec3::X, 2.0));
-        let extent = Extent::new(&scene(Vec::new(), far));
+        let extent = BoundingSphere::new(&scene(Vec::new(), far));
         assert_eq!((extent.center, extent.radius), (DVec3::Z * 4.0, 4.0));
-        assert_eq!(Extent::new(&scene(Vec::new(), Vec::new())).radius, 1.0);
+        assert_eq!(BoundingSphere::new(&scene(Vec::new(), Vec::new())).radius, 1.0);
     }
 
     #[test]

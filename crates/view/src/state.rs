@@ -15,9 +15,9 @@ use kugelblitz_judge::explain::six_digits;
 use kugelblitz_judge::show::{Entry, Show, Tally};
 
 use super::ask::{Answer, Question, Why};
-use super::picture::{Frame, Order};
+use super::picture::{DrawnFrame, Order};
 use super::present::Presented;
-use super::rig::{Axis, Extent, Rig};
+use super::rig::{Axis, BoundingSphere, Rig};
 
 /// A movement of the camera ends where it rests this long, seconds.
 pub const PAUSE: f32 = 0.6;
@@ -97,7 +97,7 @@ pub struct State {
     unlit: Arc<Scene>,
     /// The scene file's camera.
     pub home: Camera,
-    pub extent: Extent,
+    pub extent: BoundingSphere,
     pub rig: Rig,
     /// Where it was.
     pub history: Undoer<Rig>,
@@ -126,7 +126,7 @@ pub struct State {
     /// `lavapipe (software)`
     pub device: String,
     /// The newest picture.
-    pub frame: Option<Frame>,
+    pub frame: Option<DrawnFrame>,
     /// The newest order.
     pub ordered: Option<Order>,
     /// The pixel under the pointer, unless that drags.
@@ -148,7 +148,7 @@ impl State {
     pub fn new(path: PathBuf, scene: Arc<Scene>, camera: Camera, kernel: Kernel) -> State {
         State {
             path,
-            extent: Extent::new(&scene),
+            extent: BoundingSphere::new(&scene),
             history: history(&Rig::new(&camera)),
             is_moving: false,
             rig: Rig::new(&camera),
@@ -190,7 +190,7 @@ impl State {
         if scene.samples != self.scene.samples {
             self.n_samples = scene.samples.unwrap_or_default();
         }
-        self.extent = Extent::new(&scene);
+        self.extent = BoundingSphere::new(&scene);
         self.unlit = without_light(&scene);
         self.scene = scene;
         self.scene_error = None;
@@ -268,7 +268,7 @@ impl State {
             let at = |x: u32, y: u32| self.area.point([x, y].map(f64::from), scale);
             Rect::from_min_max(at(left, 0), at(right, height))
         };
-        let Some(Frame { images, .. }) = &self.frame else {
+        let Some(DrawnFrame { images, .. }) = &self.frame else {
             painter.rect_filled(rect(0, width), 0.0, Color32::BLACK);
             return;
         };
@@ -291,7 +291,7 @@ impl State {
     }
 
     /// The newest picture where it is the one that was ordered last.
-    fn shown(&self) -> Option<&Frame> {
+    fn shown(&self) -> Option<&DrawnFrame> {
         self.frame.as_ref().filter(|frame| frame.order.serial == self.asked())
     }
 

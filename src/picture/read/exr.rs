@@ -9,7 +9,7 @@ use exr::meta::MetaData;
 use exr::meta::attribute::AttributeValue;
 use exr::prelude::{ReadChannels, ReadLayers, Text, read as read_exr};
 
-use super::{Channel, Image, Samples, require, wrong};
+use super::{Channel, ChannelValues, Image, require, wrong};
 use crate::error::Result;
 
 pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
@@ -87,10 +87,10 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
             };
             let samples = match channel.sample_data {
                 FlatSamples::F16(all) => {
-                    Samples::F16(all.into_iter().map(|x| x.to_f32()).collect())
+                    ChannelValues::F16(all.into_iter().map(|x| x.to_f32()).collect())
                 }
-                FlatSamples::F32(all) => Samples::F32(all),
-                FlatSamples::U32(all) => Samples::U32(all),
+                FlatSamples::F32(all) => ChannelValues::F32(all),
+                FlatSamples::U32(all) => ChannelValues::U32(all),
             };
             found.channels.push(Channel { name, samples });
         }

@@ -43,12 +43,12 @@ pub struct Channel {
     /// The channel's name.
     pub name: String,
     /// The channel's numbers.
-    pub samples: Samples,
+    pub samples: ChannelValues,
 }
 
 /// The numbers of a channel, in the type of the file.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Samples {
+pub enum ChannelValues {
     /// Whole numbers of 8 bits: of colours, 255 is full.
     U8(Vec<u8>),
     /// Whole numbers of 16 bits: of colours, 65535 is full.
@@ -70,17 +70,17 @@ pub enum Samples {
 macro_rules! of_numbers {
     ($samples:expr, $all:ident => $of:expr) => {
         match $samples {
-            Samples::U8($all) => $of,
-            Samples::U16($all) => $of,
-            Samples::U32($all) => $of,
-            Samples::I64($all) => $of,
-            Samples::F16($all) | Samples::F32($all) => $of,
-            Samples::F64($all) => $of,
+            ChannelValues::U8($all) => $of,
+            ChannelValues::U16($all) => $of,
+            ChannelValues::U32($all) => $of,
+            ChannelValues::I64($all) => $of,
+            ChannelValues::F16($all) | ChannelValues::F32($all) => $of,
+            ChannelValues::F64($all) => $of,
         }
     };
 }
 
-impl Samples {
+impl ChannelValues {
     /// How many there are.
     pub fn len(&self) -> usize {
         of_numbers!(self, all => all.len())
@@ -94,13 +94,13 @@ impl Samples {
     /// The type's name: `u8`, `f32`.
     pub fn kind(&self) -> &'static str {
         match self {
-            Samples::U8(_) => "u8",
-            Samples::U16(_) => "u16",
-            Samples::U32(_) => "u32",
-            Samples::I64(_) => "i64",
-            Samples::F16(_) => "f16",
-            Samples::F32(_) => "f32",
-            Samples::F64(_) => "f64",
+            ChannelValues::U8(_) => "u8",
+            ChannelValues::U16(_) => "u16",
+            ChannelValues::U32(_) => "u32",
+            ChannelValues::I64(_) => "i64",
+            ChannelValues::F16(_) => "f16",
+            ChannelValues::F32(_) => "f32",
+            ChannelValues::F64(_) => "f64",
         }
     }
 
@@ -113,7 +113,7 @@ impl Samples {
     /// The number of the `i`-th pixel where it is a whole one.
     pub fn whole(&self, i: usize) -> Option<i64> {
         match self {
-            Samples::I64(all) => Some(all[i]),
+            ChannelValues::I64(all) => Some(all[i]),
             _ => {
                 let number = self.number(i);
                 (number.fract() == 0.0 && number.abs() < 2f64.powi(62)).then_some(number as i64)
@@ -124,9 +124,9 @@ impl Samples {
     /// The largest number of a type of whole numbers that colours and depths fill.
     pub fn full(&self) -> Option<f64> {
         match self {
-            Samples::U8(_) => Some(u8::MAX.into()),
-            Samples::U16(_) => Some(u16::MAX.into()),
-            Samples::U32(_) => Some(u32::MAX.into()),
+            ChannelValues::U8(_) => Some(u8::MAX.into()),
+            ChannelValues::U16(_) => Some(u16::MAX.into()),
+            ChannelValues::U32(_) => Some(u32::MAX.into()),
             _ => None,
         }
     }
@@ -160,7 +160,7 @@ pub struct ImageFacts {
 pub struct ChannelFacts {
     /// The channel's name.
     pub name: String,
-    /// The type of its numbers, as [`Samples::kind`].
+    /// The type of its numbers, as [`ChannelValues::kind`].
     #[serde(rename = "type")]
     pub kind: &'static str,
 }
@@ -186,7 +186,7 @@ impl Image {
     }
 
     /// The channel of this name.
-    pub fn channel(&self, name: &str) -> Option<&Samples> {
+    pub fn channel(&self, name: &str) -> Option<&ChannelValues> {
         self.channels.iter().find(|channel| channel.name == name).map(|channel| &channel.samples)
     }
 
@@ -288,16 +288,16 @@ mod tests {
             (1, vec![7], vec![7]),
             (0, vec![], vec![]),
         ] {
-            let channel = Channel { name: "id".into(), samples: Samples::U32(rows) };
+            let channel = Channel { name: "id".into(), samples: ChannelValues::U32(rows) };
             let mut image = Image { width, channels: vec![channel], ..Image::default() };
             image.turn_over();
-            assert_eq!(image.channel("id"), Some(&Samples::U32(expected)));
+            assert_eq!(image.channel("id"), Some(&ChannelValues::U32(expected)));
         }
     }
 
     #[test]
     fn whole_numbers_are_told_from_others() {
-        let floats = Samples::F32(vec![3.0, 3.5, f32::NAN, f32::INFINITY, -1.0]);
+        let floats = ChannelValues::F32(vec![3.0, 3.5, f32::NAN, f32::INFINITY, -1.0]);
         let whole: Vec<_> = (0..5).map(|i| floats.whole(i)).collect();
         assert_eq!(whole, [Some(3), None, None, None, Some(-1)]);
     }

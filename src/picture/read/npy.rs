@@ -4,7 +4,7 @@ use std::path::Path;
 
 use exr::prelude::f16;
 
-use super::{Channel, Image, Samples, require};
+use super::{Channel, ChannelValues, Image, require};
 use crate::error::Result;
 use crate::npy::{Array, Cell, Header, Kind};
 
@@ -88,15 +88,17 @@ fn field_name(cell: &Cell) -> String {
     }
 }
 
-fn samples(cell: &Cell, bits: impl Iterator<Item = u64>) -> Option<Samples> {
+fn samples(cell: &Cell, bits: impl Iterator<Item = u64>) -> Option<ChannelValues> {
     Some(match (cell.kind?, cell.n_bytes) {
-        (Kind::Bool | Kind::Uint, 1) => Samples::U8(bits.map(|n| n as u8).collect()),
-        (Kind::Uint, 2) => Samples::U16(bits.map(|n| n as u16).collect()),
-        (Kind::Uint, 4) => Samples::U32(bits.map(|n| n as u32).collect()),
-        (Kind::Uint | Kind::Int, _) => Samples::I64(bits.map(|n| n as i64).collect()),
-        (Kind::Float, 2) => Samples::F16(bits.map(|n| f16::from_bits(n as u16).to_f32()).collect()),
-        (Kind::Float, 4) => Samples::F32(bits.map(|n| f32::from_bits(n as u32)).collect()),
-        (Kind::Float, _) => Samples::F64(bits.map(f64::from_bits).collect()),
+        (Kind::Bool | Kind::Uint, 1) => ChannelValues::U8(bits.map(|n| n as u8).collect()),
+        (Kind::Uint, 2) => ChannelValues::U16(bits.map(|n| n as u16).collect()),
+        (Kind::Uint, 4) => ChannelValues::U32(bits.map(|n| n as u32).collect()),
+        (Kind::Uint | Kind::Int, _) => ChannelValues::I64(bits.map(|n| n as i64).collect()),
+        (Kind::Float, 2) => {
+            ChannelValues::F16(bits.map(|n| f16::from_bits(n as u16).to_f32()).collect())
+        }
+        (Kind::Float, 4) => ChannelValues::F32(bits.map(|n| f32::from_bits(n as u32)).collect()),
+        (Kind::Float, _) => ChannelValues::F64(bits.map(f64::from_bits).collect()),
         _ => return None,
     })
 }

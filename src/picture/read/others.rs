@@ -6,7 +6,7 @@ use std::path::Path;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 
 use super::super::metadata::window_of;
-use super::{Channel, Image, Samples, require, wrong};
+use super::{Channel, ChannelValues, Image, require, wrong};
 use crate::error::{Error, Result};
 
 /// What can be read, for messages.
@@ -50,10 +50,10 @@ fn channels(pixels: &DynamicImage) -> Option<Vec<Channel>> {
     let bytes = pixels.as_bytes();
     let channel = |(i, name): (usize, &&str)| {
         let samples = match usize::from(pixels.color().bytes_per_pixel()) / names.len() {
-            1 => Samples::U8(bytes.iter().skip(i).step_by(names.len()).copied().collect()),
+            1 => ChannelValues::U8(bytes.iter().skip(i).step_by(names.len()).copied().collect()),
             2 => {
                 let numbers = bytes.as_chunks().0.iter().skip(i).step_by(names.len());
-                Samples::U16(numbers.map(|number| u16::from_ne_bytes(*number)).collect())
+                ChannelValues::U16(numbers.map(|number| u16::from_ne_bytes(*number)).collect())
             }
             _ => return None,
         };

@@ -10,8 +10,8 @@ use kugelblitz::scene::{Color, Light, Projection, Samples, Scene, Sky, Source, r
 use kugelblitz::trace::{Kernel, Rays, WorldRay};
 use kugelblitz_judge::explain::text::{WIDTH, text};
 use kugelblitz_judge::explain::{
-    Approximation, DEFAULT_DIGITS, Explanation, Lang, LightExplanation, ObjectExplanation,
-    Quantity, Reason, Style, Verdict, explain,
+    Approximation, DEFAULT_DIGITS, ExplainStyle, Explanation, FormulaNumber, Lang,
+    LightExplanation, LightVerdict, ObjectExplanation, Reason, explain,
 };
 use kugelblitz_tests::{gpu, in_cube, log_uniform, plane, runs, scene, sphere};
 use rand::{RngExt, SeedableRng};
@@ -21,10 +21,10 @@ use crate::calculator;
 use crate::program::{self, scene_file as file};
 
 /// Of all objects.
-const ALL: Style = Style { limit: None, lang: Lang::English, digits: DEFAULT_DIGITS };
+const ALL: ExplainStyle = ExplainStyle { limit: None, lang: Lang::English, digits: DEFAULT_DIGITS };
 
 /// A column of the table.
-type Column = fn(&Quantity) -> Option<Approximation>;
+type Column = fn(&FormulaNumber) -> Option<Approximation>;
 
 fn ray(origin: [f64; 3], direction: [f64; 3]) -> Rays {
     Rays::List(vec![WorldRay { origin: origin.into(), direction: direction.into() }])
@@ -66,7 +66,7 @@ fn object(explanation: &Explanation, id: u32) -> &ObjectExplanation {
     explanation.objects.iter().find(|object| object.id == id).unwrap()
 }
 
-fn row<'a>(object: &'a ObjectExplanation, symbol: &str) -> &'a Quantity {
+fn row<'a>(object: &'a ObjectExplanation, symbol: &str) -> &'a FormulaNumber {
     object.quantities.iter().find(|row| row.symbol == symbol).unwrap()
 }
 
@@ -134,7 +134,8 @@ fn results_have_the_digits_that_are_asked_for() {
     let scene = Arc::new(read_scene(file("figure2").as_ref()).unwrap());
     let rays = ray([0.0; 3], [0.1, 0.03, -1.0]);
     for digits in [1, 2, 3, 12, 40] {
-        let explanation = explain(&scene, &rays, &Style { digits, ..Style::default() }).unwrap();
+        let explanation =
+            explain(&scene, &rays, &ExplainStyle { digits, ..ExplainStyle::default() }).unwrap();
         assert_written(&explanation);
         let shown = text(&explanation);
         let t = shown.split("t₁ ≈ ").nth(1).unwrap().split([',', '\n']).next().unwrap();
@@ -143,7 +144,8 @@ fn results_have_the_digits_that_are_asked_for() {
         assert!(shown.contains(&format!("rounded to {digits} digits")), "{shown}");
     }
     for digits in [0, 41] {
-        let error = explain(&scene, &rays, &Style { digits, ..Style::default() }).unwrap_err();
+        let error = explain(&scene, &rays, &ExplainStyle { digits, ..ExplainStyle::default() })
+            .unwrap_err();
         assert_eq!(error.exit_code(), 2);
     }
 }
@@ -285,7 +287,7 @@ fn the_byte_explained_is_the_byte_shown() {
             let rays = Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..whole });
             let explanation = explain(&scene, &rays, &ALL).unwrap();
             assert_written(&explanation);
-            let german = Style { lang: Lang::German, ..Style::default() };
+            let german = ExplainStyle { lang: Lang::German, ..ExplainStyle::default() };
             assert_written(&explain(&scene, &rays, &german).unwrap());
             let shading = explanation.shading.as_ref().unwrap();
             assert_eq!(shading.mean.is_some(), samples > 1);
@@ -298,7 +300,7 @@ fn the_byte_explained_is_the_byte_shown() {
                 n_hidden[0] += sky.hidden;
             }
             let is_hidden =
-                |light: &&LightExplanation| matches!(light.verdict, Verdict::Hidden { .. });
+                |light: &&LightExplanation| matches!(light.verdict, LightVerdict::Hidden { .. });
             n_hidden[1] += shading.lights.iter().filter(is_hidden).count();
         }
     }

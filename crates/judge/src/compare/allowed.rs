@@ -40,13 +40,19 @@ use crate::wrong_usage;
 impl Tolerance {
     /// Whether an error may be so large.
     pub fn allows(self, size: f64) -> bool {
-        size <= self.most
+        match self.unit {
+            Count | Share => size == 0.0,
+            Ulp | Relative | Degrees | Size => size <= self.most,
+        }
     }
 
     /// Whether so many of all may be wrong.
     pub fn allows_part(self, wrong: u64, all: u64) -> bool {
-        let unit = if self.unit == Share { all as f64 } else { 1.0 };
-        wrong as f64 <= self.most * unit
+        match self.unit {
+            Count => wrong as f64 <= self.most,
+            Share => wrong as f64 <= self.most * all as f64,
+            Ulp | Relative | Degrees | Size => wrong == 0,
+        }
     }
 }
 

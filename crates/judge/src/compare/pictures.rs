@@ -4,7 +4,7 @@ use std::path::Path;
 
 use kugelblitz::Result;
 use kugelblitz::num::ulp_distance;
-use kugelblitz::picture::{Image, Samples};
+use kugelblitz::picture::{ChannelValues, Image};
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::Color;
 use kugelblitz::words::percent;
@@ -206,7 +206,7 @@ impl PictureDifference {
 
 fn of_channel(
     name: &str,
-    [a, b]: [&Samples; 2],
+    [a, b]: [&ChannelValues; 2],
     allowed: &Allowed,
     of_pixels: &mut [(bool, f32)],
 ) -> ChannelDifference {
@@ -271,8 +271,8 @@ fn is_color(name: &str) -> bool {
 }
 
 impl Common {
-    fn of(name: &str, a: &Samples, b: &Samples) -> Common {
-        use Samples::{F16, F32, F64, I64, U8, U16, U32};
+    fn of(name: &str, a: &ChannelValues, b: &ChannelValues) -> Common {
+        use ChannelValues::{F16, F32, F64, I64, U8, U16, U32};
         match (a, b) {
             (U32(_), U32(_)) | (I64(_), I64(_)) => Common::Own,
             (U16(_), U16(_)) => Common::Levels(u16::MAX.into()),
@@ -289,7 +289,7 @@ impl Common {
     }
 
     /// The type's name, where `of` is one of the channels.
-    fn name(self, of: &Samples) -> &'static str {
+    fn name(self, of: &ChannelValues) -> &'static str {
         match self {
             Common::Own => of.kind(),
             Common::Levels(BYTES) => "u8",
@@ -300,7 +300,7 @@ impl Common {
     }
 
     /// The number of the `i`-th pixel in this type. Floats are the levels that a picture would show for them.
-    fn number(self, samples: &Samples, i: usize, is_color: bool) -> f64 {
+    fn number(self, samples: &ChannelValues, i: usize, is_color: bool) -> f64 {
         match (self, samples.full()) {
             (Common::Own | Common::F64, _) => samples.number(i),
             (Common::F32, _) => samples.number(i) as f32 as f64,
@@ -335,6 +335,6 @@ fn ulp_distance_f64(a: f64, b: f64) -> u64 {
 }
 
 /// A linear number from 0 to 1; what is no number is 0.
-pub(super) fn shown(samples: &Samples, i: usize) -> f64 {
+pub(super) fn shown(samples: &ChannelValues, i: usize) -> f64 {
     samples.number(i).clamp(0.0, 1.0).max(0.0)
 }

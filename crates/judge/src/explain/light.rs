@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::line::Line;
-use super::numbers::{Exact, Quantity};
+use super::numbers::{Exact, FormulaNumber};
 use super::words::Remark;
 
 /// How the point that a ray sees is lit, and the colour that comes of it.
@@ -25,7 +25,7 @@ pub struct PointExplanation {
     /// The coordinates, `f(p)`, which is 0, and the unit normal that faces the ray. `stable` has its
     /// points relative to the camera, so it has no number for `p`. The column of f64 is the kernel
     /// `double`, here and for all that follows.
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<FormulaNumber>,
     #[serde(skip)]
     pub(super) lines: Vec<Line>,
 }
@@ -38,11 +38,11 @@ pub struct LightExplanation {
     /// `at (4, 6, 3)`
     pub place: Remark,
     /// Whether it counts, exactly.
-    pub verdict: Verdict,
+    pub verdict: LightVerdict,
     /// The verdict in words, and what else is worth a remark.
     pub why: Vec<Remark>,
     /// `w`, `n·ω`, `s` of what is in its way, and what it gives.
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<FormulaNumber>,
     #[serde(skip)]
     pub(super) lines: Vec<Line>,
 }
@@ -50,7 +50,7 @@ pub struct LightExplanation {
 /// Whether a light counts.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "is", rename_all = "snake_case")]
-pub enum Verdict {
+pub enum LightVerdict {
     /// It counts.
     Counts,
     /// `n·ω < 0`.
@@ -78,16 +78,16 @@ pub struct SkyExplanation {
     /// Suns that something hides from the point.
     pub hidden: usize,
     /// How many count, and what they give together.
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<FormulaNumber>,
 }
 
 /// A linear colour and its bytes.
 #[derive(Clone, Debug, Serialize)]
 pub struct ColorExplanation {
     /// Red, green and blue.
-    pub channels: [Channel; 3],
+    pub channels: [ChannelByte; 3],
     /// The channels in each arithmetic.
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<FormulaNumber>,
     /// What is worth a remark.
     pub why: Vec<Remark>,
     /// How the channels come about, where light falls on what is seen.
@@ -97,7 +97,7 @@ pub struct ColorExplanation {
 
 /// A channel and its byte.
 #[derive(Clone, Debug, Serialize)]
-pub struct Channel {
+pub struct ChannelByte {
     /// `red`, `green` or `blue`.
     pub name: &'static str,
     /// The byte.

@@ -9,7 +9,7 @@ use kugelblitz::num::V3;
 use serde::{Serialize, Serializer};
 
 use super::numbers::{MANY_DIGITS, Short};
-use super::step::{self, Numbers, Step, Value, Writer};
+use super::step::{self, Numbers, Step, StepValue, Writer};
 use crate::markup::wrapped;
 
 /// A way to write formulas.
@@ -116,7 +116,7 @@ impl Line {
     }
 
     /// Adds an expression with numbers put in.
-    fn push_expression(&mut self, value: Value, digits: usize, addends: &[Step]) {
+    fn push_expression(&mut self, value: StepValue, digits: usize, addends: &[Step]) {
         self.push(|notation| {
             let writer = Writer::new(notation, Some(Numbers { digits, addends }));
             (writer.written(value), writer.is_rounded.get())
@@ -149,7 +149,7 @@ impl Serialize for Line {
 
 /// What a line shows between its formula and its result.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Shown {
+pub enum LineDetail {
     /// Nothing.
     Result,
     /// The numbers put in.
@@ -178,7 +178,7 @@ impl Derivation {
         Short::new(&step.value(), self.digits)
     }
 
-    fn tell(&mut self, letter: &'static str, value: Value, numbers: &[Short], is_joined: bool) {
+    fn tell(&mut self, letter: &'static str, value: StepValue, numbers: &[Short], is_joined: bool) {
         let is_vector = numbers.len() > 1;
         let mut line = Line { is_joined, ..Line::default() };
         line.push(|notation| (notation.letter(letter, is_vector), false));
@@ -202,14 +202,14 @@ impl Derivation {
     }
 
     /// A line with nothing but a number, or three, that come from elsewhere.
-    pub fn given(&mut self, letter: &'static str, value: impl Into<Value>, is_joined: bool) {
+    pub fn given(&mut self, letter: &'static str, value: impl Into<StepValue>, is_joined: bool) {
         let value = value.into();
         let numbers: Vec<Short> = value.steps().iter().map(|&step| self.short(step)).collect();
         self.tell(letter, value, &numbers, is_joined);
     }
 
     /// A line with the formula of a number or vector; without a letter, the formula stands for itself.
-    pub fn line(&mut self, letter: &'static str, value: impl Into<Value>, shown: Shown) {
+    pub fn line(&mut self, letter: &'static str, value: impl Into<StepValue>, shown: LineDetail) {
         let value = value.into();
         let mut line = Line::default();
         if !letter.is_empty() {
@@ -228,8 +228,8 @@ impl Derivation {
         for words in [name, formula] {
             line.push(|notation| (words[notation as usize].to_owned(), false));
         }
-        self.calculate(&mut line, value.into(), &[value], Shown::Numbers);
-        Value::from(value).tell(None);
+        self.calculate(&mut line, value.into(), &[value], LineDetail::Numbers);
+        StepValue::from(value).tell(None);
         self.end(line, value.into());
     }
 
@@ -238,9 +238,9 @@ impl Derivation {
         let mut line = Line::default();
         line.push(|_| ("t".into(), false));
         line.push(|notation| (Writer::new(notation, None).written(near.into()), false));
-        self.calculate(&mut line, near.into(), &[near, far], Shown::Numbers);
+        self.calculate(&mut line, near.into(), &[near, far], LineDetail::Numbers);
         if near.value() == far.value() {
-            Value::from(near).tell(None);
+            StepValue::from(near).tell(None);
             return self.end(line, near.into());
         }
         self.lines.push(line);
@@ -261,17 +261,17 @@ impl Derivation {
     }
 
     /// Ends a line with its result, which is told.
-    fn end(&mut self, mut line: Line, value: Value) {
+    fn end(&mut self, mut line: Line, value: StepValue) {
         line.push_expression(value, self.digits, &[]);
         self.lines.push(line);
     }
 
     /// Adds the expressions that a calculator takes from the formula of `value` to `results`.
-    fn calculate(&self, line: &mut Line, value: Value, results: &[Step], shown: Shown) {
+    fn calculate(&self, line: &mut Line, value: StepValue, results: &[Step], shown: LineDetail) {
         let forms = match shown {
-            Shown::Result => vec![],
-            Shown::Numbers => vec![vec![]],
-            Shown::Addends => vec![vec![], value.addends()],
+            LineDetail::Result => vec![],
+            LineDetail::Numbers => vec![vec![]],
+            LineDetail::Addends => vec![vec![], value.addends()],
         };
         for addends in forms {
             let digits = self.digits_for(results, &addends);

@@ -23,10 +23,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 pub use light::{
-    Channel, ColorExplanation, LightExplanation, MeanExplanation, PointExplanation, Shading,
-    SkyExplanation, Verdict,
+    ChannelByte, ColorExplanation, LightExplanation, LightVerdict, MeanExplanation,
+    PointExplanation, Shading, SkyExplanation,
 };
-pub use numbers::{Approximation, Exact, Quantity, six_digits};
+pub use numbers::{Approximation, Exact, FormulaNumber, six_digits};
 pub use words::{Lang, Remark};
 
 use kugelblitz::Result;
@@ -63,7 +63,7 @@ pub const MAX_DIGITS: usize = 40;
 
 /// How a ray is explained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Style {
+pub struct ExplainStyle {
     /// The objects that are explained at most, from 1 to [`MOST_OBJECTS`]; `None` for those.
     pub limit: Option<usize>,
     /// The language of all words.
@@ -72,9 +72,9 @@ pub struct Style {
     pub digits: usize,
 }
 
-impl Default for Style {
-    fn default() -> Style {
-        Style { limit: Some(DEFAULT_OBJECTS), lang: Lang::English, digits: DEFAULT_DIGITS }
+impl Default for ExplainStyle {
+    fn default() -> ExplainStyle {
+        ExplainStyle { limit: Some(DEFAULT_OBJECTS), lang: Lang::English, digits: DEFAULT_DIGITS }
     }
 }
 
@@ -94,7 +94,7 @@ pub struct Explanation {
     pub pixel: Option<PixelOf>,
     /// `o` and `d`, six numbers. `stable` takes the origin in f64 or in two parts, so it has no
     /// number for `o`.
-    pub ray: Vec<Quantity>,
+    pub ray: Vec<FormulaNumber>,
     #[serde(skip)]
     ray_lines: Vec<Line>,
     /// The objects: those that the ray hits, the nearest first, then those that it misses, the
@@ -115,7 +115,7 @@ pub struct Explanation {
     /// The level at which the kernel `certified` decided the ray.
     pub level: &'static str,
     /// The results of each kernel, on the CPU and then on the device, where there is one.
-    pub seen: Vec<Seen>,
+    pub seen: Vec<KernelResult>,
 }
 
 /// A pixel of a picture.
@@ -144,7 +144,7 @@ pub struct ObjectExplanation {
     #[serde(rename = "formulas")]
     lines: Vec<Line>,
     /// The numbers of the formula in each arithmetic.
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<FormulaNumber>,
     /// Why the object won or lost, exactly.
     pub reason: Reason,
     /// The reason in words, and what else is worth a remark.
@@ -214,7 +214,7 @@ pub struct Winner {
 
 /// The result of a kernel on one device.
 #[derive(Clone, Debug, Serialize)]
-pub struct Seen {
+pub struct KernelResult {
     /// The kernel's name.
     pub kernel: &'static str,
     /// `cpu` or `gpu`.
@@ -241,8 +241,8 @@ const SHOWN_BYTES: u64 = 24 << 10;
 /// # Errors
 /// [`kugelblitz::Error::Usage`] where `rays` is not one ray, or for digits that can't be;
 /// [`kugelblitz::Error::TooLarge`] where there is not the memory to explain so many objects.
-pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<Explanation> {
-    let &Style { limit, lang, digits } = style;
+pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<Explanation> {
+    let &ExplainStyle { limit, lang, digits } = style;
     if !(1..=MAX_DIGITS).contains(&digits) {
         let message = format!("{digits} digits: a result has from 1 to {MAX_DIGITS}");
         return wrong_usage(message);
@@ -348,7 +348,7 @@ impl Explanation {
         let exact = self.winner.as_ref().filter(|_| right).and_then(|winner| {
             self.objects.iter().find(|object| object.id == winner.id)?.visible_t()
         });
-        self.seen.push(Seen {
+        self.seen.push(KernelResult {
             kernel: kernel.name(),
             device,
             id,
@@ -370,7 +370,7 @@ impl ObjectExplanation {
     }
 
     /// The rows of the roots, the near one first.
-    fn roots(&self) -> impl Iterator<Item = &Quantity> {
+    fn roots(&self) -> impl Iterator<Item = &FormulaNumber> {
         self.quantities.iter().filter(|quantity| quantity.symbol.starts_with('t'))
     }
 

@@ -124,7 +124,7 @@ pub struct Approximation {
 
 /// One number of a formula, in each arithmetic.
 #[derive(Clone, Debug, Serialize)]
-pub struct Quantity {
+pub struct FormulaNumber {
     /// As in the formula.
     pub symbol: &'static str,
     /// In f32, as the kernel `lecture` has it; `None` where it has no such number.
@@ -140,7 +140,7 @@ pub struct Quantity {
 /// The names of the columns of a table, with the kernel of each, but for the exact one.
 pub const COLUMNS: [&str; 3] = ["f32 lecture", "f32 stable", "f64"];
 
-impl Quantity {
+impl FormulaNumber {
     /// The number in each of the [`COLUMNS`].
     pub(super) fn columns(&self) -> [Option<Approximation>; 3] {
         [self.lecture, self.stable, self.f64]
@@ -164,7 +164,7 @@ impl Columns {
     }
 
     /// The row, with errors against the exact number.
-    pub fn against(self, symbol: &'static str, exact: Option<&Root>) -> Quantity {
+    pub fn against(self, symbol: &'static str, exact: Option<&Root>) -> FormulaNumber {
         let exact = exact.map(Exact::from);
         let entry = |column: usize| {
             let precision = if column == 2 { Precision::Double } else { Precision::Single };
@@ -179,7 +179,7 @@ impl Columns {
             })
         };
         let [lecture, stable, f64] = [0, 1, 2].map(entry);
-        Quantity { symbol, lecture, stable, f64, exact }
+        FormulaNumber { symbol, lecture, stable, f64, exact }
     }
 }
 
@@ -188,7 +188,7 @@ pub fn rows_of_vector(
     symbols: [&'static str; 3],
     exact: V3<Step>,
     columns: impl Fn(usize) -> Columns,
-) -> [Quantity; 3] {
+) -> [FormulaNumber; 3] {
     [0, 1, 2].map(|axis| columns(axis).against(symbols[axis], Some(&exact.0[axis].value())))
 }
 

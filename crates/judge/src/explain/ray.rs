@@ -14,11 +14,11 @@ use kugelblitz::shade::PlainPoint;
 use kugelblitz::trace::{Kernel, Rays, WorldRay};
 use kugelblitz::{Error, Result};
 
-use super::line::{Derivation, Line, Shown};
-use super::numbers::{Columns, Quantity, rows_of_vector, scaled};
+use super::line::{Derivation, Line, LineDetail};
+use super::numbers::{Columns, FormulaNumber, rows_of_vector, scaled};
 use super::step::{Step, vector};
 use super::words::Words;
-use super::{ObjectExplanation, Rank, Reason, Style, gap, label_in};
+use super::{ExplainStyle, ObjectExplanation, Rank, Reason, gap, label_in};
 use crate::verify::{ExactRays, Near};
 
 /// A ray's numbers as the kernels have them.
@@ -41,7 +41,7 @@ pub struct RayNumbers {
 }
 
 impl RayNumbers {
-    pub fn new(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<RayNumbers> {
+    pub fn new(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<RayNumbers> {
         let one = || Error::Usage("one ray is explained at a time".into());
         let (WorldRay { origin, direction }, listed) = match rays {
             _ if rays.len() != 1 => return Err(one()),
@@ -90,7 +90,7 @@ impl RayNumbers {
     }
 
     /// Where the ray begins and goes.
-    pub fn ray(&self) -> (Vec<Quantity>, Vec<Line>) {
+    pub fn ray(&self) -> (Vec<FormulaNumber>, Vec<Line>) {
         let mut told = Derivation::new(self.digits);
         let [o, d] = self.told();
         told.given("o", o, false);
@@ -137,17 +137,17 @@ impl RayNumbers {
         Some(explanation)
     }
 
-    fn sphere(&self, sphere: &Sphere, index: usize) -> Option<(Vec<Line>, Vec<Quantity>)> {
+    fn sphere(&self, sphere: &Sphere, index: usize) -> Option<(Vec<Line>, Vec<FormulaNumber>)> {
         let mut told = Derivation::new(self.digits);
         let [o, d] = self.told();
         let c = told.vector("c", sphere.center.to_array(), false);
         let r = told.number("r", sphere.radius);
         let exact = quadratic(o, d, c, r);
-        told.line("", o - c, Shown::Numbers);
-        told.line("a", exact.a, Shown::Numbers);
-        told.line("b", exact.b, Shown::Addends);
-        told.line("k", exact.k, Shown::Addends);
-        told.line("D", exact.discriminant, Shown::Addends);
+        told.line("", o - c, LineDetail::Numbers);
+        told.line("a", exact.a, LineDetail::Numbers);
+        told.line("b", exact.b, LineDetail::Addends);
+        told.line("k", exact.k, LineDetail::Addends);
+        told.line("D", exact.discriminant, LineDetail::Addends);
         told.say_sign(exact.discriminant.signum());
         let is_line = exact.a.signum() > 0;
         let is_met = exact.discriminant.signum() >= 0;
@@ -209,18 +209,18 @@ impl RayNumbers {
         Some((told.lines, quantities))
     }
 
-    fn plane(&self, plane: &Plane, index: usize) -> Option<(Vec<Line>, Vec<Quantity>)> {
+    fn plane(&self, plane: &Plane, index: usize) -> Option<(Vec<Line>, Vec<FormulaNumber>)> {
         let mut told = Derivation::new(self.digits);
         let [o, d] = self.told();
         let a = told.vector("a", plane.point.to_array(), false);
         let n = told.vector("n", plane.normal.to_array(), true);
         let exact = lecture::plane_quotient(o, d, a, n);
-        told.line("", a - o, Shown::Numbers);
-        told.line("", exact[0], Shown::Addends);
-        told.line("", exact[1], Shown::Addends);
+        told.line("", a - o, LineDetail::Numbers);
+        told.line("", exact[0], LineDetail::Addends);
+        told.line("", exact[1], LineDetail::Addends);
         let root = (exact[1].signum() != 0).then(|| exact[0] / exact[1]);
         if let Some(root) = root {
-            told.line("t", root, Shown::Numbers);
+            told.line("t", root, LineDetail::Numbers);
         }
 
         let of_lecture = self.lecture_objects.planes.get(index)?;

@@ -1,12 +1,12 @@
 //! An [`Explanation`] as what text and LaTeX have to write: of each thing what it is, what is to be said of it, and its numbers.
 
 use super::line::Line;
-use super::numbers::{Quantity, six_digits};
+use super::numbers::{FormulaNumber, six_digits};
 use super::words::{Remark, Words};
-use super::{Channel, ColorExplanation, Explanation, ObjectExplanation};
+use super::{ChannelByte, ColorExplanation, Explanation, ObjectExplanation};
 
 /// What is explained of one thing.
-pub struct Section<'a> {
+pub struct TextSection<'a> {
     /// The thing, with commas between the parts.
     pub subject: Vec<Remark>,
     /// What is to be said of it.
@@ -14,23 +14,23 @@ pub struct Section<'a> {
     /// How its numbers come about.
     pub lines: &'a [Line],
     /// The numbers in each arithmetic.
-    pub quantities: &'a [Quantity],
+    pub quantities: &'a [FormulaNumber],
 }
 
 impl Explanation {
     /// Where the ray begins and goes.
-    pub(super) fn of_ray(&self) -> Section<'_> {
+    pub(super) fn of_ray(&self) -> TextSection<'_> {
         let words = self.lang.words();
         let subject = match &self.pixel {
             Some(p) => Remark::of(words.pixel, [p.x, p.y, p.width, p.height]),
             None => words.ray.into(),
         };
         let (subject, why) = (vec![subject], Vec::new());
-        Section { subject, why, lines: &self.ray_lines, quantities: &self.ray }
+        TextSection { subject, why, lines: &self.ray_lines, quantities: &self.ray }
     }
 
     /// What the ray sees, and the point where it does, with so many digits of `t`.
-    pub(super) fn of_point(&self, n_digits: usize) -> Section<'_> {
+    pub(super) fn of_point(&self, n_digits: usize) -> TextSection<'_> {
         let words = self.lang.words();
         let (sees, side) = match &self.winner {
             None => (words.sees_background.into(), None),
@@ -44,19 +44,19 @@ impl Explanation {
             Some(point) => (&*point.lines, &*point.quantities),
             None => Default::default(),
         };
-        Section { subject: vec![sees], why: Vec::from_iter(side), lines, quantities }
+        TextSection { subject: vec![sees], why: Vec::from_iter(side), lines, quantities }
     }
 
     /// The light that falls on it, and the colours that come of it.
-    pub(super) fn of_light(&self) -> Vec<Section<'_>> {
+    pub(super) fn of_light(&self) -> Vec<TextSection<'_>> {
         let (words, Some(shading)) = (self.lang.words(), &self.shading) else { return Vec::new() };
-        let lights = shading.lights.iter().map(|light| Section {
+        let lights = shading.lights.iter().map(|light| TextSection {
             subject: vec![Remark::name(&light.name), light.place.clone()],
             why: light.why.clone(),
             lines: &light.lines,
             quantities: &light.quantities,
         });
-        let sky = shading.sky.iter().map(|sky| Section {
+        let sky = shading.sky.iter().map(|sky| TextSection {
             subject: vec![Remark::of(words.sky, [sky.counting, sky.directions])],
             why: vec![Remark::of(words.sky_counts, [sky.counting, sky.behind, sky.hidden])],
             lines: &[],
@@ -72,8 +72,8 @@ impl Explanation {
 
 impl ObjectExplanation {
     /// How the ray meets it.
-    pub(super) fn section(&self) -> Section<'_> {
-        Section {
+    pub(super) fn section(&self) -> TextSection<'_> {
+        TextSection {
             subject: vec![Remark::name(&self.label)],
             why: self.why.clone(),
             lines: &self.lines,
@@ -84,9 +84,9 @@ impl ObjectExplanation {
 
 impl ColorExplanation {
     /// The bytes that come out first.
-    fn section(&self, subject: Remark, words: &Words) -> Section<'_> {
-        let byte = |(channel, name): (&Channel, &str)| {
-            let Channel { byte, range: [low, high], from_edge, .. } = channel;
+    fn section(&self, subject: Remark, words: &Words) -> TextSection<'_> {
+        let byte = |(channel, name): (&ChannelByte, &str)| {
+            let ChannelByte { byte, range: [low, high], from_edge, .. } = channel;
             let ends = [low, high].into_iter().filter(|end| end.is_finite());
             let mut parts = vec![name.to_owned(), byte.to_string()];
             parts.extend(ends.map(|end| six_digits(*end)));
@@ -101,6 +101,6 @@ impl ColorExplanation {
         let bytes = self.channels.iter().zip(words.channels).map(byte);
         let (lines, quantities) = (&self.lines, &self.quantities);
         let why = bytes.chain(self.why.iter().cloned()).collect();
-        Section { subject: vec![subject], why, lines, quantities }
+        TextSection { subject: vec![subject], why, lines, quantities }
     }
 }

@@ -13,13 +13,13 @@ use kugelblitz::shade::{ExactMean, Lamp, LampOrigin, Lighting, PlainPoint, Plain
 use rayon::prelude::*;
 
 use super::light::{
-    Channel, ColorExplanation, LightExplanation, MeanExplanation, PointExplanation, Shading,
-    SkyExplanation, Verdict,
+    ChannelByte, ColorExplanation, LightExplanation, LightVerdict, MeanExplanation,
+    PointExplanation, Shading, SkyExplanation,
 };
-use super::line::{Derivation, Shown};
+use super::line::{Derivation, LineDetail};
 use super::numbers::{COLUMNS, Columns, Exact, Short, decimal_f64, enclosed, rows_of_vector};
 use super::ray::{RayNumbers, off_sphere};
-use super::step::{Value, number, of_scene, vector, vector_of_scene};
+use super::step::{StepValue, number, of_scene, vector, vector_of_scene};
 use super::words::Remark;
 use crate::verify::{LitPoint, add_sample, samples_of_pixel};
 
@@ -118,7 +118,7 @@ impl Seen<'_> {
             let mut explanation = LightExplanation {
                 name: format!("{} {}", words.light, index + 1),
                 place: self.place_of(light.source),
-                verdict: Verdict::Dark,
+                verdict: LightVerdict::Dark,
                 why: vec![words.dark.into()],
                 quantities: Vec::new(),
                 lines: Vec::new(),
@@ -150,24 +150,24 @@ impl Seen<'_> {
         let mut told = Derivation::new(self.numbers.digits);
         let ([o, d], t) = (self.numbers.told(), number("t", hit.root.clone()));
         let p = o + V3([t; 3]).times(d);
-        told.line("p", p, Shown::Numbers);
+        told.line("p", p, LineDetail::Numbers);
         let (letter, off, outward) = match lit.shape {
             Shape::Sphere { center, radius } => {
                 let (c, r) = (vector_of_scene("c", center), of_scene("r", radius));
-                told.line("", p - c, Shown::Numbers);
+                told.line("", p - c, LineDetail::Numbers);
                 ("n", off_sphere(p - c, r), (p - c) / r)
             }
             Shape::Plane { point, normal } => {
                 let (a, n) = (vector_of_scene("a", point), vector_of_scene("n", normal));
-                told.line("", p - a, Shown::Numbers);
+                told.line("", p - a, LineDetail::Numbers);
                 let length = n.dot(n).sqrt();
-                Value::from(length).tell(None);
+                StepValue::from(length).tell(None);
                 ("", (p - a).dot(n), n / length)
             }
         };
-        told.line("f(p)", off, Shown::Numbers);
+        told.line("f(p)", off, LineDetail::Numbers);
         let normal = if hit.side == Side::Back { -outward } else { outward };
-        told.line(letter, normal, Shown::Numbers);
+        told.line(letter, normal, LineDetail::Numbers);
 
         let mut quantities = Vec::from(rows_of_vector(["p.x", "p.y", "p.z"], p, |axis| {
             let origin = |kernel| if kernel == 2 { self.reference[axis] } else { 0.0 };
@@ -198,24 +198,26 @@ impl Seen<'_> {
         let (n, p) = (vector("n", point.normal.clone()), vector("p", point.at.clone()));
         let [o, d] = self.numbers.told();
         let (w, shown) = match (source, lamp.origin) {
-            (Source::Point(position), _) => (vector_of_scene("l", position) - p, Shown::Numbers),
-            (Source::Sun(direction), _) => (-vector_of_scene("l", direction), Shown::Result),
-            (Source::Eye, LampOrigin::Sun(_)) => (-d, Shown::Result),
-            (Source::Eye, _) => (o - p, Shown::Numbers),
+            (Source::Point(position), _) => {
+                (vector_of_scene("l", position) - p, LineDetail::Numbers)
+            }
+            (Source::Sun(direction), _) => (-vector_of_scene("l", direction), LineDetail::Result),
+            (Source::Eye, LampOrigin::Sun(_)) => (-d, LineDetail::Result),
+            (Source::Eye, _) => (o - p, LineDetail::Numbers),
         };
         told.line("w", w, shown);
         let is_at_point = w.0.iter().all(|component| component.signum() == 0);
         let cosine = n.dot(w) / w.dot(w).sqrt();
         if !is_at_point {
-            told.line("n·ω", cosine, Shown::Numbers);
+            told.line("n·ω", cosine, LineDetail::Numbers);
         }
         let root = way.hidden_by.as_ref().map(|(_, shape)| way.first_root(shape));
         if let Some(root) = &root {
             told.given("s", number("s", root.clone()), true);
         }
         explanation.verdict = way.verdict();
-        if explanation.verdict == Verdict::Counts {
-            told.line("", vector("I", way.strength.clone()) * cosine, Shown::Numbers);
+        if explanation.verdict == LightVerdict::Counts {
+            told.line("", vector("I", way.strength.clone()) * cosine, LineDetail::Numbers);
         }
 
         let quantities = &mut explanation.quantities;
@@ -243,7 +245,7 @@ impl Seen<'_> {
     /// Why a light counts or not, and which kernel has it otherwise.
     fn why(
         &self,
-        verdict: &Verdict,
+        verdict: &LightVerdict,
         lamp: &Lamp,
         at: usize,
         (is_at_point, root): (bool, Option<&Root>),
@@ -251,27 +253,29 @@ impl Seen<'_> {
         let words = self.numbers.words;
         let label = |id| self.numbers.label(self.scene, id);
         let mut why = vec![match verdict {
-            Verdict::Counts if lamp.origin == LampOrigin::Eye => words.counts_at_eye.into(),
-            Verdict::Counts if lamp.shadows => words.counts.into(),
-            Verdict::Counts => words.counts_without_shadow.into(),
-            Verdict::Behind => words.behind_surface.into(),
-            Verdict::Grazing if is_at_point => words.light_at_point.into(),
-            Verdict::Grazing => words.grazing.into(),
-            Verdict::Hidden { by } => {
+            LightVerdict::Counts if lamp.origin == LampOrigin::Eye => words.counts_at_eye.into(),
+            LightVerdict::Counts if lamp.shadows => words.counts.into(),
+            LightVerdict::Counts => words.counts_without_shadow.into(),
+            LightVerdict::Behind => words.behind_surface.into(),
+            LightVerdict::Grazing if is_at_point => words.light_at_point.into(),
+            LightVerdict::Grazing => words.grazing.into(),
+            LightVerdict::Hidden { by } => {
                 let root =
                     root.map_or(String::new(), |root| Short::new(root, self.numbers.digits).text);
                 Remark::of(words.hidden, [label(*by), root])
             }
-            Verdict::Dark => words.dark.into(),
+            LightVerdict::Dark => words.dark.into(),
         }];
         for (kernel, column) in COLUMNS.into_iter().enumerate() {
             let Some(plain) = &self.plain[kernel] else { continue };
             let Some(way) = plain.ways.get(at) else { continue };
             let column = column.to_owned();
             why.push(match (way.in_the_way, verdict) {
-                (None, Verdict::Counts) if way.cosine > 0.0 => continue,
-                (Some(_), Verdict::Hidden { .. }) => continue,
-                (None, Verdict::Behind | Verdict::Grazing) if way.cosine <= 0.0 => continue,
+                (None, LightVerdict::Counts) if way.cosine > 0.0 => continue,
+                (Some(_), LightVerdict::Hidden { .. }) => continue,
+                (None, LightVerdict::Behind | LightVerdict::Grazing) if way.cosine <= 0.0 => {
+                    continue;
+                }
                 (Some((id, _)), _) => Remark::of(words.wrong_in_the_way, [column, label(id)]),
                 (None, _) if way.cosine > 0.0 => Remark::of(words.wrong_counting, [column]),
                 (None, _) => Remark::of(words.wrong_behind, [column]),
@@ -282,11 +286,11 @@ impl Seen<'_> {
 
     fn sky(&self, ways: &[ExactWay], lighting: &Lighting, first: usize) -> Option<SkyExplanation> {
         let sky = self.scene.sky?;
-        let n = |verdict: fn(&Verdict) -> bool| {
+        let n = |verdict: fn(&LightVerdict) -> bool| {
             ways.iter().filter(|way| verdict(&way.verdict())).count()
         };
-        let counting = n(|verdict| *verdict == Verdict::Counts);
-        let hidden = n(|verdict| matches!(verdict, Verdict::Hidden { .. }));
+        let counting = n(|verdict| *verdict == LightVerdict::Counts);
+        let hidden = n(|verdict| matches!(verdict, LightVerdict::Hidden { .. }));
         let n_plain = self.columns(|_, plain| {
             let counting = plain.ways.get(first..)?.iter().filter(|way| counts_plainly(way));
             Some(counting.count() as f64)
@@ -355,8 +359,8 @@ impl Seen<'_> {
     ) -> ColorExplanation {
         let values: [Root; 3] =
             std::array::from_fn(|channel| enclosed(|n_bits| Some(mean.enclosed(channel, n_bits))));
-        let channels: [Channel; 3] =
-            std::array::from_fn(|channel| Channel::new(mean, channel, &values[channel]));
+        let channels: [ChannelByte; 3] =
+            std::array::from_fn(|channel| ChannelByte::new(mean, channel, &values[channel]));
         let mut why = Vec::new();
         let quantity = |channel: usize| {
             let columns = self.columns(|_, plain| of(channel, plain));
@@ -397,8 +401,8 @@ impl Seen<'_> {
     }
 }
 
-impl Channel {
-    fn new(mean: &ExactMean, channel: usize, value: &Root) -> Channel {
+impl ChannelByte {
+    fn new(mean: &ExactMean, channel: usize, value: &Root) -> ChannelByte {
         let edges = Edges::srgb8();
         let byte = mean.srgb8(channel);
         let (low, high) = edges.range(byte.into());
@@ -407,7 +411,7 @@ impl Channel {
             Some(if away.signum() < 0 { away.negated() } else { away })
         };
         let from_edge = [low, high].into_iter().filter_map(distance).min();
-        Channel {
+        ChannelByte {
             name: CHANNELS[channel],
             byte,
             range: [low, high],
@@ -463,19 +467,19 @@ impl<'a> ExactWay<'a> {
         enclosed(|n_bits| self.beam.first_root(shape, n_bits))
     }
 
-    fn verdict(&self) -> Verdict {
+    fn verdict(&self) -> LightVerdict {
         match (self.cosine.signum(), &self.hidden_by) {
-            (-1, _) => Verdict::Behind,
-            (0, _) => Verdict::Grazing,
-            (_, Some((by, _))) => Verdict::Hidden { by: *by },
-            _ => Verdict::Counts,
+            (-1, _) => LightVerdict::Behind,
+            (0, _) => LightVerdict::Grazing,
+            (_, Some((by, _))) => LightVerdict::Hidden { by: *by },
+            _ => LightVerdict::Counts,
         }
     }
 
     /// A channel of what the lamp gives.
     fn gives(&self, channel: usize) -> Root {
         match self.verdict() {
-            Verdict::Counts => self.strength[channel].times(&self.cosine),
+            LightVerdict::Counts => self.strength[channel].times(&self.cosine),
             _ => Root::from(Dyadic::zero()),
         }
     }

@@ -51,7 +51,7 @@ pub fn begin() {
 /// A number with a letter.
 pub fn number(name: &'static str, value: Root) -> Step {
     let step = given(value);
-    Value::from(step).tell(Some(name));
+    StepValue::from(step).tell(Some(name));
     step
 }
 
@@ -197,28 +197,28 @@ impl Real for Step {
 
 /// A number, or three.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Value {
+pub enum StepValue {
     One(Step),
     Three([Step; 3]),
 }
 
-impl From<Step> for Value {
-    fn from(step: Step) -> Value {
-        Value::One(step)
+impl From<Step> for StepValue {
+    fn from(step: Step) -> StepValue {
+        StepValue::One(step)
     }
 }
 
-impl From<V3<Step>> for Value {
-    fn from(V3(steps): V3<Step>) -> Value {
-        Value::Three(steps)
+impl From<V3<Step>> for StepValue {
+    fn from(V3(steps): V3<Step>) -> StepValue {
+        StepValue::Three(steps)
     }
 }
 
-impl Value {
+impl StepValue {
     pub fn steps(&self) -> &[Step] {
         match self {
-            Value::One(step) => std::slice::from_ref(step),
-            Value::Three(steps) => steps,
+            StepValue::One(step) => std::slice::from_ref(step),
+            StepValue::Three(steps) => steps,
         }
     }
 
@@ -239,19 +239,21 @@ impl Value {
     }
 
     /// What it is made of, and by what; in letters a scalar product is one.
-    fn parts(self, in_letters: bool) -> (Op, [Value; 2]) {
-        if let Value::One(step) = self
+    fn parts(self, in_letters: bool) -> (Op, [StepValue; 2]) {
+        if let StepValue::One(step) = self
             && in_letters
             && let Some(vectors) = step.dot()
         {
-            return (Op::Dot, vectors.map(Value::from));
+            return (Op::Dot, vectors.map(StepValue::from));
         }
         let part = |at: usize| match self {
-            Value::One(step) => Value::One(step.node(|node| node.operands[at])),
-            Value::Three(steps) => match steps.map(|step| step.node(|node| node.operands[at])) {
-                [x, y, z] if x == y && y == z => Value::One(x),
-                three => Value::Three(three),
-            },
+            StepValue::One(step) => StepValue::One(step.node(|node| node.operands[at])),
+            StepValue::Three(steps) => {
+                match steps.map(|step| step.node(|node| node.operands[at])) {
+                    [x, y, z] if x == y && y == z => StepValue::One(x),
+                    three => StepValue::Three(three),
+                }
+            }
         };
         (self.all(|node| node.op).unwrap_or(Op::Given), [part(0), part(1)])
     }
@@ -309,7 +311,7 @@ impl<'a> Writer<'a> {
         Writer { notation, numbers, is_rounded: Cell::new(false) }
     }
 
-    pub fn written(&self, value: Value) -> String {
+    pub fn written(&self, value: StepValue) -> String {
         self.expression(value).0
     }
 
@@ -318,7 +320,7 @@ impl<'a> Writer<'a> {
     }
 
     /// In parentheses where it holds together less than is asked for.
-    fn within(&self, value: Value, rank: Rank) -> String {
+    fn within(&self, value: StepValue, rank: Rank) -> String {
         let (text, found) = self.expression(value);
         if found < rank { format!("({text})") } else { text }
     }
@@ -332,22 +334,25 @@ impl<'a> Writer<'a> {
     }
 
     /// The number that stands for an expression, if one does.
-    fn standing(&self, value: Value) -> Option<(Root, usize)> {
-        let (Some(numbers), Value::One(step)) = (&self.numbers, value) else { return None };
+    fn standing(&self, value: StepValue) -> Option<(Root, usize)> {
+        let (Some(numbers), StepValue::One(step)) = (&self.numbers, value) else { return None };
         numbers.stands(step).then(|| (step.value(), numbers.digits))
     }
 
-    fn expression(&self, value: Value) -> (String, Rank) {
+    fn expression(&self, value: StepValue) -> (String, Rank) {
         let latex = self.is_latex();
         match (&self.numbers, value) {
-            (Some(numbers), Value::Three(steps)) if numbers.stands(steps[0]) => {
+            (Some(numbers), StepValue::Three(steps)) if numbers.stands(steps[0]) => {
                 let number = |step: Step| self.number(&step.value(), numbers.digits).0;
                 let comma = if latex { r",\ " } else { ", " };
                 return (format!("({})", steps.map(number).join(comma)), Whole);
             }
             (None, _) => {
                 if let Some(name) = value.all(|node| node.name).flatten() {
-                    return (self.notation.letter(name, matches!(value, Value::Three(_))), Whole);
+                    return (
+                        self.notation.letter(name, matches!(value, StepValue::Three(_))),
+                        Whole,
+                    );
                 }
             }
             _ => {}
@@ -397,7 +402,7 @@ impl<'a> Writer<'a> {
     }
 
     /// A square root; in letters that of a square is a length.
-    fn root(&self, x: Value) -> String {
+    fn root(&self, x: StepValue) -> String {
         match (x.parts(self.numbers.is_none()), self.is_latex()) {
             ((Op::Dot, [vector, _]), _) => format!("|{}|", self.written(vector)),
             (_, true) => format!(r"\sqrt{{{}}}", self.written(x)),
@@ -406,7 +411,7 @@ impl<'a> Writer<'a> {
     }
 
     /// A sum or a difference. The one with a root is that of the quadratic formula, and stands for both.
-    fn sum(&self, x: Value, y: Value, is_difference: bool) -> String {
+    fn sum(&self, x: StepValue, y: StepValue, is_difference: bool) -> String {
         let left = self.within(x, Sum);
         if let Some((root, digits)) = self.standing(y) {
             let sign = if (root.signum() < 0) != is_difference { self.minus() } else { "+" };

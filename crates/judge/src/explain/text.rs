@@ -4,10 +4,11 @@ use std::fmt::Write;
 
 use super::line::text_of;
 use super::numbers::{COLUMNS, decimal_f32, decimal_f64};
-use super::section::Section;
+use super::section::TextSection;
 use super::words::{Remark, Words};
 use super::{
-    Approximation, Explanation, LeftOut, MOST_OBJECTS, Quantity, Seen, numbers, shortened,
+    Approximation, Explanation, FormulaNumber, KernelResult, LeftOut, MOST_OBJECTS, numbers,
+    shortened,
 };
 
 /// Columns that the text takes at most.
@@ -49,15 +50,15 @@ pub fn text(explanation: &Explanation) -> String {
 
 /// What the ray sees, in one or two lines.
 pub fn verdict(explanation: &Explanation) -> String {
-    let Section { subject, why, .. } = explanation.of_point(numbers::DIGITS);
-    let bare = Section { subject, why, lines: &[], quantities: &[] };
+    let TextSection { subject, why, .. } = explanation.of_point(numbers::DIGITS);
+    let bare = TextSection { subject, why, lines: &[], quantities: &[] };
     let mut text = String::new();
     section(&bare, "", explanation.lang.words(), &mut text);
     text
 }
 
 /// A section, with a note before its numbers.
-fn section(section: &Section, note: &str, words: &Words, text: &mut String) {
+fn section(section: &TextSection, note: &str, words: &Words, text: &mut String) {
     let subject: Vec<String> = section.subject.iter().map(Remark::to_string).collect();
     let _ = writeln!(text, "{}", subject.join(", "));
     for why in &section.why {
@@ -79,7 +80,7 @@ fn line(symbol: &str, cells: [String; 4], text: &mut String) {
     let _ = writeln!(text, "{}", row.trim_end());
 }
 
-fn table(quantities: &[Quantity], words: &Words, text: &mut String) {
+fn table(quantities: &[FormulaNumber], words: &Words, text: &mut String) {
     let [lecture, stable, double] = COLUMNS;
     line("", [lecture, stable, double, words.exact_column].map(str::to_owned), text);
     for row in quantities {
@@ -148,7 +149,7 @@ fn seen(explanation: &Explanation, words: &Words, text: &mut String) {
     }
 }
 
-fn of_seen(seen: &Seen, words: &Words, text: &mut String) {
+fn of_seen(seen: &KernelResult, words: &Words, text: &mut String) {
     let label = shortened(&seen.label, 25);
     let (t, normal) = match seen.id {
         0 => (String::new(), String::new()),

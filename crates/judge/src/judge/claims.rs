@@ -1,7 +1,7 @@
 //! What another renderer says of each ray.
 
 use glam::DVec3;
-use kugelblitz::picture::{Image, Samples};
+use kugelblitz::picture::{ChannelValues, Image};
 use kugelblitz::rays::{Lens, Rays, View};
 use kugelblitz::scene::Color;
 use kugelblitz::words::did_you_mean_at_end;
@@ -170,7 +170,7 @@ fn quantities_of(image: &Image, conventions: &Conventions) -> Result<Vec<Quantit
     let mut found: Vec<_> =
         known.into_iter().filter(|(_, is_there)| *is_there).map(|(q, _)| q).collect();
     let is_colored =
-        image.channel("R").and_then(Samples::full).is_some() || image.format == "OpenEXR";
+        image.channel("R").and_then(ChannelValues::full).is_some() || image.format == "OpenEXR";
     if found.is_empty() && colors_of(image).is_some() && is_colored {
         found.push(Quantity::Color);
     }
@@ -191,14 +191,14 @@ fn names(image: &Image) -> Vec<&str> {
 }
 
 /// The three channels of a vector.
-fn three_of<'a>(image: &'a Image, prefix: &str) -> Option<[&'a Samples; 3]> {
+fn three_of<'a>(image: &'a Image, prefix: &str) -> Option<[&'a ChannelValues; 3]> {
     AXES.iter().find_map(|axes| {
         let [x, y, z] = axes.map(|axis| image.channel(&format!("{prefix}.{axis}")));
         Some([x?, y?, z?])
     })
 }
 
-fn colors_of(image: &Image) -> Option<[&Samples; 3]> {
+fn colors_of(image: &Image) -> Option<[&ChannelValues; 3]> {
     let [r, g, b] = ["R", "G", "B"].map(|name| image.channel(name));
     Some([r?, g?, b?])
 }
@@ -220,7 +220,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The one channel that tells something.
-    fn one(&self, known: &[&str], what: &str) -> Result<&'a Samples> {
+    fn one(&self, known: &[&str], what: &str) -> Result<&'a ChannelValues> {
         let image = self.image;
         if let Some(name) = &self.conventions.channel {
             return image.channel(name).ok_or_else(|| {

@@ -16,9 +16,9 @@ use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 
 use super::{Entry, Rgb, Show, Tally, tints};
 
-/// What a mode shows of a picture, as far as it is painted: band by band, by [`Shown::paint`].
+/// What a mode shows of a picture, as far as it is painted: band by band, by [`ShownPicture::paint`].
 #[derive(Clone, Debug)]
-pub struct Shown {
+pub struct ShownPicture {
     /// Rays, hits and times.
     pub rendered: Rendered,
     /// What the colours mean.
@@ -27,15 +27,15 @@ pub struct Shown {
     pub tally: Tally,
     show: Show,
     range: Option<[f32; 2]>,
-    /// Of the last band.
+    /// The hits of the last band.
     hits: Hits,
 }
 
-impl Shown {
+impl ShownPicture {
     /// Nothing yet of a picture whose `t` have this range.
-    pub fn new(show: Show, range: Option<[f32; 2]>) -> Shown {
+    pub fn new(show: Show, range: Option<[f32; 2]>) -> ShownPicture {
         let (rendered, tally, hits) = Default::default();
-        Shown { rendered, legend: Entry::all(show, range), tally, show, range, hits }
+        ShownPicture { rendered, legend: Entry::all(show, range), tally, show, range, hits }
     }
 
     /// The colours of a band; those of [`Show::Color`] are the objects' own, without light.
@@ -49,7 +49,7 @@ impl Shown {
         control: &Control,
     ) -> Result<Vec<Rgb>> {
         control.check()?;
-        let Shown { rendered, tally, hits, .. } = self;
+        let ShownPicture { rendered, tally, hits, .. } = self;
         let timing = session.trace(&Rays::Pixels(*band), self.show.wants(), control, hits)?;
         rendered.timing.add(timing);
         rendered.counts.add(hits.counts);
@@ -105,7 +105,7 @@ fn whole(pixels: &Pixels) -> Pixels {
 /// whole, but not in its place: that takes [`output::commit`](kugelblitz::output::commit).
 ///
 /// # Errors
-/// Those of [`Show::check`], [`Shown::paint`] and [`PictureWriter::rows`].
+/// Those of [`Show::check`], [`ShownPicture::paint`] and [`PictureWriter::rows`].
 pub fn draw(
     session: &mut Session,
     show: Show,
@@ -113,13 +113,13 @@ pub fn draw(
     plan: &Plan,
     file: OutputFile,
     control: &Control,
-) -> Result<(Shown, OutputFile)> {
+) -> Result<(ShownPicture, OutputFile)> {
     let Plan { format, options, .. } = *plan;
     show.check(format, options)?;
     let path = file.path().to_owned();
     let mut writer = PictureWriter::create(format, options, pixels, file, path)?;
     let mut write = Duration::ZERO;
-    let mut shown = Shown::new(show, range_of_t(session, show, pixels, control)?);
+    let mut shown = ShownPicture::new(show, range_of_t(session, show, pixels, control)?);
     for band in bands(pixels, plan.n_band_rows.min(band_rows(pixels, show.wants()))) {
         let colors = Colors::Srgb8(shown.paint(session, &band, control)?);
         let start = Instant::now();
@@ -136,14 +136,14 @@ pub fn draw(
 /// What `show` shows of `pixels`, in memory.
 ///
 /// # Errors
-/// [`Error::TooLarge`](kugelblitz::Error::TooLarge) where it does not fit; those of [`Shown::paint`].
+/// [`Error::TooLarge`](kugelblitz::Error::TooLarge) where it does not fit; those of [`ShownPicture::paint`].
 pub fn keep(
     session: &mut Session,
     show: Show,
     pixels: &Pixels,
     control: &Control,
-) -> Result<(Shown, Vec<Rgb>)> {
-    let mut shown = Shown::new(show, range_of_t(session, show, pixels, control)?);
+) -> Result<(ShownPicture, Vec<Rgb>)> {
+    let mut shown = ShownPicture::new(show, range_of_t(session, show, pixels, control)?);
     let colors = shown.paint_all(session, pixels, control)?;
     Ok((shown, colors))
 }
@@ -177,7 +177,7 @@ pub fn range_of_t(
 ///
 /// # Errors
 /// [`Error::TooLarge`](kugelblitz::Error::TooLarge) where they do not fit the memory; those of [`Session::keep`] and
-/// [`Shown::paint`].
+/// [`ShownPicture::paint`].
 pub fn side_by_side(
     session: &mut Session,
     show: Show,
@@ -204,7 +204,7 @@ pub fn side_by_side(
             let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
             Pixel::all(session.keep(half, style, Wants::default(), control)?.0.colors)?
         } else {
-            Shown::new(show, range).paint_all(session, half, control)?
+            ShownPicture::new(show, range).paint_all(session, half, control)?
         };
         let (first, n) = ((half.x - pixels.x) as usize, half.width as usize);
         let rows = colors.chunks_exact_mut(pixels.width as usize);
@@ -239,7 +239,12 @@ mod tests {
     }
 
     /// PPM bytes without their head, with bands of so many rows.
-    fn drawn(session: &mut Session, show: Show, pixels: &Pixels, n_rows: u32) -> (Vec<Rgb>, Shown) {
+    fn drawn(
+        session: &mut Session,
+        show: Show,
+        pixels: &Pixels,
+        n_rows: u32,
+    ) -> (Vec<Rgb>, ShownPicture) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.ppm");
         let (options, available) = (PictureOptions::default(), Available::now());

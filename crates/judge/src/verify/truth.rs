@@ -162,7 +162,7 @@ pub struct TrueHit {
     pub t: f64,
     /// The exact unit normal, each component rounded to f64; zero on the background.
     pub normal: [f64; 3],
-    /// The same, each component rounded to f32.
+    /// The exact unit normal, each component rounded to f32; zero on the background.
     pub normal_f32: [f32; 3],
     /// Whether a sphere is seen from inside, or a plane from behind: the normal is then turned.
     pub is_back: bool,

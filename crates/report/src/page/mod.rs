@@ -10,8 +10,8 @@ use super::figures::{count, typeset};
 use super::plot::{plane, sweep, theme};
 use super::tables::Table;
 use super::{
-    Baseline, CLOUD_SIZE, Case, Count, LIGHT_SIZE, Of, Report, SWEEPS, Settings, Sweep, print,
-    tables,
+    Baseline, CLOUD_SIZE, Count, LIGHT_SIZE, Of, Report, ReportScene, SWEEPS, Settings, Sweep,
+    print, tables,
 };
 
 /// The page's own style; colours are from the plots' table.
@@ -187,7 +187,7 @@ fn sweep_section(report: &Report, sweep: &Sweep) -> Markup {
 }
 
 /// All figures of a scene; nothing where its rays were not measured.
-fn scene_details(report: &Report, scene: &Case) -> Markup {
+fn scene_details(report: &Report, scene: &ReportScene) -> Markup {
     let tables = tables::scene(report, &scene.name);
     html! {
         @if !tables[0].is_empty() {

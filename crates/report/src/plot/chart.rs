@@ -60,7 +60,7 @@ impl Mark {
 }
 
 /// Marks of one colour and shape.
-pub struct Line {
+pub struct ChartLine {
     pub name: String,
     /// The class of its colour.
     pub color: &'static str,
@@ -70,7 +70,7 @@ pub struct Line {
     pub marks: Vec<Option<Mark>>,
 }
 
-impl Line {
+impl ChartLine {
     fn drawn(&self) -> impl Iterator<Item = &Mark> {
         self.marks.iter().flatten()
     }
@@ -81,7 +81,7 @@ pub struct Panel {
     pub title: &'static str,
     /// Height of its axis, px.
     pub height: f64,
-    pub lines: Vec<Line>,
+    pub lines: Vec<ChartLine>,
     /// True where a line joins its marks.
     pub is_joined: bool,
     /// Steps past marks, each of whose corners is on the height of a line's marks.
@@ -112,7 +112,7 @@ impl Chart<'_> {
 
     /// The picture as an SVG file.
     pub fn svg(&self) -> String {
-        let marks = || self.drawn().flat_map(|panel| &panel.lines).flat_map(Line::drawn);
+        let marks = || self.drawn().flat_map(|panel| &panel.lines).flat_map(ChartLine::drawn);
         let x = Scale::new(marks().flat_map(Mark::places).map(|(x, _)| x), (LEFT, RIGHT));
         let mut svg = String::new();
         for (i, words) in self.key.iter().enumerate() {
@@ -168,7 +168,7 @@ impl<'a> Layout<'a> {
             0 => 0.0,
             n => n as f64 * LANE + GAP,
         };
-        let marks = panel.lines.iter().flat_map(Line::drawn);
+        let marks = panel.lines.iter().flat_map(ChartLine::drawn);
         let ys = marks.flat_map(Mark::places).map(|(_, y)| y);
         let ys: Vec<f64> = ys.filter(|y| *y > 0.0 && y.is_finite()).collect();
         let axis_top = top + strip(&above);
@@ -237,7 +237,7 @@ impl<'a> Layout<'a> {
     }
 
     /// The line through the marks, with its gaps.
-    fn curve(&self, i: usize, line: &Line) -> String {
+    fn curve(&self, i: usize, line: &ChartLine) -> String {
         let dash = DASHES[line.device % DASHES.len()];
         let runs = line.marks.split(Option::is_none);
         let place = |mark: &Mark| self.place(i, mark.at);
@@ -247,8 +247,9 @@ impl<'a> Layout<'a> {
     /// The lines' names at their last marks, moved apart where they would touch.
     fn names(&self) -> String {
         let lines = self.panel.lines.iter().enumerate();
-        let last =
-            |(i, line): (usize, &'a Line)| Some((line, self.place(i, line.drawn().last()?.at)));
+        let last = |(i, line): (usize, &'a ChartLine)| {
+            Some((line, self.place(i, line.drawn().last()?.at)))
+        };
         let mut ends: Vec<_> = lines.filter_map(last).collect();
         ends.sort_by(|(_, a), (_, b)| a.1.total_cmp(&b.1));
         let mut ys: Vec<f64> = ends.iter().map(|(_, (_, y))| *y).collect();
@@ -261,7 +262,7 @@ impl<'a> Layout<'a> {
             *y = y.min(lowest);
             lowest = *y - NAME;
         }
-        let name = |((line, (end_x, end_y)), y): (&(&Line, (f64, f64)), &f64)| {
+        let name = |((line, (end_x, end_y)), y): (&(&ChartLine, (f64, f64)), &f64)| {
             let lead = straight((end_x + 7.0, *end_y), (RIGHT + 12.0, *y));
             in_class(line.color, " opacity=\"0.5\"", &lead)
                 + &text(RIGHT + 16.0, y + 4.5, "start", "ink", &line.name)

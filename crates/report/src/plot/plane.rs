@@ -1,6 +1,6 @@
 //! Time against error: each kernel on each device as a point, one a class of scenes.
 
-use super::chart::{Chart, Line, Mark, Panel, Point};
+use super::chart::{Chart, ChartLine, Mark, Panel, Point};
 use super::theme::kernel_class;
 use crate::figures::{count, typeset, wrong};
 use crate::order::Series;
@@ -16,7 +16,7 @@ pub fn chart(report: &Report) -> Chart<'static> {
         let mark = if is_open(*class) { "○" } else { "●" };
         format!("{mark} {dash} {} ({}) and their Pareto front", class.name(), typeset(&rays))
     };
-    let line = |line: &Series| Line {
+    let line = |line: &Series| ChartLine {
         name: report.label(line.key()),
         color: kernel_class(&line.key().kernel),
         device: report.device_index(&line.key().device),

@@ -1,6 +1,6 @@
 //! A sweep: error or time against one quantity, one line a kernel and device.
 
-use super::chart::{Chart, Line, Mark, Panel, Point};
+use super::chart::{Chart, ChartLine, Mark, Panel, Point};
 use super::theme::kernel_class;
 use crate::figures::{figure, quantity, typeset};
 use crate::order::Series;
@@ -49,7 +49,7 @@ pub fn chart(report: &Report, sweep: &Sweep) -> Chart<'static> {
     }
 }
 
-fn line(own: &Series, report: &Report, of: fn(&Row) -> Option<Measured>) -> Line {
+fn line(own: &Series, report: &Report, of: fn(&Row) -> Option<Measured>) -> ChartLine {
     let mark = |row: &&Row| {
         let [y, min, max] = of(row).filter(|[y, ..]| *y >= 0.0)?;
         let place = |y: f64| -> Point { (row.x(), y) };
@@ -58,7 +58,7 @@ fn line(own: &Series, report: &Report, of: fn(&Row) -> Option<Measured>) -> Line
     };
     let rows = own.rows.iter().filter(|row| row.x() > 0.0 && row.x().is_finite());
     let is_on_all = own.n_devices() == report.devices().len();
-    Line {
+    ChartLine {
         name: if is_on_all { own.key().kernel.clone() } else { own.label(report) },
         color: kernel_class(&own.key().kernel),
         device: report.device_index(&own.key().device),
