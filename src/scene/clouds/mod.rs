@@ -317,7 +317,8 @@ impl Reading<'_> {
             // In the end they are copied behind the others.
             _ => 2 * size_of::<(Sphere, Color)>(),
         } as u64;
-        let n_needed = n as u64 * n_bytes_each;
+        // Where there are some already, both copies are held for a while.
+        let n_needed = (self.spheres.len() + n) as u64 * n_bytes_each;
         let available = Available::now();
         let n_colors = if self.color.is_none() { n } else { 0 };
         if n_needed > available.bytes
