@@ -5,12 +5,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use kugelblitz::input::read_text;
-use kugelblitz::output;
+use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::Shown;
 use kugelblitz::render::n_steps;
 use kugelblitz::scene::Samples;
 use kugelblitz::trace::Kernel;
-use kugelblitz::words::count;
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::compare::ObjectCounts;
 use kugelblitz_judge::markup::{document, escaped};
@@ -19,10 +18,10 @@ use serde::Serialize;
 use crate::args::{DeviceArgs, SizeArgs, WholeArgs};
 use crate::head::{Done, On, failed};
 use crate::options::{parse_size, samples_parser};
-use crate::output::written;
+use crate::output::filled;
 use crate::picture::PictureArgs;
 use crate::progress::Progress;
-use crate::{Run, device, wrong_usage};
+use crate::{Run, device, scene, wrong_usage};
 
 /// Print one hash of a picture's exact content
 ///
@@ -38,7 +37,7 @@ pub struct DigestArgs {
     #[arg(long, value_name = "DIGESTS.txt", conflicts_with_all = ["check", "crop"])]
     pub write: Option<PathBuf>,
     /// Compare with the digests of such a file, whose scenes are drawn at the size and with the samples that it
-    /// says; exit code 6 where one is another
+    /// says, and with the other options as they are given now; exit code 6 where one is another
     #[arg(long, value_name = "DIGESTS.txt", conflicts_with_all = ["size", "crop", "samples"])]
     pub check: Option<PathBuf>,
     /// Also write what --check finds as a JUnit report (.xml), which CI systems show
@@ -106,36 +105,34 @@ pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
     let inputs: Vec<&Path> = args.scenes.iter().chain(&args.check).map(PathBuf::as_path).collect();
     run.refuse_json_beside(&outputs, "the digests")?;
     output::refuse_overwriting(&outputs, &inputs)?;
+    let create = |path: &PathBuf| OutputFile::create(path, false);
+    let write = args.write.as_ref().map(create).transpose()?;
+    let report = args.junit.as_ref().map(create).transpose()?;
     let DigestArgs { size, samples, .. } = *args;
     let picture = |scene: PathBuf| Picture { scene, size, samples, expected: None };
     let pictures = match &args.check {
         Some(path) => pictures_of(path)?,
         None => args.scenes.iter().cloned().map(picture).collect(),
     };
-    let digested = |picture: &Picture| digest(picture, args, run);
+    let digested = |picture: &Picture| digest(picture, args, &outputs, run);
     let mut digests = pictures.iter().map(digested).collect::<Result<Vec<_>>>()?;
     let lines: String = digests.iter().map(Digested::to_string).collect();
-    let mut files = Vec::new();
-    if let Some(path) = &args.write {
-        files.push(written(path, lines.as_bytes())?);
-    }
-    if let Some(path) = &args.junit {
-        files.push(written(path, junit(&digests).as_bytes())?);
-    }
+    let write = write.map(|file| filled(file, lines.as_bytes()));
+    let report = report.map(|file| filled(file, junit(&digests).as_bytes()));
+    let files = write.into_iter().chain(report).collect::<Result<_>>()?;
     let faults: Vec<String> = digests.iter().filter_map(Digested::fault).collect();
     let words = match (&args.check, &digests[..]) {
         (Some(path), _) => {
             let wrong: String = faults.iter().map(|fault| format!("{fault}\n")).collect();
-            let n_equal = digests.len() - faults.len();
-            let all = count(digests.len(), "digest");
-            format!("{wrong}{n_equal} of {all} are those of {}\n", path.shown())
+            let (n, n_equal) = (digests.len(), digests.len() - faults.len());
+            format!("{wrong}{n_equal} of {n} digests are those of {}\n", path.shown())
         }
         (None, [one]) => format!("{}\n", one.digest),
         (None, _) => lines,
     };
     let failure = match faults.len() {
         0 => None,
-        n => failed(&[format!("{} of {} differ", n, count(digests.len(), "digest"))]),
+        n => failed(&[format!("{n} of {} digests differ", digests.len())]),
     };
     let summary = match args.check.is_none() && digests.len() == 1 {
         true => Summary::One(digests.remove(0)),
@@ -173,9 +170,10 @@ fn pictures_of(path: &Path) -> Result<Vec<Picture>> {
     }
 }
 
-fn digest(picture: &Picture, args: &DigestArgs, run: &Run) -> Result<Digested> {
+fn digest(picture: &Picture, args: &DigestArgs, outputs: &[&Path], run: &Run) -> Result<Digested> {
     let Picture { scene: path, size, samples, expected } = picture;
     let scene = args.picture.scene(path, size.whole.size, run)?;
+    scene::refuse_overwriting(outputs, &[path], &scene)?;
     let pixels = size.pixels(&scene, path)?;
     let samples = samples.or(scene.samples).unwrap_or_default();
     let mut session = device::session(&args.device, Kernel::Certified, &scene, pixels.len(), run)?;
