@@ -390,6 +390,10 @@ impl Header {
     }
 
     fn parse(text: &str) -> io::Result<Header> {
+        // In single quotes a backslash escapes what follows for NumPy, and for TOML it does not.
+        if text.contains('\\') {
+            return Err(invalid("its header has unexpected signs"));
+        }
         let toml = toml_of(text);
         let entries = DeValue::parse(toml.trim()).map_err(|_| no_table())?.into_inner();
         let entry = |name: &str| {
