@@ -12,7 +12,7 @@ for target in x86_64-pc-windows-gnu x86_64-pc-windows-msvc aarch64-apple-darwin 
     printf '== %s\n' "$target"
     # cc's name for the compiler of this target.
     case "$target" in *-apple-*) export "CC_${target//-/_}=clang" ;; esac
-    cargo check --locked --features view --target "$target"
+    cargo check --locked -p kugelblitz-cli -p kugelblitz-view --target "$target"
     checked=$((checked + 1))
 done
 printf '%s platforms checked\n' "$checked"

@@ -27,7 +27,7 @@ packages_are_whole() {
 step packages_are_whole
 step cargo test "${pages[@]}"
 step cargo test --profile ci --locked -p kugelblitz --lib --no-default-features
-# The program that users build, which has no window, makes the same bytes.
+# The program that users build makes the same bytes.
 step cargo test --release --locked -p kugelblitz-cli
 step cargo test --release --locked -p kugelblitz-tests --test device -- digests::
 step ci/drivers.sh --full docs/devices/drivers.md

@@ -31,7 +31,7 @@ python3 - "$scratch/tree" "$match" "$tests" "$factor" <<'PYTHON'
 import json, os, pathlib, re, subprocess, sys, tomllib
 
 tree, match, tests, factor = pathlib.Path(sys.argv[1]), re.compile(sys.argv[2]), sys.argv[3].split(), sys.argv[4]
-PACKAGES = "--workspace --exclude kugelblitz-python --exclude kugelblitz-benches --features kugelblitz-cli/view".split()
+PACKAGES = "--workspace --exclude kugelblitz-python --exclude kugelblitz-benches".split()
 # What the numbers of a row are multiplied by: 1 where it is not switched on.
 SWITCH = """
 #[doc(hidden)]

@@ -18,7 +18,7 @@ fi
 
 # One selection of packages and features for all that is checked, and one for all that is built and tested, so that
 # nothing is built twice. The wheel has its turn in ci/python.sh.
-checked=(--profile ci --locked --workspace --exclude kugelblitz-python --features kugelblitz-cli/view)
+checked=(--profile ci --locked --workspace --exclude kugelblitz-python)
 everything=("${checked[@]}" --exclude kugelblitz-benches)
 
 took=()

@@ -19,6 +19,7 @@ use crate::options::{
 use crate::show::show_parser;
 use crate::{compare, digest, figure, film, info, judge, man, new, picture, version};
 
+/// What each exit code of the programs means.
 pub const EXIT_CODES: &str = "\
 Exit codes:
   0  done                      5  the device was lost or timed out
@@ -37,8 +38,10 @@ Exit codes:
     after_help = EXIT_CODES
 )]
 pub struct Cli {
+    /// How much it says
     #[command(flatten)]
     pub talk: TalkArgs,
+    /// What it is to do
     #[command(subcommand)]
     pub command: Command,
 }
@@ -64,23 +67,6 @@ pub enum Command {
     Probe,
     Completions(CompletionsArgs),
     Man(man::ManArgs),
-}
-
-impl Command {
-    /// True for a command whose output files all appear in the end.
-    pub fn writes_files(&self) -> bool {
-        match self {
-            // Its frames appear one after the other, and it says how many are whole.
-            Command::Render(args) => !args.film.is_film(),
-            Command::Verify(_)
-            | Command::Check(_)
-            | Command::Explain(_)
-            | Command::Info(_)
-            | Command::Probe
-            | Command::Completions(_) => false,
-            _ => true,
-        }
-    }
 }
 
 /// The options of every command.
@@ -370,12 +356,16 @@ pub struct ExportArgs {
 pub struct ViewArgs {
     /// Scene file (TOML), or data: .npy, .csv, .xyz
     pub scene: PathBuf,
+    /// The kernel
     #[command(flatten)]
     pub kernel: KernelArgs,
+    /// Where the rays are traced
     #[command(flatten)]
     pub device: DeviceArgs,
+    /// The size of the picture
     #[command(flatten)]
     pub size: WholeArgs,
+    /// The language of explanations
     #[command(flatten)]
     pub lang: LangArgs,
     /// Print what happens, one JSON object a line, in place of all else: for tests
@@ -384,6 +374,7 @@ pub struct ViewArgs {
     /// Give the device up after N frames, as if it had been lost: for tests
     #[arg(long, value_name = "N", hide = true)]
     pub lose_device_after: Option<u64>,
+    /// What is shown where the scene does not say it
     #[command(flatten)]
     pub picture: picture::DrawArgs,
 }

@@ -3,7 +3,6 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
-use crate::args::Cli;
 use crate::head::failed_in_json;
 use crate::output::{STDOUT, talk, talk_in_colour};
 use anstream::{AutoStream, ColorChoice};
@@ -28,10 +27,10 @@ pub fn complain(error: &Error, writes: bool) {
 
 /// Prints what clap found in the command line: that it is wrong, or that it asks for help or the
 /// version. Returns the exit code.
-pub fn complain_about_usage(error: clap::Error) -> u8 {
+pub fn complain_about_usage<C: Parser>(error: clap::Error) -> u8 {
     // It quotes arguments, which are read once more as they are shown.
     let shown = std::env::args_os().map(|argument| Path::new(&argument).shown());
-    let error = Cli::try_parse_from(shown).err().unwrap_or(error);
+    let error = C::try_parse_from(shown).err().unwrap_or(error);
     match error.print() {
         Err(failure) if !error.use_stderr() => {
             let failure = Error::io(STDOUT)(failure);

@@ -5,10 +5,6 @@ use std::time::Instant;
 
 use kugelblitz::device::{self, Device, DeviceChoice};
 use kugelblitz::gpu::Gpu;
-#[cfg(feature = "view")]
-use kugelblitz::gpu::{Pick, has_software_alone};
-#[cfg(feature = "view")]
-use kugelblitz::prepare::FEW_SPHERES;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz::words::duration;
@@ -90,14 +86,6 @@ pub fn session(
         run.note(&format!("`--device auto` would trace on the CPU: {}", because(&why)));
     }
     Ok(Session::new(Arc::clone(scene), open(choice, Some(kernel), run)?, kernel))
-}
-
-/// The device for a window: `auto` lets the CPU trace many spheres where there is no GPU in hardware. Few
-/// of them stay on the device that shows the picture, whose shaders are there by then.
-#[cfg(feature = "view")]
-pub fn pick_for_window(choice: &DeviceChoice, kernel: Kernel, scene: &Scene) -> Option<Pick> {
-    let is_quicker = scene.spheres.len() > FEW_SPHERES || kernel == Kernel::Double;
-    choice.pick().filter(|_| !(choice.is_free() && is_quicker && has_software_alone()))
 }
 
 /// The device for one kernel of several: the CPU, with a warning, where this can't run it.

@@ -128,7 +128,6 @@ fn json_line(text: serde_json::Result<String>) -> Result<Vec<u8>> {
 ///
 /// # Errors
 /// As [`print`].
-#[cfg(feature = "view")]
 pub fn printed_line(object: &impl Serialize) -> Result<()> {
     print(&json_line(serde_json::to_string(object))?)
 }

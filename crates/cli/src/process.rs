@@ -1,7 +1,10 @@
 //! What the program asks of Linux, macOS and their kin about its own process.
 
 use std::fs::File;
+use std::io;
 use std::os::fd::OwnedFd;
+use std::os::unix::process::CommandExt;
+use std::process::Command;
 
 /// The standard error of the process while it goes elsewhere.
 pub struct Stderr(OwnedFd);
@@ -26,4 +29,9 @@ impl Stderr {
 pub fn exit_at_once(code: u8) -> ! {
     // SAFETY: `_exit` has no preconditions and doesn't return.
     unsafe { libc::_exit(code.into()) }
+}
+
+/// Makes the process another program; returns only where it can't be started.
+pub fn become_program(mut program: Command) -> io::Error {
+    program.exec()
 }

@@ -1,6 +1,8 @@
 //! What the program asks of Windows about its own process.
 
 use std::fs::File;
+use std::io;
+use std::process::Command;
 
 /// The standard error of the process stays where it is.
 pub struct Stderr;
@@ -18,4 +20,12 @@ impl Stderr {
 /// Ends the process.
 pub fn exit_at_once(code: u8) -> ! {
     std::process::exit(code.into())
+}
+
+/// Runs another program in place of this one; returns only where it can't be started.
+pub fn become_program(mut program: Command) -> io::Error {
+    match program.status() {
+        Ok(status) => std::process::exit(status.code().unwrap_or(1)),
+        Err(error) => error,
+    }
 }

@@ -1,91 +1,37 @@
 //! `kugelblitz view`
 
 use std::env;
-use std::path::PathBuf;
-use std::sync::Arc;
+use std::io::ErrorKind;
+use std::process::Command;
 
-use kugelblitz::Result;
-use kugelblitz::output;
-use kugelblitz::plain::Shown;
-use kugelblitz::scene::recompose_scene;
-use kugelblitz_view::{Notice, Options};
+use kugelblitz::{Error, Result};
 
-use crate::Run;
-use crate::args::ViewArgs;
-use crate::device;
-use crate::options::check_size;
-use crate::output::{print_text, printed_line, talk};
-use crate::quiet::{self, Quiet};
+use crate::process::become_program;
+use crate::wrong_usage;
 
-/// Opens the window.
-pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
-    let picture = &args.picture;
-    if picture.print_scene.is_some() {
-        let scene = picture.print_alone(&args.scene, args.size.size, 0, run)?;
-        return output::commit(scene, &run.control);
+/// The program of the window.
+const PROGRAM: &str = "kugelblitz-view";
+
+/// Becomes the program of the window, which takes the same arguments: the one beside this program, else that in PATH.
+///
+/// # Errors
+/// [`Error::Usage`] where there is none, and [`Error::Io`] where it can't be started.
+pub fn run() -> Result<()> {
+    let beside = env::current_exe()
+        .map(|own| own.with_file_name(PROGRAM).with_extension(env::consts::EXE_EXTENSION));
+    let program = beside.ok().filter(|beside| beside.is_file()).unwrap_or_else(|| PROGRAM.into());
+    let mut window = Command::new(&program);
+    // The first word is the command: no option before it has a value.
+    let mut is_command = true;
+    window.args(
+        env::args_os().skip(1).filter(|word| word != "view" || !std::mem::take(&mut is_command)),
+    );
+    let error = become_program(window);
+    match error.kind() {
+        ErrorKind::NotFound => wrong_usage(format!(
+            "the window is a program of its own, `{PROGRAM}`, which is neither beside this one nor in PATH; `cargo build \
+             --release -p {PROGRAM}` builds it there, `cargo install --path crates/view` installs it"
+        )),
+        _ => Err(Error::io(PROGRAM)(error)),
     }
-    let overrides = picture.overrides(args.size.size, 0)?;
-    let (scene, _) = picture.read(&args.scene, args.size.size, 0, run)?;
-    let size = args.size.size.map(check_size).transpose()?;
-    let options = Options {
-        path: args.scene.clone(),
-        reread: Arc::new(move |path, control| {
-            recompose_scene(path, &overrides, control).map(|composed| composed.scene)
-        }),
-        device: device::pick_for_window(&args.device.device, args.kernel.kernel, &scene),
-        scene,
-        kernel: args.kernel.kernel,
-        size,
-        lang: args.lang.lang,
-        recent: recent_list(),
-        control: Arc::clone(&run.control),
-        lose_device_after: args.lose_device_after,
-    };
-    // What drivers print while devices are opened.
-    let (mut failed, mut quiet) = (None, Quiet::start());
-    let ran = kugelblitz_view::run(options, |notice| {
-        if matches!(notice, Notice::Opened { .. }) {
-            let noise = quiet.take().map(Quiet::end);
-            if run.talk.verbose {
-                quiet::show(&noise.unwrap_or_default(), true);
-            }
-        }
-        if let Err(error) = tell(args, notice) {
-            failed.get_or_insert(error);
-        }
-    });
-    if let Some(noise) = quiet.take().map(Quiet::end) {
-        quiet::show(&noise, run.talk.verbose);
-    }
-    ran?;
-    failed.map_or(Ok(()), Err)
-}
-
-/// The file that keeps the scenes opened last: in the XDG folder for state, on Windows in that for local
-/// data.
-fn recent_list() -> Option<PathBuf> {
-    let folder = |name| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    let state = if cfg!(windows) {
-        folder("LOCALAPPDATA")
-    } else {
-        folder("XDG_STATE_HOME").or_else(|| folder("HOME").map(|home| home.join(".local/state")))
-    };
-    state.map(|state| state.join("kugelblitz").join("recent"))
-}
-
-/// Data to standard output, talk to standard error.
-fn tell(args: &ViewArgs, notice: &Notice) -> Result<()> {
-    if args.log_events {
-        return printed_line(notice);
-    }
-    match notice {
-        Notice::Camera { toml } => print_text(toml)?,
-        Notice::Saved { path, size: [width, height] } => {
-            talk(&format!("{}: {width}×{height}", path.shown()));
-        }
-        Notice::SceneWrong { error } => talk(&format!("error: {error}")),
-        Notice::Trouble { message } => talk(&format!("warning: {message}")),
-        _ => {}
-    }
-    Ok(())
 }

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use desk::{Desk, Image, STATE, Seen, camera_of, log_gpu, render, render_show, scene};
+use desk::{Desk, Image, STATE, Seen, camera_of, kugelblitz, log_gpu, render, render_show, scene};
 use glam::DVec3;
 use kugelblitz::gpu::list_adapters;
 use kugelblitz::rays::View;
@@ -342,7 +342,7 @@ fn light_and_samples_are_those_that_render_draws() {
 
 /// The text of the command `explain` for a pixel of a picture of [`SIZE`].
 fn explained_outside(scene: &Path, x: u32, y: u32) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_kugelblitz"))
+    let output = Command::new(kugelblitz())
         .args(["explain", scene.to_str().unwrap(), "--pixel", &format!("{x},{y}"), "--size", SIZE])
         .output()
         .unwrap();

@@ -40,12 +40,20 @@ pub fn scene(name: &str) -> PathBuf {
     root().join(format!("scenes/{name}.toml"))
 }
 
+/// The program `kugelblitz`, whose command `view` starts that of the window.
+pub fn kugelblitz() -> PathBuf {
+    let beside = Path::new(env!("CARGO_BIN_EXE_kugelblitz-view")).with_file_name("kugelblitz");
+    assert!(beside.is_file(), "{} is missing: build kugelblitz-cli", beside.display());
+    beside
+}
+
 /// The program with this display, in this folder.
 pub fn program(display: &str, folder: &Path) -> Command {
     // A write beyond a limit of the file's size fails, and does not end the program.
     let mut command = Command::new("sh");
     command
-        .args(["-c", "trap '' XFSZ; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_kugelblitz")])
+        .args(["-c", "trap '' XFSZ; exec \"$0\" \"$@\""])
+        .arg(kugelblitz())
         .current_dir(folder)
         .env("DISPLAY", display)
         .env("XDG_STATE_HOME", folder.join(STATE))

@@ -1,0 +1,135 @@
+//! The program `kugelblitz-view`, which `kugelblitz view` becomes: the window and its command line.
+
+use std::env;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use clap::Parser;
+use kugelblitz::device::DeviceChoice;
+use kugelblitz::gpu::{Pick, has_software_alone};
+use kugelblitz::plain::Shown;
+use kugelblitz::prepare::FEW_SPHERES;
+use kugelblitz::scene::{Scene, recompose_scene};
+use kugelblitz::trace::Kernel;
+use kugelblitz::{Result, output};
+use kugelblitz_cli::{
+    CommandLine, EXIT_CODES, Run, TalkArgs, ViewArgs, check_size, long_version, main_of,
+    print_text, printed_line,
+    quiet::{self, Quiet},
+    talk,
+};
+use kugelblitz_view::{Notice, Options};
+
+fn main() -> ExitCode {
+    main_of::<Window>()
+}
+
+#[derive(Parser)]
+#[command(
+    name = "kugelblitz-view",
+    version,
+    long_version = long_version(),
+    max_term_width = 100,
+    after_help = EXIT_CODES
+)]
+struct Window {
+    #[command(flatten)]
+    talk: TalkArgs,
+    #[command(flatten)]
+    view: ViewArgs,
+}
+
+impl CommandLine for Window {
+    fn talk(&self) -> TalkArgs {
+        self.talk
+    }
+
+    fn writes_files(&self) -> bool {
+        true
+    }
+
+    fn run(self, run: &Run) -> Result<()> {
+        open(&self.view, run)
+    }
+}
+
+/// Opens the window.
+fn open(args: &ViewArgs, run: &Run) -> Result<()> {
+    let picture = &args.picture;
+    if picture.print_scene.is_some() {
+        let scene = picture.print_alone(&args.scene, args.size.size, 0, run)?;
+        return output::commit(scene, &run.control);
+    }
+    let overrides = picture.overrides(args.size.size, 0)?;
+    let (scene, _) = picture.read(&args.scene, args.size.size, 0, run)?;
+    let size = args.size.size.map(check_size).transpose()?;
+    let options = Options {
+        path: args.scene.clone(),
+        reread: Arc::new(move |path, control| {
+            recompose_scene(path, &overrides, control).map(|composed| composed.scene)
+        }),
+        device: pick_device(&args.device.device, args.kernel.kernel, &scene),
+        scene,
+        kernel: args.kernel.kernel,
+        size,
+        lang: args.lang.lang,
+        recent: recent_list(),
+        control: Arc::clone(&run.control),
+        lose_device_after: args.lose_device_after,
+    };
+    // What drivers print while devices are opened.
+    let (mut failed, mut quiet) = (None, Quiet::start());
+    let ran = kugelblitz_view::run(options, |notice| {
+        if matches!(notice, Notice::Opened { .. }) {
+            let noise = quiet.take().map(Quiet::end);
+            if run.talk.verbose {
+                quiet::show(&noise.unwrap_or_default(), true);
+            }
+        }
+        if let Err(error) = tell(args, notice) {
+            failed.get_or_insert(error);
+        }
+    });
+    if let Some(noise) = quiet.take().map(Quiet::end) {
+        quiet::show(&noise, run.talk.verbose);
+    }
+    ran?;
+    failed.map_or(Ok(()), Err)
+}
+
+/// The device for a window: `auto` lets the CPU trace many spheres where there is no GPU in hardware. Few
+/// of them stay on the device that shows the picture, whose shaders are there by then.
+fn pick_device(choice: &DeviceChoice, kernel: Kernel, scene: &Scene) -> Option<Pick> {
+    let is_quicker = scene.spheres.len() > FEW_SPHERES || kernel == Kernel::Double;
+    choice.pick().filter(|_| !(choice.is_free() && is_quicker && has_software_alone()))
+}
+
+/// The file that keeps the scenes opened last: in the XDG folder for state, on Windows in that for local
+/// data.
+fn recent_list() -> Option<PathBuf> {
+    let folder = |name| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let state = if cfg!(windows) {
+        folder("LOCALAPPDATA")
+    } else {
+        folder("XDG_STATE_HOME").or_else(|| folder("HOME").map(|home| home.join(".local/state")))
+    };
+    state.map(|state| state.join("kugelblitz").join("recent"))
+}
+
+/// Data to standard output, talk to standard error.
+fn tell(args: &ViewArgs, notice: &Notice) -> Result<()> {
+    if args.log_events {
+        return printed_line(notice);
+    }
+    match notice {
+        Notice::Camera { toml } => print_text(toml)?,
+        Notice::Saved { path, size: [width, height] } => {
+            talk(&format!("{}: {width}×{height}", path.shown()));
+        }
+        Notice::SceneWrong { error } => talk(&format!("error: {error}")),
+        Notice::Trouble { message } => talk(&format!("warning: {message}")),
+        _ => {}
+    }
+    Ok(())
+}
