@@ -6,7 +6,7 @@ use glam::DVec2;
 use kugelblitz::Session;
 use kugelblitz::device::Device;
 use kugelblitz::exact::{ExactRay, nearest};
-use kugelblitz::rays::{Pixels, View, WorldRay};
+use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{SHIPPED_SCENES, Scene, parse_scene};
 use kugelblitz::trace::Kernel;
 use kugelblitz_judge::explain::Lang;
@@ -102,20 +102,17 @@ fn the_sphere_drawn_is_the_sphere_rendered() {
     }
 }
 
-/// How much of a plan is a unit of `t`, px: by each ray of figure 2 that sees something, of which exact arithmetic says what.
+/// How many pixels of a plan are a unit of `t`: by each ray of figure 2 that sees something, of which exact arithmetic says what.
 fn units_of_t(scene: &Scene, svg: &str) -> Vec<f64> {
     let svg = Document::parse(svg).unwrap();
     let x = |dot: &Node| dot.attribute("cx").unwrap().parse::<f64>().unwrap();
     let eye =
         x(&of_class(&svg, "ink").into_iter().find(|node| node.has_tag_name("circle")).unwrap());
     let dots = of_class(&svg, "found");
-    let view = View::new(scene.camera.as_ref().unwrap());
-    let ts = [-1.0, -0.6, -0.2, 0.2, 0.6, 1.0].into_iter().filter_map(|across| {
-        let direction = view.forward + view.right * (across * view.h * 16.0 / 9.0);
-        let ray = ExactRay::new(&WorldRay { origin: view.position, direction });
-        nearest(&ray, scene.objects()).map(|hit| hit.t_f64())
-    });
-    let ts: Vec<f64> = ts.collect();
+    let pixels = pixels(scene, 1280, 720);
+    let hit = |x| nearest(&ExactRay::from_pixel(&pixels, x, 360), scene.objects());
+    let hits = [0, 255, 511, 767, 1023, 1279].into_iter().filter_map(hit);
+    let ts: Vec<f64> = hits.map(|hit| hit.t_f64()).collect();
     assert_eq!(dots.len(), ts.len());
     dots.iter().zip(ts).map(|(dot, t)| (x(dot) - eye) / t).collect()
 }

@@ -76,17 +76,16 @@ impl Figure {
     pub fn object(self, scene: &Scene, named: Option<u32>) -> Result<Option<u32>> {
         let (number, kind) = (self.number(), self.kind());
         let is_of_kind = |object| matches!(object, Object::Plane(_)) == (self == Figure::Plane);
-        let Some(id) = named else {
-            let first = scene.objects().find(|(_, object)| is_of_kind(*object));
-            let Some((first, _)) = first else {
-                let message = format!("figure {number} shows a {kind}, and the scene has none");
-                return wrong_usage(message);
-            };
-            let is_of_one = matches!(self, Figure::Plane | Figure::Sphere);
-            return Ok(is_of_one.then_some(first));
+        let first = || scene.objects().find(|(_, object)| is_of_kind(*object)).map(|(id, _)| id);
+        let Some(id) = named.or_else(first) else {
+            let message = format!("figure {number} shows a {kind}, and the scene has none");
+            return wrong_usage(message);
         };
         let other = match scene.object(id) {
-            Some(object) if is_of_kind(object) => return Ok(named),
+            Some(object) if is_of_kind(object) => {
+                let is_of_one = matches!(self, Figure::Plane | Figure::Sphere);
+                return Ok(if is_of_one { Some(id) } else { named });
+            }
             None => format!("the scene has {} objects", scene.n_objects()),
             Some(Object::Plane(_)) => "that is a plane".into(),
             Some(Object::Sphere(_)) => "that is a sphere".into(),

@@ -6,7 +6,7 @@ use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::exact::Root;
 use kugelblitz::kernel::lecture::{plane_quotient, quadratic, quadratic_roots};
-use kugelblitz::rays::{Frame, Pixels, View};
+use kugelblitz::rays::{View, WorldRay};
 use kugelblitz::scene::{Framing, Object, Plane, Projection, Sphere};
 
 use super::axes;
@@ -17,7 +17,7 @@ use crate::explain::numbers::Short;
 use crate::explain::{DEFAULT_DIGITS, step};
 
 /// Rays between the edges of the picture: an even number, so that none is on the axis.
-const N_RAYS: u32 = 6;
+const N_RAYS: u64 = 6;
 
 /// What is free at each edge, as a part of the picture's shorter side: room for the caption.
 const MARGIN: f64 = 0.1;
@@ -25,19 +25,19 @@ const MARGIN: f64 = 0.1;
 const VISIBLE: &dyn Fn(DVec3) -> bool = &|_| false;
 const HIDDEN: &dyn Fn(DVec3) -> bool = &|_| true;
 
-/// Draws figure 2: rays of the camera as far as they see, and all points that their lines share with objects. Spheres are
-/// cut by the plane; one that is above or below it has a dashed outline.
+/// Draws figure 2: rays of pixels of the middle row as far as they see, and all points that their lines share with objects.
+/// Spheres are cut by the plane; one that is above it or below has a dashed outline.
 pub fn rays(objects: &[(u32, Object)], drawing: &mut Drawing) -> Result<()> {
-    let Pixels { view, image_width, image_height, .. } = drawing.pixels;
-    let View { position, true_up, h, .. } = view;
+    let pixels = drawing.pixels;
+    let View { position, true_up, .. } = pixels.view;
     let cut = |sphere: &Sphere| {
         let above = (sphere.center - position).dot(true_up);
-        let center = sphere.center - true_up * above;
         let squared = sphere.radius * sphere.radius - above * above;
         let is_cut = squared > 0.0;
-        (Sphere { center, radius: if is_cut { squared.sqrt() } else { sphere.radius } }, is_cut)
+        let radius = if is_cut { squared.sqrt() } else { sphere.radius };
+        (Sphere { center: sphere.center - true_up * above, radius }, is_cut, String::new())
     };
-    let end = plan(objects, drawing, cut, |_| String::new())?;
+    let end = plan(objects, drawing, cut)?;
     for (id, object) in objects {
         let Object::Plane(Plane { point, normal, .. }) = object else { continue };
         let across = *normal - true_up * normal.dot(true_up);
@@ -46,13 +46,11 @@ pub fn rays(objects: &[(u32, Object)], drawing: &mut Drawing) -> Result<()> {
         drawing.stroke(&pieces(foot - along, foot + along), "surface", false, VISIBLE);
         drawing.label(foot, (&id.to_string(), String::new()), "surface");
     }
-    let half_width = h * f64::from(image_width) / f64::from(image_height);
     for i in 0..N_RAYS {
-        let across = f64::from(2 * i) / f64::from(N_RAYS - 1) - 1.0;
-        let ray = Frame::<f64>::new(&view, half_width).ray(across, 0.0);
-        let [from, direction] = [ray.origin, ray.direction].map(|v| DVec3::from_array(v.0));
-        let at = |t: f64| position + from + direction * t;
-        let met = objects.iter().flat_map(|(_, object)| meeting([at(0.0), direction], *object).1);
+        let x = u64::from(pixels.image_width - 1) * i / (N_RAYS - 1);
+        let ray = pixels.ray(x as u32, pixels.image_height / 2);
+        let at = |t: f64| ray.origin + ray.direction * t;
+        let met = objects.iter().flat_map(|(_, object)| meeting(&ray, *object).1);
         let met: Vec<f64> = met.map(|t| t.to_f64()).collect();
         let ends = [f64::min, f64::max].map(|of| met.iter().copied().fold(0.0, of));
         drawing.thin(&ends.map(at), HIDDEN);
@@ -70,22 +68,21 @@ pub fn rays(objects: &[(u32, Object)], drawing: &mut Drawing) -> Result<()> {
 /// Each sphere is turned about it into the plane, and so keeps its distance from it.
 pub fn discriminants(objects: &[(u32, Object)], drawing: &mut Drawing) -> Result<()> {
     let View { position, forward, right, .. } = drawing.pixels.view;
+    let ray = WorldRay { origin: position, direction: forward };
     let foot = |center: DVec3| position + forward * (center - position).dot(forward);
-    let turned = |&Sphere { center, radius }: &Sphere| {
-        let foot = foot(center);
-        (Sphere { center: foot - right * center.distance(foot), radius }, true)
-    };
-    let discriminant = |sphere: &Sphere| {
-        let (discriminant, _) = meeting([position, forward], Object::Sphere(sphere));
+    let turned = |sphere: &Sphere| {
+        let foot = foot(sphere.center);
+        let center = foot - right * sphere.center.distance(foot);
+        let (discriminant, _) = meeting(&ray, Object::Sphere(sphere));
         let sign = [" < 0", "", " > 0"][(1 + discriminant.signum()) as usize];
-        format!(": D{}{sign}", told(&discriminant))
+        (Sphere { center, ..*sphere }, true, format!(": D{}{sign}", told(&discriminant)))
     };
-    plan(objects, drawing, turned, discriminant)?;
+    plan(objects, drawing, turned)?;
     for (_, object) in objects {
         let Object::Sphere(sphere) = object else { continue };
-        let (Sphere { center, .. }, _) = turned(sphere);
+        let (Sphere { center, .. }, ..) = turned(sphere);
         drawing.thin(&[center, foot(center)], VISIBLE);
-        for t in meeting([position, forward], *object).1 {
+        for t in meeting(&ray, *object).1 {
             let at = position + forward * t.to_f64();
             drawing.dot(at, "found");
             drawing.label(at, ("t", told(&t)), "found");
@@ -94,21 +91,20 @@ pub fn discriminants(objects: &[(u32, Object)], drawing: &mut Drawing) -> Result
     Ok(())
 }
 
-/// Draws the spheres in their places, with their ids and what is said of them, and the axis of `t`; gives the `t` of its end. `place` says
-/// as well whether a sphere is in the plane.
+/// Draws the axis of `t` and the spheres with their ids; gives the `t` at the end of the axis. `place` says where a sphere is, whether
+/// that is in the plane, and what is said of it.
 fn plan(
     objects: &[(u32, Object)],
     drawing: &mut Drawing,
-    place: impl Fn(&Sphere) -> (Sphere, bool),
-    said: impl Fn(&Sphere) -> String,
+    place: impl Fn(&Sphere) -> (Sphere, bool, String),
 ) -> Result<f64> {
     let View { position, forward, right, true_up, .. } = drawing.pixels.view;
     let placed = objects.iter().filter_map(|(id, object)| match object {
-        Object::Sphere(sphere) => Some((id, said(sphere), place(sphere))),
+        Object::Sphere(sphere) => Some((id, place(sphere))),
         Object::Plane(_) => None,
     });
     let placed: Vec<_> = placed.collect();
-    let mut shown: Vec<Sphere> = placed.iter().map(|(.., (circle, _))| *circle).collect();
+    let mut shown: Vec<Sphere> = placed.iter().map(|(_, (circle, ..))| *circle).collect();
     let [least, most] = [-1.0, 1.0].map(|side| {
         let reach =
             |circle: &Sphere| side * (circle.center - position).dot(forward) + circle.radius;
@@ -133,7 +129,7 @@ fn plan(
     axes::axis(drawing, "t", [position, forward], ends, step, &is_behind);
     drawing.dot(position, "ink");
     drawing.label(position, ("t", " = 0".into()), "ink");
-    for (id, said, (circle, is_in_plane)) in placed {
+    for (id, (circle, is_in_plane, said)) in placed {
         let outline = outline(&circle, drawing).unwrap_or_default();
         if is_in_plane {
             drawing.surface(&outline);
@@ -152,11 +148,11 @@ fn told(number: &Root) -> String {
     format!(" {} {}", if rounded { '≈' } else { '=' }, text.replace('-', "−"))
 }
 
-/// The number that decides whether a line meets an object, `D` or `d·n`, and where it does, exactly.
-fn meeting(line: [DVec3; 2], object: Object) -> (Root, Vec<Root>) {
+/// The number that decides whether the line of a ray meets an object, `D` or `d·n`, and where it does, exactly.
+fn meeting(ray: &WorldRay, object: Object) -> (Root, Vec<Root>) {
     step::begin();
     let vector = |v: DVec3| step::vector_of_scene("", v);
-    let [o, d] = line.map(vector);
+    let [o, d] = [ray.origin, ray.direction].map(vector);
     let (deciding, roots) = match object {
         Object::Sphere(sphere) => {
             let radius = step::of_scene("", sphere.radius);
