@@ -404,7 +404,7 @@ def compare(
     """Compares two pictures channel by channel."""
 
 def figure(
-    number: Literal[3, 4],
+    number: Literal[2, 3, 4, 5],
     scene: Scene | None = None,
     camera: Camera | None = None,
     *,
@@ -412,7 +412,7 @@ def figure(
     object: int | None = None,
     lang: _Lang = "en",
 ) -> Drawing:
-    """Draws the lecture's figure 3, a plane, or 4, a sphere, as the camera sees it."""
+    """Draws one of the lecture's figures, 3 and 4 as the camera sees them, 2 and 5 as plans."""
 
 def generate(
     count: int,

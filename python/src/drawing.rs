@@ -58,10 +58,11 @@ pub fn write(py: Python<'_>, path: PathBuf, content: &[u8]) -> PyResult<()> {
     })
 }
 
-/// Draws the lecture's figure 3, a plane, or 4, a sphere, as the camera sees it.
+/// Draws one of the lecture's figures: 3, a plane, and 4, a sphere, as the camera sees them; 2, rays of the camera, and 5, the
+/// discriminants of one, as plans.
 ///
-/// `scene` is the lecture's unless one is given, and `object` the id of what is drawn, else the first plane or
-/// sphere. `size` is (columns, rows), `lang` "en" or "de". A figure fits over the picture of its size.
+/// `scene` is the lecture's unless one is given, and `object` the id of all that is drawn of it; without one, 3 and 4 show the first
+/// plane or sphere. `size` is (columns, rows), `lang` "en" or "de". Figures 3 and 4 fit over the picture of their size.
 #[pyfunction]
 #[pyo3(signature = (number, scene = None, camera = None, *, size = None, object = None, lang = "en"))]
 pub fn figure<'py>(
@@ -83,10 +84,6 @@ pub fn figure<'py>(
         }
     };
     let pixels = pixels_of(&scene, camera, size, None)?;
-    let object = match object {
-        Some(id) => id,
-        None => figure.object(&scene).map_err(error::of("scene"))?,
-    };
     let drawn = figure.draw(&scene, object, &pixels, crate::explain::lang(lang)?);
     drawing(py, drawn.map_err(error::of("object"))?)
 }

@@ -2,6 +2,7 @@
 
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
+use kugelblitz::scene::parse_scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz_judge::compare::{FALSE_HIT, FALSE_MISS, RAMP, WRONG_OBJECT};
 use kugelblitz_report::{
@@ -186,7 +187,8 @@ fn acne_leaks_and_neither_of_them_show() {
 fn given_scenes_with_lights_are_lit() {
     let path = "scenes/lit/hard/terminator.toml";
     let text = kugelblitz_tests::text_of(path);
-    let case = ReportScene::new(&text, path.as_ref(), Class::Given, &Control::default()).unwrap();
+    let scene = parse_scene(&text, path.as_ref()).unwrap().into();
+    let case = ReportScene::new(scene, &text, path.as_ref(), Class::Given).unwrap();
     let benchmarks = [Benchmark::new(Kernel::Certified, &Device::Cpu)];
     let (report, _) = measure(&[case], &benchmarks, SETTINGS);
     // The scene, its class, its light.

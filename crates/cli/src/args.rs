@@ -299,7 +299,7 @@ pub struct ExplainArgs {
 /// medians of repeated runs with their range.
 #[derive(Args)]
 pub struct ReportArgs {
-    /// Scene files (TOML) in place of the built-in ones
+    /// Scene files (TOML), or data: .npy, .csv, .xyz, in place of the built-in scenes
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
     /// Also write a page (.html), all figures (.json), a short table (.md), or the main plot (.svg);
@@ -327,6 +327,8 @@ pub struct ReportArgs {
     /// Rounds of three timed runs each; shaders are compiled anew in each [default: 3]
     #[arg(long, value_name = "N", value_parser = parse_number)]
     pub rounds: Option<NonZeroUsize>,
+    #[command(flatten)]
+    pub picture: picture::PictureArgs,
 }
 
 /// Write a scene for another renderer: POV-Ray or Tachyon

@@ -16,14 +16,17 @@ use crate::output::{check_ending, is_stdout, name, written};
 use crate::picture::PictureArgs;
 use crate::{Run, scene};
 
-/// Draw the lecture's figure 3 or 4 from a scene, as SVG
+/// Draw one of the lecture's figures 2 to 5 from a scene, as SVG
 ///
 /// Figure 3 is a plane with its point a and normal n, figure 4 a sphere with its centre c and radius r,
 /// both in the world's coordinate system, as the scene's camera sees them: a figure fits over the
-/// picture of the same size. What is hidden is dashed; the colours suit light and dark pages.
+/// picture of the same size. Figures 2 and 5 are plans, with the camera at t = 0: figure 2 has rays from the
+/// left to the right edge of the picture and what they meet in their plane, from above; figure 5 the ray in the
+/// middle, and the discriminant D of each sphere, which is turned about the ray into the plane. What is
+/// hidden is dashed; the colours suit light and dark pages.
 #[derive(Args)]
 pub struct FigureArgs {
-    /// Number of the figure in the lecture: 3 or 4
+    /// Number of the figure in the lecture: 2, 3, 4 or 5
     #[arg(value_name = "N", value_parser = parser_of(Figure::ALL, Figure::number),
         hide_possible_values = true)]
     pub figure: Figure,
@@ -32,7 +35,7 @@ pub struct FigureArgs {
     /// The file, .svg. `-` is standard output
     #[arg(short, long, value_name = "OUT.svg", default_value = "-")]
     pub output: PathBuf,
-    /// Id of the object to draw [default: the first plane or sphere of the scene]
+    /// Id of the only object to draw [default: all; in figures 3 and 4 the first plane or sphere]
     #[arg(long, value_name = "ID")]
     pub object: Option<u32>,
     #[command(flatten)]
@@ -47,7 +50,7 @@ pub struct FigureArgs {
 pub struct Summary {
     figure: &'static str,
     size: [u32; 2],
-    object: u32,
+    object: Option<u32>,
     lang: &'static str,
 }
 
@@ -61,6 +64,7 @@ pub fn run(args: &FigureArgs, run: &Run) -> Result<Done<Summary>> {
     let (path, scene) = match &args.scene {
         Some(path) => (path.as_path(), args.picture.scene(path, args.size.size, run)?),
         None => {
+            args.picture.refuse_without_scene()?;
             let (name, text) = figure.scene();
             (Path::new(name), parse_scene(text, Path::new(name))?.into())
         }
@@ -68,10 +72,7 @@ pub fn run(args: &FigureArgs, run: &Run) -> Result<Done<Summary>> {
     let inputs: Vec<&Path> = args.scene.iter().map(PathBuf::as_path).collect();
     scene::refuse_overwriting(&[&args.output], &inputs, &scene)?;
     let pixels = args.size.pixels(&scene, path)?;
-    let object = match args.object {
-        Some(id) => id,
-        None => figure.object(&scene)?,
-    };
+    let object = figure.object(&scene, args.object)?;
     let drawn = figure.draw(&scene, object, &pixels, lang)?;
     let file = written(&args.output, drawn.as_bytes())?;
     let (size, number) = ([pixels.width, pixels.height], figure.number());

@@ -247,7 +247,7 @@ fn pixels(
 
 /// The command that shows why a ray sees what it sees.
 fn explain(scene: &Path, rays: &Rays, ray: usize) -> String {
-    let scene = shell_quoted(scene);
+    let scene = shell_quoted(scene) + &PictureArgs::as_given();
     match rays {
         Rays::Pixels(pixels) => {
             let (x, y) = pixels.xy(ray);

@@ -99,6 +99,11 @@ pub const EXAMPLES: &[(&str, &str, &str)] = &[
         "The lecture's figure of a sphere, drawn with axes.",
     ),
     (
+        "kugelblitz-figure",
+        "kugelblitz figure 5 --lang de -o abbildung5.svg",
+        "A ray that misses, touches and pierces spheres, with the sign of each discriminant.",
+    ),
+    (
         "kugelblitz-export",
         "kugelblitz export pov scenes/lit/figure2.toml -o figure2.pov",
         "A scene for POV-Ray, and the command that renders it there.",

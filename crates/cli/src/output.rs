@@ -59,17 +59,22 @@ pub fn filled(mut file: OutputFile, bytes: &[u8]) -> Result<OutputFile> {
 /// A path as a shell takes it.
 pub fn shell_quoted(path: &Path) -> String {
     let path = path.to_string_lossy();
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "%+,-./:=@_".contains(c);
-    if !path.is_empty() && path.chars().all(is_plain) && !path.starts_with('-') {
-        return path.into_owned();
-    }
     let start = if path.starts_with('-') { "./" } else { "" };
-    let is_odd = |c: char| steers(c) || matches!(c, '\n' | '\t');
-    if !path.contains(is_odd) {
-        return format!("'{start}{}'", path.replace('\'', "'\\''"));
+    text_quoted(&format!("{start}{path}"))
+}
+
+/// A text as a shell takes it.
+pub fn text_quoted(text: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "%+,-./:=@_".contains(c);
+    if !text.is_empty() && text.chars().all(is_plain) {
+        return text.into();
     }
-    let mut quoted = format!("$'{start}");
-    for c in path.chars() {
+    let is_odd = |c: char| steers(c) || matches!(c, '\n' | '\t');
+    if !text.contains(is_odd) {
+        return format!("'{}'", text.replace('\'', "'\\''"));
+    }
+    let mut quoted = String::from("$'");
+    for c in text.chars() {
         match c {
             '\\' | '\'' => quoted.extend(['\\', c]),
             _ if is_odd(c) => {

@@ -1,10 +1,11 @@
 //! What a picture shows where its scene doesn't say it: options, and scenes made of data.
 
 use std::collections::HashSet;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use clap::Args;
+use clap::{Args, Command, CommandFactory};
 use glam::DVec3;
 use kugelblitz::output::OutputFile;
 use kugelblitz::plain::plain_json;
@@ -18,8 +19,9 @@ use kugelblitz::scene::{
 use kugelblitz::{Error, Result};
 
 use crate::Run;
+use crate::args::Cli;
 use crate::options::{check_size, number, parser_of, samples_parser};
-use crate::output::{filled, is_stdout, print};
+use crate::output::{filled, is_stdout, print, text_quoted};
 use crate::progress::Progress;
 use crate::scene::{refuse_overwriting, say_notes};
 use crate::wrong_usage;
@@ -180,11 +182,42 @@ impl PictureArgs {
     /// # Errors
     /// Those of [`PictureArgs::overrides`] and [`compose_scene`].
     pub fn scene(&self, path: &Path, size: Option<[u32; 2]>, run: &Run) -> Result<Arc<Scene>> {
-        let is_as_written = self.overrides(None)? == SceneOverrides::default();
-        if is_as_written && !is_cloud_file(path) {
+        if self.is_empty()? && !is_cloud_file(path) {
             return crate::scene::read(path, run);
         }
         read_composed(path, &self.overrides(size)?, run).map(|(scene, _)| scene)
+    }
+
+    /// Refuses options for the scenes of the program, which are shown as they are.
+    ///
+    /// # Errors
+    /// [`Error::Usage`]
+    pub fn refuse_without_scene(&self) -> Result<()> {
+        match self.is_empty()? {
+            true => Ok(()),
+            false => wrong_usage("options of what the picture shows need a SCENE; name its file"),
+        }
+    }
+
+    /// The options of the camera and of data in this command line, for that of another command.
+    pub fn as_given() -> String {
+        let options = DataArgs::augment_args(CameraArgs::augment_args(Command::default()));
+        let line = Cli::command().get_matches();
+        let written = options.get_arguments().flat_map(|option| {
+            let given = line.subcommand().and_then(|(_, of_command)| {
+                of_command.try_get_raw(option.get_id().as_str()).ok().flatten()
+            });
+            let name = option.get_long().unwrap_or_default();
+            let written =
+                move |value: &OsStr| format!(" --{name}={}", text_quoted(&value.to_string_lossy()));
+            given.into_iter().flatten().map(written)
+        });
+        written.collect()
+    }
+
+    /// True where no option was given.
+    fn is_empty(&self) -> Result<bool> {
+        Ok(self.overrides(None)? == SceneOverrides::default())
     }
 }
 

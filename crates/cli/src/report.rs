@@ -9,7 +9,7 @@ use kugelblitz::gpu::{AdapterFacts, Gpu};
 use kugelblitz::input;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::Shown;
-use kugelblitz::scene::read_scene_text;
+use kugelblitz::scene::{is_cloud_file, read_scene_text};
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result, memory};
 use kugelblitz_report::{
@@ -27,9 +27,9 @@ use crate::{Run, device, version};
 
 /// Measures and shows.
 pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
-    let cases = cases(args, run)?;
-    refuse_overwriting(args, &cases)?;
     let settings = settings(args);
+    let cases = cases(args, settings.size, run)?;
+    refuse_overwriting(args, &cases)?;
     let earlier = earlier(args, &settings)?;
     let outputs = outputs(&args.output)?;
     let mut missing = Vec::new();
@@ -114,13 +114,17 @@ fn command_line() -> String {
 }
 
 /// The scenes, by their files' names, or by their paths where two files have the same name.
-fn cases(args: &ReportArgs, run: &Run) -> Result<Vec<ReportScene>> {
+fn cases(args: &ReportArgs, size: [u32; 2], run: &Run) -> Result<Vec<ReportScene>> {
     if args.scenes.is_empty() {
+        args.picture.refuse_without_scene()?;
         return default_cases();
     }
-    let _progress = Progress::of_bytes(run);
     let case = |path: &PathBuf| {
-        let mut case = ReportScene::new(&read_scene_text(path)?, path, Class::Given, &run.control)?;
+        let scene = args.picture.scene(path, Some(size), run)?;
+        // A pipe is read once, and data say nothing of themselves.
+        let has_text = path.is_file() && !is_cloud_file(path);
+        let text = if has_text { read_scene_text(path)? } else { String::new() };
+        let mut case = ReportScene::new(scene, &text, path, Class::Given)?;
         if args.scenes.iter().filter(|other| other.file_stem() == path.file_stem()).count() > 1 {
             case.name = path.to_string_lossy().into_owned();
         }

@@ -7,7 +7,7 @@
 //! | [`judge`] | other renderers' results against exact arithmetic |
 //! | [`explain`] | a pixel's or a ray's numbers in every kernel's arithmetic, and exactly |
 //! | [`show`] | depth, normals, errors and other numbers of a picture, as colours |
-//! | [`figure`] | the lecture's figures 3 and 4 as drawings with axes, and legends of colours |
+//! | [`figure`] | the lecture's figures 2 to 5 as drawings with axes, and legends of colours |
 //! | [`markup`] | SVG and HTML, written so that every parser takes them |
 //! | [`export`] | scenes in the languages of POV-Ray and Tachyon |
 //!

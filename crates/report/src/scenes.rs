@@ -4,8 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use kugelblitz::Result;
-use kugelblitz::control::Control;
-use kugelblitz::scene::{SHIPPED_SCENES, Scene, parse_scene_with};
+use kugelblitz::scene::{SHIPPED_SCENES, Scene, parse_scene};
 use serde::{Deserialize, Serialize};
 
 /// Sort of a scene, by which results are put together.
@@ -55,13 +54,11 @@ pub struct ReportScene {
 }
 
 impl ReportScene {
-    /// A case from a scene file's text; `path` is for its name, for messages, and for its clouds,
-    /// whose reading `control` follows.
+    /// A case of a scene; `text` is that of its file, empty for data, and `path` is for its name and for messages.
     ///
     /// # Errors
-    /// Those of [`parse_scene_with`]; [`Error::Scene`](kugelblitz::Error::Scene) without a camera.
-    pub fn new(text: &str, path: &Path, class: Class, control: &Control) -> Result<ReportScene> {
-        let scene = parse_scene_with(text, path, control)?;
+    /// [`Error::Scene`](kugelblitz::Error::Scene) without a camera.
+    pub fn new(scene: Arc<Scene>, text: &str, path: &Path, class: Class) -> Result<ReportScene> {
         scene.require_camera(path)?;
         let comment = text.lines().next().and_then(|line| line.strip_prefix('#'));
         Ok(ReportScene {
@@ -71,7 +68,7 @@ impl ReportScene {
             n_spheres: scene.spheres.len(),
             n_planes: scene.planes.len(),
             n_lights: scene.lights.len(),
-            scene: Arc::new(scene),
+            scene,
         })
     }
 }
@@ -81,9 +78,9 @@ impl ReportScene {
 /// # Errors
 /// As [`ReportScene::new`]; they are part of the program.
 pub fn default_cases() -> Result<Vec<ReportScene>> {
-    let control = Control::default();
     let case = |&(path, text): &(&str, &str)| {
-        ReportScene::new(text, Path::new(path), class_of(path), &control)
+        let scene = parse_scene(text, Path::new(path))?;
+        ReportScene::new(scene.into(), text, Path::new(path), class_of(path))
     };
     SHIPPED_SCENES.iter().map(case).collect()
 }

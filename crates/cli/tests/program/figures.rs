@@ -1,12 +1,13 @@
-//! The lecture's figures 3 and 4 as drawings. Whole ones stand in `tests/answers/figures.txt`.
+//! The lecture's figures 2 to 5 as drawings. Whole ones stand in `tests/answers/figures.txt`.
 
 use std::path::Path;
 
 use glam::DVec2;
 use kugelblitz::Session;
 use kugelblitz::device::Device;
+use kugelblitz::exact::{ExactRay, nearest};
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{Scene, parse_scene};
+use kugelblitz::scene::{SHIPPED_SCENES, Scene, parse_scene};
 use kugelblitz::trace::Kernel;
 use kugelblitz_judge::explain::Lang;
 use kugelblitz_judge::figure::Figure;
@@ -21,7 +22,7 @@ fn pixels(scene: &Scene, width: u32, height: u32) -> Pixels {
 }
 
 fn drawn(figure: Figure, scene: &Scene, pixels: &Pixels, lang: Lang) -> String {
-    figure.draw(scene, figure.object(scene).unwrap(), pixels, lang).unwrap()
+    figure.draw(scene, None, pixels, lang).unwrap()
 }
 
 fn of_class<'a>(svg: &'a Document, class: &str) -> Vec<Node<'a, 'a>> {
@@ -99,4 +100,69 @@ fn the_sphere_drawn_is_the_sphere_rendered() {
         let is_circle = ((high - low).x - (high - low).y).abs() < 0.5;
         assert_eq!(is_circle, what != "an ellipse", "{what}: {low}, {high}");
     }
+}
+
+/// How many pixels of a plan are a unit of `t`: by each ray of figure 2 that sees something, of which exact arithmetic says what.
+fn units_of_t(scene: &Scene, svg: &str) -> Vec<f64> {
+    let svg = Document::parse(svg).unwrap();
+    let x = |dot: &Node| dot.attribute("cx").unwrap().parse::<f64>().unwrap();
+    let eye =
+        x(&of_class(&svg, "ink").into_iter().find(|node| node.has_tag_name("circle")).unwrap());
+    let dots = of_class(&svg, "found");
+    let pixels = pixels(scene, 1280, 720);
+    let hit = |x| nearest(&ExactRay::from_pixel(&pixels, x, 360), scene.objects());
+    let hits = [0, 255, 511, 767, 1023, 1279].into_iter().filter_map(hit);
+    let ts: Vec<f64> = hits.map(|hit| hit.t_f64()).collect();
+    assert_eq!(dots.len(), ts.len());
+    dots.iter().zip(ts).map(|(dot, t)| (x(dot) - eye) / t).collect()
+}
+
+#[test]
+fn the_points_of_a_plan_are_those_that_rays_see() {
+    let spread = |units: Vec<f64>| {
+        let (least, most) = units
+            .iter()
+            .fold((f64::INFINITY, 0.0_f64), |(low, high), unit| (low.min(*unit), high.max(*unit)));
+        (most - least) / most
+    };
+    for (name, radius, other) in [
+        ("figure1.toml", "radius = 1.0", "radius = 0.8"),
+        ("figure2.toml", "radius = 0.9", "radius = 0.8"),
+    ] {
+        let (_, text) = SHIPPED_SCENES.iter().find(|(path, _)| *path == name).unwrap();
+        let scene = parse(text);
+        let svg = drawn(Figure::Rays, &scene, &pixels(&scene, 1280, 720), Lang::English);
+        // The plan's own camera has short numbers.
+        let units = units_of_t(&scene, &svg);
+        assert!(spread(units.clone()) < 1e-3, "{name}: {units:?}");
+        // The comparison sees another sphere.
+        assert!(spread(units_of_t(&parse(&text.replace(radius, other)), &svg)) > 0.01, "{name}");
+    }
+}
+
+#[test]
+fn discriminants_have_their_exact_signs() {
+    let (_, text) = SHIPPED_SCENES.iter().find(|(path, _)| *path == "figure5.toml").unwrap();
+    let said = |text: &str| {
+        let scene = parse(text);
+        let svg = drawn(Figure::Discriminant, &scene, &pixels(&scene, 1281, 721), Lang::German);
+        let svg = Document::parse(&svg).unwrap();
+        let texts = svg.descendants().filter(|node| node.has_tag_name("text"));
+        let written = |node: Node| {
+            node.descendants()
+                .filter_map(|part| part.text().filter(|_| part.is_text()))
+                .collect::<String>()
+        };
+        texts.map(written).collect::<Vec<_>>()
+    };
+    let all = said(text);
+    for expected in
+        ["t = 0", "1: D = −108 < 0", "2: D = 0", "3: D = 64 > 0", "t = 24", "t = 36", "t = 44"]
+    {
+        assert!(all.iter().any(|text| text == expected), "{expected}: {all:?}");
+    }
+    // Farther by a step of f64, where f64 has D = 0 as well.
+    let farther = said(&text.replace("[3.0, 4.0, -24.0]", "[3.0000000000000004, 4.0, -24.0]"));
+    let second = farther.iter().find(|text| text.starts_with("2:")).unwrap();
+    assert!(second.ends_with("e−14 < 0") && !farther.contains(&"t = 24".into()), "{farther:?}");
 }

@@ -185,7 +185,7 @@ fn commands() -> Vec<Vec<String>> {
 }
 
 /// Lines whose summaries have, taken together, all that is described.
-const LINES: [&str; 32] = [
+const LINES: [&str; 33] = [
     "render scenes/lit/figure1.toml -o a.png --size 32x18 --device cpu --repeat 1",
     "render scenes/figure1.toml -o a.exr --size 32x18 --device gpu --certificates",
     "verify scenes/lit/figure1.toml --size 16x9 --device gpu --all-kernels",
@@ -211,6 +211,7 @@ const LINES: [&str; 32] = [
     "render scenes/lit/figure1.toml -o film.png --size 16x9 --turntable 2",
     "render scenes/lit/figure1.toml -o film.png --size 16x9 --turntable 2 --resume",
     "figure 4 -o figure4.svg",
+    "figure 5 -o figure5.svg",
     "info a.exr",
     "info hits.npy",
     "compare a.png a.png",

@@ -7,12 +7,12 @@
 pub mod latex;
 mod light;
 mod line;
-mod numbers;
+pub(crate) mod numbers;
 mod ray;
 mod reason;
 mod section;
 mod shading;
-mod step;
+pub(crate) mod step;
 pub mod text;
 mod words;
 

@@ -23,7 +23,7 @@ pub struct Short {
 
 impl Short {
     /// A number to so many digits.
-    pub(super) fn new(root: &Root, digits: usize) -> Short {
+    pub fn new(root: &Root, digits: usize) -> Short {
         Short::of(root, root.to_decimal(digits))
     }
 

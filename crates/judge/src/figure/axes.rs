@@ -1,4 +1,4 @@
-//! The axes of the world, with numbers.
+//! Axes with numbers: those of the world, and that of t.
 
 use glam::DVec3;
 
@@ -12,20 +12,34 @@ pub fn draw(drawing: &mut Drawing, points: &[DVec3], to: DVec3, hidden: &dyn Fn(
     let step = if extent > 0.0 { round_step(extent / 2.5) } else { 1.0 };
     let least = points.iter().fold(DVec3::ZERO, |least, p| least.min(*p));
     let most = points.iter().fold(DVec3::ZERO, |most, p| most.max(*p));
-    for (axis, letter) in DVec3::AXES.into_iter().zip(["x", "y", "z"]) {
-        let from = least.dot(axis) - step / 2.0;
-        let end = step * ((most.dot(axis) / step).floor() + 1.0);
-        drawing.arrow([axis * from, axis * end], "ink", hidden);
-        drawing.label(axis * end, (letter, String::new()), "ink");
-        let first = (from / step).ceil() as i32;
-        let last = (end / step).round() as i32 - 1;
-        for i in (first..=last).filter(|i| *i != 0) {
-            let at = multiple(step, i);
-            drawing.tick(axis * at, axis * step);
-            drawing.label(axis * at, ("", number(at)), "soft");
-        }
+    for (unit, letter) in DVec3::AXES.into_iter().zip(["x", "y", "z"]) {
+        let from = least.dot(unit) - step / 2.0;
+        let end = step * ((most.dot(unit) / step).floor() + 1.0);
+        axis(drawing, letter, [DVec3::ZERO, unit], [from, end], step, hidden);
     }
     let in_floor = DVec3::new(to.x, 0.0, to.z);
     let way = [DVec3::ZERO, DVec3::X * to.x, in_floor, to];
     drawing.thin(&way[1..], &|_| true);
+}
+
+/// Draws an axis through `origin`, from one of its numbers to another, and the numbers at its steps.
+pub fn axis(
+    drawing: &mut Drawing,
+    letter: &str,
+    [origin, unit]: [DVec3; 2],
+    [from, end]: [f64; 2],
+    step: f64,
+    hidden: &dyn Fn(DVec3) -> bool,
+) {
+    let at = |x: f64| origin + unit * x;
+    drawing.arrow([at(from), at(end)], "ink", hidden);
+    drawing.label(at(end), (letter, String::new()), "ink");
+    let first = (from / step).ceil() as i32;
+    // None at the end itself, where the letter is.
+    let last = (end / step - 0.1).floor() as i32;
+    for i in (first..=last).filter(|i| *i != 0) {
+        let x = multiple(step, i);
+        drawing.tick(at(x), unit * step);
+        drawing.label(at(x), ("", number(x)), "soft");
+    }
 }

@@ -159,10 +159,13 @@ impl Drawing {
 
     pub fn svg(self, figure: Figure, lang: Lang) -> String {
         let (size, font) = (self.size(), self.font_px());
-        let places = placed(&self.labels, &self.ink, DVec2::new(size.x, size.y - 2.2 * font));
+        // The caption has its room below.
+        let room = DVec2::new(size.x, px(size.y - 2.2 * font));
+        let places = placed(&self.labels, &self.ink, room);
         let labels: String =
             self.labels.iter().zip(&places).map(|(label, place)| written(label, place)).collect();
         let (DVec2 { x: width, y: height }, layers) = (size, self.layers.concat());
+        let layers = format!("<svg width=\"{width}\" height=\"{}\">{layers}</svg>", room.y);
         let (lang, caption, css) = (lang.name(), caption(figure, lang), css(font));
         let [x, y, font] = [font, height - 0.9 * font, font].map(px);
         document(&format!(
@@ -175,7 +178,7 @@ impl Drawing {
 }
 
 /// A line in pieces.
-fn pieces(from: DVec3, to: DVec3) -> Vec<DVec3> {
+pub fn pieces(from: DVec3, to: DVec3) -> Vec<DVec3> {
     (0..=PIECES).map(|i| from.lerp(to, i as f64 / PIECES as f64)).collect()
 }
 

@@ -1,14 +1,15 @@
-//! The lecture's figures 3 and 4, drawn from a scene as SVG: a plane with its point and normal, and a
-//! sphere with its centre and radius, in the coordinate system of the world.
+//! The lecture's figures 2 to 5, drawn from a scene as SVG: the rays of a camera among objects, a plane with its
+//! point and normal, a sphere with its centre and radius, and a ray that misses, touches or pierces spheres.
 //!
-//! All is projected by the camera of the scene, so a figure lies exactly over the picture that is
-//! rendered of it at the same size. What the plane or the sphere hides is dashed. `prefers-color-scheme`
-//! chooses the colours, so that a figure is legible on light and on dark pages.
+//! Figures 3 and 4 are projected by the camera of the scene, so such a figure lies exactly over the picture that is
+//! rendered of it at the same size; what the plane or the sphere hides is dashed. Figures 2 and 5 are plans: they show the
+//! camera itself. `prefers-color-scheme` chooses the colours, so that a figure is legible on light and on dark pages.
 
 mod axes;
 mod drawing;
 mod labels;
 mod legend;
+mod plan;
 mod plane;
 mod sphere;
 mod words;
@@ -26,21 +27,31 @@ use drawing::Drawing;
 /// A figure of the lecture that is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Figure {
+    /// Figure 2, rays of the camera.
+    Rays,
     /// Figure 3, an implicit plane.
     Plane,
     /// Figure 4, a sphere.
     Sphere,
+    /// Figure 5, the points of a ray on spheres.
+    Discriminant,
 }
 
 impl Figure {
     /// All that are drawn.
-    pub const ALL: [Figure; 2] = [Figure::Plane, Figure::Sphere];
+    pub const ALL: [Figure; 4] =
+        [Figure::Rays, Figure::Plane, Figure::Sphere, Figure::Discriminant];
+
+    /// Most objects that a plan is legible with.
+    const MOST_OBJECTS: usize = 50;
 
     /// The number of the figure in the lecture.
     pub fn number(self) -> &'static str {
         match self {
+            Figure::Rays => "2",
             Figure::Plane => "3",
             Figure::Sphere => "4",
+            Figure::Discriminant => "5",
         }
     }
 
@@ -54,55 +65,76 @@ impl Figure {
     fn kind(self) -> &'static str {
         match self {
             Figure::Plane => "plane",
-            Figure::Sphere => "sphere",
+            _ => "sphere",
         }
     }
 
-    /// The object that is drawn where none is named: the first of its kind.
+    /// The object that is drawn: the named one, else the first of the figure's kind; none for a figure of all objects.
     ///
     /// # Errors
-    /// [`Error::Usage`] where the scene has none.
-    pub fn object(self, scene: &Scene) -> Result<u32> {
-        let (before, count) = match self {
-            Figure::Plane => (scene.spheres.len(), scene.planes.len()),
-            Figure::Sphere => (0, scene.spheres.len()),
-        };
-        if count == 0 {
-            let (number, kind) = (self.number(), self.kind());
+    /// [`Error::Usage`] where it is of another kind, or the scene has none.
+    pub fn object(self, scene: &Scene, named: Option<u32>) -> Result<Option<u32>> {
+        let (number, kind) = (self.number(), self.kind());
+        let is_of_kind = |object| matches!(object, Object::Plane(_)) == (self == Figure::Plane);
+        let first = || scene.objects().find(|(_, object)| is_of_kind(*object)).map(|(id, _)| id);
+        let Some(id) = named.or_else(first) else {
             let message = format!("figure {number} shows a {kind}, and the scene has none");
             return wrong_usage(message);
-        }
-        Ok(before as u32 + 1)
+        };
+        let other = match scene.object(id) {
+            Some(object) if is_of_kind(object) => {
+                let is_of_one = matches!(self, Figure::Plane | Figure::Sphere);
+                return Ok(if is_of_one { Some(id) } else { named });
+            }
+            None => format!("the scene has {} objects", scene.n_objects()),
+            Some(Object::Plane(_)) => "that is a plane".into(),
+            Some(Object::Sphere(_)) => "that is a sphere".into(),
+        };
+        wrong_usage(format!(
+            "object {id}: figure {number} shows a {kind}, and {other}; spheres count from 1, planes \
+             after them"
+        ))
     }
 
-    /// Draws an object of a scene as the camera of `pixels` sees it.
+    /// Draws a scene, or one object of it, with the camera of `pixels`.
     ///
     /// # Errors
-    /// [`Error::Usage`] where the object is of another kind, or where it is not before the camera.
-    pub fn draw(self, scene: &Scene, id: u32, pixels: &Pixels, lang: Lang) -> Result<String> {
-        let (number, kind, mut drawing) = (self.number(), self.kind(), Drawing::new(*pixels));
-        match (self, scene.object(id)) {
-            (Figure::Plane, Some(Object::Plane(plane))) => plane::draw(plane, &mut drawing),
-            (Figure::Sphere, Some(Object::Sphere(sphere))) => {
+    /// Those of [`Figure::object`]; [`Error::Usage`] where it is not before the camera, or where there are too many objects.
+    pub fn draw(
+        self,
+        scene: &Scene,
+        object: Option<u32>,
+        pixels: &Pixels,
+        lang: Lang,
+    ) -> Result<String> {
+        let (number, kind, named) = (self.number(), self.kind(), self.object(scene, object)?);
+        let is_drawn = |(id, _): &(u32, Object)| named.is_none_or(|named| named == *id);
+        let objects: Vec<_> =
+            scene.objects().filter(is_drawn).take(Figure::MOST_OBJECTS + 1).collect();
+        if objects.len() > Figure::MOST_OBJECTS {
+            return wrong_usage(format!(
+                "figure {number} shows {} objects at most, and the scene has {}; name one with \
+                 --object",
+                Figure::MOST_OBJECTS,
+                scene.n_objects()
+            ));
+        }
+        let mut drawing = Drawing::new(*pixels);
+        match (self, &objects[..]) {
+            (Figure::Rays, objects) => Some(plan::rays(objects, &mut drawing)?),
+            (Figure::Discriminant, objects) => Some(plan::discriminants(objects, &mut drawing)?),
+            (Figure::Plane, [(_, Object::Plane(plane))]) => plane::draw(plane, &mut drawing),
+            (Figure::Sphere, [(_, Object::Sphere(sphere))]) => {
                 let beads = scene.spheres.iter().map(|bead| bead.center);
                 sphere::draw(sphere, beads, &mut drawing)
             }
-            (_, found) => {
-                let other = match found {
-                    None => format!("the scene has {} objects", scene.n_objects()),
-                    Some(Object::Plane(_)) => "that is a plane".into(),
-                    Some(Object::Sphere(_)) => "that is a sphere".into(),
-                };
-                return wrong_usage(format!(
-                    "object {id}: figure {number} shows a {kind}, and {other}; spheres count from 1, \
-                     planes after them"
-                ));
-            }
+            _ => None,
         }
         .ok_or_else(|| {
             Error::Usage(format!(
-                "figure {number} shows {kind} {id} from outside and from before it; move the scene's \
-                 camera, or name another object with --object"
+                "figure {number} shows {kind} {} from outside and from before it; move the scene's \
+                 camera, or name another object with --object",
+                named.unwrap_or_default()
             ))
         })?;
         Ok(drawing.svg(self, lang))

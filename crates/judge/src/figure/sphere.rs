@@ -72,7 +72,7 @@ fn is_on(p: DVec3, sphere: &Sphere) -> bool {
 ///
 /// With `L` from the eye to the centre, a point of it is `c − (r²/L·L)·L` and `r·√(1 − r²/L·L)` across
 /// `L`; parallel lines touch the sphere around its centre.
-fn outline(sphere: &Sphere, drawing: &Drawing) -> Option<Vec<DVec3>> {
+pub fn outline(sphere: &Sphere, drawing: &Drawing) -> Option<Vec<DVec3>> {
     let (c, r, view) = (sphere.center, sphere.radius, drawing.pixels.view);
     let (middle, axis, share) = match view.lens {
         Lens::Orthographic => (c, view.forward, 0.0),
