@@ -15,7 +15,16 @@ struct Lighting {
 
 @group(0) @binding(next) var<storage, read_write> codes: array<u32>;
 @group(0) @binding(next) var<uniform> lighting: Lighting;
+//#if tree
+// By ids: of all objects the colours, the background's first, and of all spheres how the eye and shadow rays meet them.
+@group(0) @binding(next) var<storage, read> colors: array<vec4f>;
+@group(0) @binding(next) var<storage, read> seen_spheres: array<SphereSeen>;
+//#if lamps
+@group(0) @binding(next) var<storage, read> met_in_tree: array<SphereMet>;
+//#end
+//#else
 @group(0) @binding(next) var<uniform> colors: array<vec4f, N_COLORS>;
+//#end
 // Of each byte where its range begins and ends, and where the next one does.
 @group(0) @binding(next) var<uniform> ends: array<vec4f, 256>;
 //#if lamps
@@ -37,16 +46,49 @@ struct OccludingPlane {
 //#end
 //#end
 
-fn surface_of(id: u32, ray: Ray) -> SurfacePoint {
-    var surface = SurfacePoint(vec3f(0.0), BEYOND, vec3f(0.0), BEYOND, 1.0);
-    //#if spheres
-    // Looked for: a load of each lane's own record is slow.
+//#if tree
+fn id_at(ray: Ray) -> u32 {
+    return decide(nearest_in_tree(ray, nearest_listed(ray)));
+}
+
+fn color_of(id: u32) -> vec3f {
+    return colors[select(0u, id, id < arrayLength(&colors))].xyz;
+}
+
+fn sphere_of(id: u32) -> SphereSeen {
+    return seen_spheres[select(0u, id - 1u, id - 1u < params.n_spheres)];
+}
+//#else
+fn id_at(ray: Ray) -> u32 {
+    return decide(nearest_listed(ray));
+}
+
+// Looked for, here and below: a load of each lane's own record is slow.
+fn color_of(id: u32) -> vec3f {
+    var color = colors[0].xyz;
+    for (var k = 1u; k < N_COLORS; k++) {
+        color = select(color, colors[k].xyz, id == k);
+    }
+    return color;
+}
+
+//#if spheres
+fn sphere_of(id: u32) -> SphereSeen {
     var sphere = spheres[0];
     for (var i = 1u; i < N_SPHERES; i++) {
         if id == i + 1u {
             sphere = spheres[i];
         }
     }
+    return sphere;
+}
+//#end
+//#end
+
+fn surface_of(id: u32, ray: Ray) -> SurfacePoint {
+    var surface = SurfacePoint(vec3f(0.0), BEYOND, vec3f(0.0), BEYOND, 1.0);
+    //#if any_spheres
+    let sphere = sphere_of(id);
     surface = sphere_surface(sphere, ray, lighting.lengths);
     //#if close
     if sphere.is_close > 0.0 {
@@ -75,6 +117,26 @@ fn with_occluder(verdict: Verdict, next: Verdict, is_own: bool) -> Verdict {
         verdict, Verdict(select(next.blocked, -1.0, is_own), select(next.clear, 1.0, is_own)));
 }
 
+//#if tree
+// With the spheres of the tree. What an ended walk has not looked at may be in the way.
+fn verdict_in_tree(listed: Verdict, ray: ShadowRay, own: u32) -> Verdict {
+    let slabs = shadow_slabs(ray);
+    var verdict = listed;
+    var at = 0u;
+    var n_left = select(0u, MOST_BOXES_TO_LIGHT, is_near(ray));
+    while at < walk.n_boxes && n_left > 0u && verdict.blocked <= 0.0 {
+        n_left -= 1u;
+        let step = step_at(at, slabs, ray.last);
+        at = step.at;
+        if step.place != NO_PLACE {
+            let met = met_in_tree[step.id - 1u];
+            verdict = with_occluder(verdict, sphere_occludes(met, ray), own == step.id);
+        }
+    }
+    return Verdict(verdict.blocked, select(verdict.clear, -1.0, at < walk.n_boxes));
+}
+//#end
+
 fn given_of(lamp: Lamp, surface: SurfacePoint, id: u32) -> Bounds {
     let ray = shadow_ray(lamp.aim, surface.point, surface.point_error);
     // From inside a sphere it is left open.
@@ -91,10 +153,16 @@ fn given_of(lamp: Lamp, surface: SurfacePoint, id: u32) -> Bounds {
         verdict = with_occluder(verdict, plane_occludes(other.met, ray), id == other.id);
     }
     //#end
+    let given = cosine(ray, surface.normal, surface.normal_error);
+    //#if tree
+    if lamp.casts_shadows > 0.0 && given.high > 0.0 {
+        verdict = verdict_in_tree(verdict, ray, id);
+    }
+    //#end
     if lamp.casts_shadows == 0.0 {
         verdict = Verdict(-1.0, 1.0);
     }
-    return behind(cosine(ray, surface.normal, surface.normal_error), verdict);
+    return behind(given, verdict);
 }
 //#end
 
@@ -123,7 +191,7 @@ fn byte_of(low: f32, high: f32) -> u32 {
 // With a sample of a pixel, by its column and row among all samples of the tile. One that is left open may have any colour.
 fn with_sample_at(sum: LightBounds, place: vec2u) -> LightBounds {
     let ray = ray_at(place);
-    let id = decide(nearest_listed(ray));
+    let id = id_at(ray);
     var surface = surface_of(id, ray);
     let is_none = id == 0u;
     let is_known = !is_none & (id != OPEN) & (surface.point_error < KNOWN);
@@ -131,10 +199,6 @@ fn with_sample_at(sum: LightBounds, place: vec2u) -> LightBounds {
     surface.point = select(vec3f(0.0), surface.point, is_known);
     surface.normal =
         select(vec3f(0.0), surface.normal, is_known & (surface.normal_error < 1.0));
-    var color = colors[0].xyz;
-    for (var k = 1u; k < N_COLORS; k++) {
-        color = select(color, colors[k].xyz, id == k);
-    }
     var light = lighting.ambient;
     //#each lamp
     light = light_with(light, lamps[INDEX].weight, given_of(lamps[INDEX], surface, id));
@@ -142,7 +206,7 @@ fn with_sample_at(sum: LightBounds, place: vec2u) -> LightBounds {
     let is_open = !is_none & !is_known;
     let one = vec3f(1.0);
     light = LightBounds(select(light.low, one, is_none), select(light.high, one, is_none));
-    light = light_on(light, color);
+    light = light_on(light, color_of(id));
     // Then the mean is beyond the last byte's end.
     let low = select(light.low, vec3f(0.0), is_open);
     return light_plus(sum, LightBounds(low, select(light.high, vec3f(BEYOND), is_open)));

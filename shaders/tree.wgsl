@@ -36,30 +36,39 @@ fn leaf_at(place: u32) -> SphereLeaf {
     return SphereLeaf(first.xyz, first.w, second.x, second.y, second.z);
 }
 
+// A walk at a box: the box that comes next, and the sphere of a leaf that is met, with its place.
+struct Step {
+    at: u32,
+    place: u32,
+    id: u32,
+}
+
+fn step_at(at: u32, slabs: Slabs, t_max: f32) -> Step {
+    let low = textureLoad(boxes, texel(2u * at));
+    let high = textureLoad(boxes, texel(2u * at + 1u));
+    let is_leaf = (low.w & IS_LEAF) != 0u;
+    let stretch = between(slabs, bitcast<vec3f>(low.xyz), bitcast<vec3f>(high.xyz));
+    let is_met = is_within(stretch, t_max);
+    let place = select(NO_PLACE, low.w & ~IS_LEAF, is_met & is_leaf);
+    return Step(at + select(low.w, 1u, is_met | is_leaf), place, high.w);
+}
+
 fn nearest_in_tree(ray: Ray, listed: Nearest) -> Nearest {
     let slabs = slabs_of(ray, walk.beside);
     var nearest = listed;
-    var at = 0u;
+    var step = Step(0u, NO_PLACE, 0u);
     var n_left = MOST_BOXES;
-    while at < walk.n_boxes && n_left > 0u {
+    while step.at < walk.n_boxes && n_left > 0u {
         // A lane that has found a sphere waits until the others have, and all test theirs at once.
-        var place = NO_PLACE;
-        var id = 0u;
-        while at < walk.n_boxes && place == NO_PLACE && n_left > 0u {
+        step.place = NO_PLACE;
+        while step.at < walk.n_boxes && step.place == NO_PLACE && n_left > 0u {
             n_left -= 1u;
-            let low = textureLoad(boxes, texel(2u * at));
-            let high = textureLoad(boxes, texel(2u * at + 1u));
-            let is_leaf = (low.w & IS_LEAF) != 0u;
-            let stretch = between(slabs, bitcast<vec3f>(low.xyz), bitcast<vec3f>(high.xyz));
-            let is_met = is_within(stretch, nearest.high);
-            place = select(NO_PLACE, low.w & ~IS_LEAF, is_met & is_leaf);
-            id = high.w;
-            at += select(low.w, 1u, is_met | is_leaf);
+            step = step_at(step.at, slabs, nearest.high);
         }
-        let is_found = place != NO_PLACE;
-        let bounds = leaf_bounds(leaf_at(select(0u, place, is_found)), ray);
+        let is_found = step.place != NO_PLACE;
+        let bounds = leaf_bounds(leaf_at(select(0u, step.place, is_found)), ray);
         let low = select(nearest_none().low, bounds.low, is_found);
-        nearest = nearest_with(nearest, Bounds(low, bounds.high), id);
+        nearest = nearest_with(nearest, Bounds(low, bounds.high), step.id);
     }
-    return unless_stopped(nearest, at);
+    return unless_stopped(nearest, step.at);
 }

@@ -104,7 +104,8 @@
 //! | [`error`] | what can go wrong, with the program's exit code for it |
 //!
 //! Crates beside it hold what is made of its results: `kugelblitz-judge` holds them, and those of other renderers, against
-//! exact arithmetic and explains them, `kugelblitz-report` measures speed against error, `kugelblitz-view` is the window.
+//! exact arithmetic and explains them, `kugelblitz-report` measures speed against error, `kugelblitz-cli` is the program, and
+//! `kugelblitz-view` the window.
 //!
 //! # The way of a pixel, from `crates/cli/src/render.rs` to the file
 //! 1. [`scene::compose_scene`] reads the [`scene::Scene`], or makes one of data; `SizeArgs::pixels` makes [`rays::Pixels`] of its camera.

@@ -182,6 +182,31 @@ fn shadow_ray(aim: Aim, point: vec3f, point_error: f32) -> ShadowRay {
         aim.from_point, aim.last, aim.end2, turned_2, 0x1p-23f);
 }
 
+fn is_near(ray: ShadowRay) -> bool {
+    return (max(max(abs(ray.start.x), abs(ray.start.y)), abs(ray.start.z)) < 0x1p40f)
+        & (1.01 * (ray.error + ray.end_error) < 0x1p40f);
+}
+
+fn shadow_slabs(ray: ShadowRay) -> Slabs {
+    let v = (max(max(abs(ray.start.x), abs(ray.start.y)), abs(ray.start.z)) < 0x1p40f)
+        & (1.01 * (ray.error + ray.end_error) < 0x1p40f);
+    let of_start = max(max(abs(ray.start.x), abs(ray.start.y)), abs(ray.start.z))
+        * 2.0861626e-7;
+    let room = of_start + (1.01 * (ray.error + ray.end_error) + 0x1p-37f);
+    let slack = select(0.0, room, v);
+    let start = select(vec3f(0.0), ray.start, v);
+    let goes_down = ray.way < vec3f(0.0);
+    let steep = max(abs(ray.way), vec3f(0x1p-80f));
+    let way = select(steep, -steep, goes_down);
+    let aside = select(vec3f(slack), vec3f(-slack), goes_down);
+    let inverse = 1.0 / way;
+    let near_origin = start + aside;
+    let far_origin = start - aside;
+    let near_inverse = inverse * 0.9999992;
+    let far_inverse = inverse * 1.0000008;
+    return Slabs(near_origin, far_origin, near_inverse, far_inverse);
+}
+
 fn cosine(ray: ShadowRay, normal: vec3f, normal_error: f32) -> Bounds {
     let cosine = dot3(normal, ray.way) * ray.inv_length;
     let error = 1.01 * (normal_error + ray.turned) + 1.7881393e-6;

@@ -17,6 +17,9 @@ pub const IS_LEAF: u32 = 1 << 31;
 /// dead.
 pub const MOST_BOXES: u32 = 1 << 13;
 
+/// Boxes that a shadow ray of a device looks at before its light is left open. No bound: the CPU takes what is left.
+pub const MOST_BOXES_TO_LIGHT: u32 = 1 << 10;
+
 /// Largest coordinate of a [`FlatBox`], and distance of an origin, with which `gpu::slabs` stay in f32's
 /// range. No test sees it halved: the range may be smaller.
 pub const REACH: f64 = (1u64 << 40) as f64;

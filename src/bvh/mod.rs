@@ -18,7 +18,7 @@ use crate::error::Result;
 use crate::num::{Lanes, Real};
 use crate::scene::Sphere;
 
-pub use flat::{FlatBox, IS_LEAF, MOST_BOXES, REACH};
+pub use flat::{FlatBox, IS_LEAF, MOST_BOXES, MOST_BOXES_TO_LIGHT, REACH};
 pub use leaves::Leaves;
 pub use members::MOST_SPHERES;
 use sides::Sides;

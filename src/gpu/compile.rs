@@ -8,7 +8,7 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use super::layout::{Lamp, Layout, Lighting, Params, RayRecord, Walk};
 use super::self_test::NUMERATOR;
 use super::texture::TEXELS_PER_ROW;
-use crate::bvh::{IS_LEAF, MOST_BOXES};
+use crate::bvh::{IS_LEAF, MOST_BOXES, MOST_BOXES_TO_LIGHT};
 use crate::error::{Error, Result};
 use crate::kernel::{About, FloatType, Kernel, SHARED_PARTS, ShaderPart, Space, part};
 use crate::num::{Float as _, OPEN};
@@ -71,8 +71,7 @@ pub fn compile_self_test(float: &str) -> Result<Shader> {
 /// The answers to the directives, and the constants of the parts.
 #[derive(Default)]
 struct Choices<'a> {
-    /// All flags that there are, each with whether it holds.
-    flags: Vec<(bool, &'static str)>,
+    needs: Needs,
     /// All kinds of what is repeated: how often, and how often at most without a loop.
     counts: Vec<(&'static str, [usize; 2])>,
     /// WGSL for the facts whose home is Rust.
@@ -83,13 +82,8 @@ struct Choices<'a> {
 
 impl Choices<'_> {
     fn new(key: &ShaderKey) -> Choices<'static> {
-        let (flags, counts, constants) = (flags(key), counts(key), constants(key));
-        Choices { flags, counts, constants, edit: None }
-    }
-
-    /// Whether a flag holds; `None` where there is no such flag.
-    fn flag(&self, name: &str) -> Option<bool> {
-        self.flags.iter().find(|(_, known)| *known == name).map(|&(holds, _)| holds)
+        let (needs, counts, constants) = (Needs::new(key), counts(key), constants(key));
+        Choices { needs, counts, constants, edit: None }
     }
 }
 
@@ -137,33 +131,87 @@ fn n_lamps(key: &ShaderKey) -> usize {
     }
 }
 
-fn flags(key: &ShaderKey) -> Vec<(bool, &'static str)> {
-    let is_certified = key.kernel == Kernel::Certified;
-    // The host has made the numbers for rays from one point.
-    let is_point = key.bundle == Bundle::Point;
-    let is_plain_light = matches!(key.light, Some(LightKey::Plain { .. }));
-    let is_moved = is_plain_light && is_point && key.kernel.about().space == Space::Reference;
-    let (met_spheres, met_planes) = match key.light {
-        Some(LightKey::Certified { n_spheres, n_planes, .. }) => (n_spheres > 0, n_planes > 0),
-        _ => (false, false),
+macro_rules! needs {
+    ($($(#[$doc:meta])* $need:ident,)*) => {
+        /// What a scene needs of the parts, by the names that `//#if` asks for.
+        #[derive(Default)]
+        struct Needs { $($(#[$doc])* $need: bool,)* }
+
+        impl Needs {
+            /// Whether that is needed; `None` where there is no such name.
+            fn get(&self, name: &str) -> Option<bool> {
+                match name {
+                    $(stringify!($need) => Some(self.$need),)*
+                    _ => None,
+                }
+            }
+        }
     };
-    [
-        (key.n_spheres > 0, "spheres"),
-        (key.n_planes > 0, "planes"),
-        (key.surface || is_plain_light, "surface"),
-        (n_lamps(key) > 0, "lamps"),
-        (met_spheres, "met_spheres"),
-        (met_planes, "met_planes"),
-        (is_moved, "moved"),
-        (is_moved || !is_point, "anywhere"),
-        (is_point, "point"),
-        (key.bundle == Bundle::Free, "free"),
-        (key.kernel.about().float == FloatType::F64, "double"),
-        (is_certified, "certified"),
-        (key.close, "close"),
-        (key.spheres == SphereSearch::Tree, "tree"),
-    ]
-    .into()
+}
+
+needs! {
+    /// Spheres, one after the other.
+    spheres,
+    /// Spheres, however they are found.
+    any_spheres,
+    /// The boxes of a tree.
+    tree,
+    /// Planes.
+    planes,
+    /// The formulas for spheres whose size hides their distance.
+    close,
+    /// `t` and normals.
+    surface,
+    /// Lights.
+    lamps,
+    /// Listed spheres in the way of light.
+    met_spheres,
+    /// Planes in the way of light.
+    met_planes,
+    /// Numbers that are moved from the camera to where a shadow ray starts.
+    moved,
+    /// Rays with origins of their own.
+    anywhere,
+    /// Rays from one point.
+    point,
+    /// Rays of a list.
+    free,
+    /// A kernel in f64.
+    double,
+    /// The kernel with a proof.
+    certified,
+}
+
+impl Needs {
+    fn new(key: &ShaderKey) -> Needs {
+        // The host has made the numbers for rays from one point.
+        let is_point = key.bundle == Bundle::Point;
+        let is_plain_light = matches!(key.light, Some(LightKey::Plain { .. }));
+        let about = key.kernel.about();
+        let moved = is_plain_light && is_point && about.space == Space::Reference;
+        let (n_met_spheres, n_met_planes) = match key.light {
+            Some(LightKey::Certified { n_spheres, n_planes, .. }) => (n_spheres, n_planes),
+            _ => (0, 0),
+        };
+        let tree = key.spheres == SphereSearch::Tree;
+        Needs {
+            spheres: key.n_spheres > 0,
+            any_spheres: key.n_spheres > 0 || tree,
+            tree,
+            planes: key.n_planes > 0,
+            close: key.close,
+            surface: key.surface || is_plain_light,
+            lamps: n_lamps(key) > 0,
+            met_spheres: n_met_spheres > 0,
+            met_planes: n_met_planes > 0,
+            moved,
+            anywhere: moved || !is_point,
+            point: is_point,
+            free: key.bundle == Bundle::Free,
+            double: about.float == FloatType::F64,
+            certified: key.kernel == Kernel::Certified,
+        }
+    }
 }
 
 fn workgroup() -> String {
@@ -184,6 +232,7 @@ fn constants(key: &ShaderKey) -> String {
         constants.extend([
             ("IS_LEAF", format!("{IS_LEAF}u")),
             ("MOST_BOXES", format!("{MOST_BOXES}u")),
+            ("MOST_BOXES_TO_LIGHT", format!("{MOST_BOXES_TO_LIGHT}u")),
             ("NO_PLACE", format!("{}u", u32::MAX)),
             ("ROW_BITS", format!("{}u", TEXELS_PER_ROW.ilog2())),
         ]);
@@ -288,8 +337,8 @@ enum Block {
 }
 
 /// Carries out the directives of a part, keeping its line numbers:
-/// - `//#if flag` … `//#else` … `//#end` keeps the lines that the flags ask for; a flag that is not one of
-///   [`flags`] is an error;
+/// - `//#if need` … `//#else` … `//#end` keeps the lines that the scene needs; a name that is not one of [`Needs`] is an
+///   error;
 /// - `//#each lamp` … `//#end` repeats its lines for each lamp, `INDEX` standing for its index.
 fn expand(part: &ShaderPart, choices: &Choices) -> Result<String> {
     let mut open: Vec<Block> = Vec::new();
@@ -298,9 +347,9 @@ fn expand(part: &ShaderPart, choices: &Choices) -> Result<String> {
         let wrong = |what: &str| Error::Shader(format!("{}:{}: {what}", part.file, index + 1));
         let directive = line.trim().strip_prefix("//#");
         match directive.map(|d| d.split_whitespace().collect::<Vec<_>>()).as_deref() {
-            Some(["if", flag]) => match choices.flag(flag) {
+            Some(["if", need]) => match choices.needs.get(need) {
                 Some(holds) => open.push(Block::If(holds)),
-                None => return Err(wrong(&format!("unknown flag `{flag}`"))),
+                None => return Err(wrong(&format!("unknown need `{need}`"))),
             },
             Some(["else"]) => match open.last_mut() {
                 Some(Block::If(keep)) => *keep = !*keep,
@@ -421,9 +470,8 @@ mod tests {
 
     fn error_of(part: &'static str) -> String {
         let part = ShaderPart { file: "shaders/broken.wgsl", text: part };
-        let flags = ["spheres", "surface"].map(|flag| (false, flag)).into();
         let counts = vec![("lamp", [2, 2])];
-        let choices = Choices { flags, counts, constants: aliases("f32"), edit: None };
+        let choices = Choices { counts, constants: aliases("f32"), ..Choices::default() };
         match compile_parts(&[SHARED_PARTS[0], part], &choices) {
             Err(Error::Shader(message)) => message,
             _ => String::new(),
@@ -455,15 +503,15 @@ mod tests {
         assert!(error_of("//#fi\n").starts_with("shaders/broken.wgsl:1: "));
     }
 
-    /// A misspelt flag would leave its lines out without a word, also where they are left out anyway.
+    /// A misspelt need would leave its lines out without a word, also where they are left out anyway.
     #[test]
-    fn an_unknown_flag_is_an_error() {
+    fn an_unknown_need_is_an_error() {
         assert_eq!(error_of("//#if spheres\n//#else\n//#end\n"), "");
         for (text, line) in [("\n//#if shperes\n//#end\n", 2), ("//#if spheres\n//#if plane\n", 2)]
         {
             let error = error_of(text);
             assert!(
-                error.starts_with(&format!("shaders/broken.wgsl:{line}: unknown flag ")),
+                error.starts_with(&format!("shaders/broken.wgsl:{line}: unknown need ")),
                 "{error}"
             );
         }

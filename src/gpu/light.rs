@@ -2,60 +2,80 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::compile::MOST_TURNS_IN_SOFTWARE;
+use super::hierarchy::DeviceHierarchy;
 use super::open::Gpu;
 use super::pass::Pass;
 use super::pipeline::Named;
 use super::tiles::DeviceTile;
+use crate::bvh::{MOST_BOXES, MOST_BOXES_TO_LIGHT};
 use crate::control::Control;
 use crate::error::Result;
+use crate::kernel::certified::SphereWords;
+use crate::memory;
 use crate::num::Float as _;
 use crate::num::V3;
 use crate::num::fields::words;
 use crate::prepare::{CertifiedLighting, LightKey, Prepared, ShaderKey};
 use crate::rays::Pixels;
 use crate::scene::Edges;
-use crate::seen::Met;
+use crate::seen::{Met, Record as _, SphereMet, SphereSeen};
 use crate::trace::Rays;
 
 /// Objects that the rays of a pixel are compared with at most: more take a card so long that it may be taken for dead.
 const MOST_TESTS_OF_PIXEL: usize = 1 << 20;
 
+/// What is bound, in words, with its names.
+type Lists = Vec<(&'static str, Vec<f32>)>;
+
 /// Lights the pictures of one scene.
 pub struct CertifiedLight {
     key: ShaderKey,
+    background: V3<f32>,
     /// What is bound of the light, with its names.
-    uniforms: Vec<(&'static str, Vec<f32>)>,
+    uniforms: Lists,
+    /// Bytes of what is bound beside the objects and the tree.
+    bytes: u64,
     pass: Pass,
 }
 
 impl CertifiedLight {
     /// Lights with this one where that has the same numbers, else with a new one; `None` where the device leaves that to the
-    /// CPU: one in software, which is slower, and where numbers don't fit its uniforms. `objects` are the buffers of the spheres
-    /// and the planes.
+    /// CPU: one in software, which is slower, and where numbers don't fit its buffers. `objects` are those of the listed spheres
+    /// and the planes, `hierarchy` is the tree.
     ///
     /// # Errors
-    /// Those of [`Pass::new`].
+    /// Those of [`Pass::new`]; [`Error::TooLarge`](crate::Error::TooLarge) where there is no memory for a tree's spheres.
     pub fn renewed(
         old: Option<CertifiedLight>,
         gpu: &Arc<Gpu>,
         prepared: &Prepared,
-        objects: &[Named],
+        (objects, hierarchy): (&[Named], Option<&DeviceHierarchy>),
         lighting: &CertifiedLighting,
     ) -> Result<Option<CertifiedLight>> {
-        if prepared.hierarchy.is_some() || prepared.starts_in_f64() || !gpu.lights() {
+        if prepared.starts_in_f64() || !gpu.lights() {
             return Ok(None);
         }
         let n_samples = (lighting.n_samples as usize).pow(2);
         let most =
             if gpu.facts.is_software() { MOST_TURNS_IN_SOFTWARE } else { MOST_TESTS_OF_PIXEL };
+        let n_listed = prepared.n_listed_spheres() + prepared.scene.planes.len();
+        let [of_ray, of_way] = match hierarchy {
+            Some(_) => [MOST_BOXES as usize, MOST_BOXES_TO_LIGHT as usize],
+            None => [0, 0],
+        };
         // To find what a sample sees, where it meets that, and its colour, each takes a turn an object.
-        let n_turns =
-            3 * prepared.scene.n_objects() + lighting.lamps.len() * (lighting.occluders.len() + 1);
+        let of_lamp = lighting.occluders.len() + 1 + of_way;
+        let n_turns = 3 * n_listed + of_ray + lighting.lamps.len() * of_lamp;
         if n_samples * n_turns > most {
             return Ok(None);
         }
-        let uniforms = uniforms(lighting);
+        let mut uniforms = uniforms(lighting);
+        if hierarchy.is_none() {
+            uniforms.push(("colors", colors(prepared, lighting.background)));
+        }
         let most = gpu.device.limits().max_uniform_buffer_binding_size;
         let bytes = uniforms.iter().map(|(_, words)| size_of_val(&words[..]) as u64);
         if bytes.chain(objects.iter().map(|(_, object)| object.bytes())).any(|n| n > most) {
@@ -69,22 +89,33 @@ impl CertifiedLight {
             n_spheres,
             n_planes: lighting.occluders.len() - n_spheres,
         };
-        let key = prepared.light_key(light);
-        if let Some(old) = old.filter(|old| old.key == key && old.uniforms == uniforms) {
+        let (key, background) = (prepared.light_key(light), lighting.background);
+        let is_same = |old: &CertifiedLight| {
+            (&old.key, &old.uniforms) == (&key, &uniforms) && old.background == background
+        };
+        if let Some(old) = old.filter(is_same) {
             return Ok(Some(old));
         }
-        let uniform = |(name, words): &(&'static str, Vec<f32>)| -> Named {
-            (name, gpu.filled(name, bytemuck::cast_slice(words)).into())
+        let mut lists = uniforms.clone();
+        if hierarchy.is_some() {
+            let Some(of_tree) = lists_of_tree(gpu, prepared, lighting)? else {
+                return Ok(None);
+            };
+            lists.extend(of_tree);
+        }
+        let bytes = lists.iter().map(|(_, words)| size_of_val(&words[..]) as u64).sum();
+        let filled = |(name, words): (&'static str, Vec<f32>)| -> Named {
+            (name, gpu.filled(name, bytemuck::cast_slice(&words)).into())
         };
-        let bound = objects.iter().cloned().chain(uniforms.iter().map(uniform)).collect();
-        let pass = Pass::new(gpu, prepared, &key, bound)?;
-        Ok(Some(CertifiedLight { key, uniforms, pass }))
+        let tree = hierarchy.iter().flat_map(|hierarchy| &hierarchy.bound);
+        let bound = objects.iter().chain(tree).cloned().chain(lists.into_iter().map(filled));
+        let pass = Pass::new(gpu, prepared, &key, bound.collect())?;
+        Ok(Some(CertifiedLight { key, background, uniforms, bytes, pass }))
     }
 
     /// Bytes on the device, beside the objects.
     pub fn bytes(&self) -> u64 {
-        let of_light = self.uniforms.iter().map(|(_, words)| size_of_val(&words[..]) as u64);
-        of_light.sum::<u64>() + self.pass.bytes()
+        self.bytes + self.pass.bytes()
     }
 
     /// See [`Tracer::light`](crate::tracer::Tracer::light).
@@ -107,10 +138,50 @@ impl CertifiedLight {
     }
 }
 
+fn vec4(V3([x, y, z]): V3<f32>, w: f32) -> [f32; 4] {
+    [x, y, z, w]
+}
+
+/// The colours of all objects by id, the background's first.
+fn colors(prepared: &Prepared, background: V3<f32>) -> Vec<f32> {
+    let objects = prepared.scene.colors().skip(1).map(|color| V3(color.0.map(f32::near)));
+    std::iter::once(background).chain(objects).flat_map(|color| vec4(color, 0.0)).collect()
+}
+
+/// What a shader binds of the spheres of a tree, by id; `None` where they are too many for that.
+fn lists_of_tree(
+    gpu: &Gpu,
+    prepared: &Prepared,
+    lighting: &CertifiedLighting,
+) -> Result<Option<Lists>> {
+    const SEEN: usize = size_of::<SphereWords>() / size_of::<f32>();
+    let (spheres, eye) = (&prepared.scene.spheres[..], prepared.eye());
+    let facts = &gpu.facts;
+    if size_of::<SphereWords>() * spheres.len()
+        > facts.max_binding_bytes.min(facts.max_buffer_bytes) as usize
+    {
+        return Ok(None);
+    }
+    memory::require(
+        format!("{} spheres in the light of a device", spheres.len()),
+        4 * (size_of::<SphereWords>() * spheres.len()) as u64,
+        "use fewer spheres, or `--device cpu`",
+    )?;
+    let seen = |sphere| words::<SEEN>(&SphereSeen::new::<f32>(sphere, &eye).round::<f32>());
+    let met = |sphere| words::<8>(&SphereMet::met_from::<f32>(sphere, prepared.reference));
+    let mut lists = vec![
+        ("colors", colors(prepared, lighting.background)),
+        ("seen_spheres", spheres.par_iter().flat_map_iter(seen).collect()),
+    ];
+    if !lighting.lamps.is_empty() {
+        lists.push(("met_in_tree", spheres.par_iter().flat_map_iter(met).collect()));
+    }
+    Ok(Some(lists))
+}
+
 /// The uniforms of `shaders/lit.wgsl`, in words.
-fn uniforms(lighting: &CertifiedLighting) -> Vec<(&'static str, Vec<f32>)> {
-    let CertifiedLighting { colors, occluders, lamps, ambient, width, lengths, .. } = lighting;
-    let vec4 = |V3([x, y, z]): &V3<f32>, w| [*x, *y, *z, w];
+fn uniforms(lighting: &CertifiedLighting) -> Lists {
+    let CertifiedLighting { occluders, lamps, ambient, width, lengths, .. } = lighting;
     let id = |id: u32| [f32::from_bits(id), 0.0, 0.0, 0.0];
     let (mut spheres, mut planes) = (Vec::new(), Vec::new());
     for (own, met) in occluders {
@@ -121,14 +192,13 @@ fn uniforms(lighting: &CertifiedLighting) -> Vec<(&'static str, Vec<f32>)> {
     }
     let lamp = |lamp: &crate::prepare::CertifiedLamp| {
         let casts_shadows = if lamp.casts_shadows { 1.0 } else { 0.0 };
-        words::<12>(&lamp.aim).into_iter().chain(vec4(&lamp.weight, casts_shadows))
+        words::<12>(&lamp.aim).into_iter().chain(vec4(lamp.weight, casts_shadows))
     };
-    let ambient = vec4(&ambient.low, 0.0).into_iter().chain(vec4(&ambient.high, 0.0));
+    let ambient = vec4(ambient.low, 0.0).into_iter().chain(vec4(ambient.high, 0.0));
     let of_all = words::<8>(lengths).into_iter().chain(ambient).chain(words::<4>(width));
     let all = [
         ("lighting", of_all.collect()),
         ("lamps", lamps.iter().flat_map(lamp).collect()),
-        ("colors", colors.iter().flat_map(|color| vec4(color, 0.0)).collect()),
         ("ends", ends()),
         ("met_spheres", spheres),
         ("met_planes", planes),

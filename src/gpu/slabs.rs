@@ -11,11 +11,17 @@
 //! that a test finds. So a flat ray within a slab leaves it at `2⁻³⁸·2⁸⁰ = 2⁴²` at the earliest. No slab reaches
 //! `2⁴¹·2⁸⁰·2 = 2¹²²`, so that none overflows.
 
-use crate::num::fields::fields;
-use crate::num::{Float as _, Ray, Real, V3};
+//!
+//! # Ways to lights
+//! A shadow ray's `t` counts in lengths of its way. At `t` the true way is beside the computed one by no more than `1 − t` of what
+//! its start is off by and `t` of what its end is, so by less than both together: [`ShadowRay::beside`]. A sun's has no end; its
+//! direction is rounded by the host, as above. Points and errors beyond [`REACH`] are not looked at: [`is_near`]. So no slab reaches
+//! `2⁴²·2⁸⁰ = 2¹²²` here either.
 
-#[cfg(doc)]
 use crate::bvh::REACH;
+use crate::num::fields::fields;
+use crate::num::{Float as _, Mask as _, Ray, Real, V3};
+use crate::seen::ShadowRay;
 
 /// Relative room of a slab, in units `ε`.
 pub const SLAB: f64 = 6.5;
@@ -59,16 +65,32 @@ impl<R: Real> Slabs<R> {
     /// Makes the slabs of a ray that may lie `beside` the true one, at least by [`LEAST_SLACK`].
     #[inline(always)]
     pub fn new(ray: &Ray<R>, beside: R) -> Slabs<R> {
-        let Ray { origin, direction, .. } = ray;
-        let slack = largest(origin.abs()) * R::lit(ASIDE * R::One::UNIT) + beside;
-        let goes_down = is_negative(*direction);
+        let slack = largest(ray.origin.abs()) * R::lit(ASIDE * R::One::UNIT) + beside;
+        Slabs::along(ray.origin, ray.direction, slack)
+    }
+
+    /// Makes the slabs of a way to a light; they mean nothing where it is not [near](is_near).
+    #[inline(always)]
+    pub fn to_light(ray: &ShadowRay<R>) -> Slabs<R> {
+        let (zero, least) = (R::lit(0.0), R::lit(f64::from(LEAST_SLACK)));
+        let has_slabs = is_near(ray);
+        let of_start = largest(ray.start.abs()) * R::lit(ASIDE * R::One::UNIT);
+        let room = of_start + (ray.beside() + least);
+        let slack = R::select(has_slabs, room, zero);
+        let start = V3::select(has_slabs, ray.start, V3([zero; 3]));
+        Slabs::along(start, ray.way, slack)
+    }
+
+    #[inline(always)]
+    fn along(origin: V3<R>, direction: V3<R>, slack: R) -> Slabs<R> {
+        let goes_down = is_negative(direction);
         let steep = direction.abs().max(V3([R::lit(FLAT); 3]));
         let way = select(goes_down, -steep, steep);
         let aside = select(goes_down, V3([-slack; 3]), V3([slack; 3]));
         let inverse = inverse(way);
         Slabs {
-            near_origin: *origin + aside,
-            far_origin: *origin - aside,
+            near_origin: origin + aside,
+            far_origin: origin - aside,
             near_inverse: inverse * R::splat(R::One::down(1.0 - SLAB * R::One::UNIT)),
             far_inverse: inverse * R::splat(R::One::up(1.0 + SLAB * R::One::UNIT)),
         }
@@ -96,6 +118,13 @@ impl<R: Real> Stretch<R> {
         let last = x.min(y).min(z).min(t_max);
         first.le(last)
     }
+}
+
+/// Whether a way to a light starts and ends, as far as it is known, where f32 has slabs for it.
+#[inline(always)]
+pub fn is_near<R: Real>(ray: &ShadowRay<R>) -> R::Mask {
+    let reach = R::lit(REACH);
+    largest(ray.start.abs()).lt(reach).and(ray.beside().lt(reach))
 }
 
 /// The largest of three numbers.
@@ -126,4 +155,85 @@ fn inverse<R: Real>(V3([x, y, z]): V3<R>) -> V3<R> {
 #[track_caller]
 fn select<R: Real>(mask: [R::Mask; 3], V3([a, b, c]): V3<R>, V3([x, y, z]): V3<R>) -> V3<R> {
     V3([R::select(mask[0], a, x), R::select(mask[1], b, y), R::select(mask[2], c, z)])
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::guard::{round_down, round_up};
+    use crate::seen::shadow::{Aim, Origin};
+
+    fn power(rng: &mut ChaCha8Rng, least: f64, most: f64) -> f64 {
+        rng.random_range(least..most).exp2()
+    }
+
+    fn vector(rng: &mut ChaCha8Rng, size: f64) -> DVec3 {
+        DVec3::from_array([(); 3].map(|()| rng.random_range(-size..size)))
+    }
+
+    fn is_met(slabs: &Slabs<f32>, box_: [V3<f32>; 2], last: f32) -> bool {
+        let [low, high] = box_;
+        slabs.between(low, high).is_within(last)
+    }
+
+    /// A box about a point of the true way is met, whatever the computed start is off by; without room for that some are not.
+    #[test]
+    fn ways_to_lights_meet_what_is_on_them() {
+        let mut rng = ChaCha8Rng::seed_from_u64(51);
+        let mut n_lost = 0;
+        for case in 0..20_000 {
+            let size = power(&mut rng, -30.0, 30.0);
+            let (start, light) = (vector(&mut rng, size), vector(&mut rng, size));
+            let off = size * power(&mut rng, -23.0, -6.0);
+            let (origin, way) = match case % 2 {
+                0 => (Origin::Point(light), light - start),
+                _ => (Origin::Sun(-light), light),
+            };
+            let found = V3((start + vector(&mut rng, off / 1.8)).to_array().map(|x| x as f32));
+            let ray = ShadowRay::new(&Aim::<f32>::new(origin), found, off as f32);
+            if !is_near(&ray) {
+                continue;
+            }
+            let at = start + way * rng.random_range(0.0..1.0);
+            let box_ = [V3(at.to_array().map(round_down)), V3(at.to_array().map(round_up))];
+            assert!(
+                is_met(&Slabs::to_light(&ray), box_, ray.last),
+                "{start:?} {origin:?} {found:?} {off:e} {at:?}"
+            );
+            let exact = Slabs::along(found, ray.way, LEAST_SLACK);
+            n_lost += u32::from(!is_met(&exact, box_, ray.last));
+        }
+        assert!(n_lost > 1000, "{n_lost}");
+    }
+
+    /// Neither of ways that are near nor of others is a number infinite.
+    #[test]
+    fn ways_to_lights_have_finite_slabs() {
+        let mut rng = ChaCha8Rng::seed_from_u64(52);
+        let mut n_near = 0;
+        for _ in 0..20_000 {
+            let [near, far] = [50.0, 60.0].map(|most| power(&mut rng, -60.0, most));
+            let start = vector(&mut rng, far);
+            let light = vector(&mut rng, near);
+            let error = power(&mut rng, -80.0, 61.0) as f32;
+            let origin = match rng.random_range(0..2) {
+                0 => Origin::Point(light),
+                _ => Origin::Sun(crate::num::Scaled::new(light).rounded()),
+            };
+            let start = V3(start.to_array().map(|x| x as f32));
+            let ray = ShadowRay::new(&Aim::<f32>::new(origin), start, error);
+            let slabs = Slabs::to_light(&ray);
+            let reach = REACH as f32;
+            let Stretch { enter, leave } = slabs.between(V3([-reach; 3]), V3([reach; 3]));
+            let Slabs { near_origin, far_origin, near_inverse, far_inverse } = slabs;
+            let all = [near_origin, far_origin, near_inverse, far_inverse, enter, leave];
+            assert!(all.iter().all(|v| v.0.iter().all(|x| x.is_finite())), "{slabs:?} {ray:?}");
+            n_near += u32::from(is_near(&ray));
+        }
+        assert!((2000..18_000).contains(&n_near), "{n_near}");
+    }
 }

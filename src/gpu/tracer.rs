@@ -185,8 +185,7 @@ impl Backend for GpuTracer {
     }
 
     fn lights(&self) -> bool {
-        let is_listed = self.prepared.hierarchy.is_none() && !self.prepared.starts_in_f64();
-        is_listed && !self.leaves_to_cpu && self.gpu.lights()
+        !(self.prepared.starts_in_f64() || self.leaves_to_cpu) && self.gpu.lights()
     }
 
     fn light(
@@ -199,7 +198,8 @@ impl Backend for GpuTracer {
         if !self.lights() {
             return Ok(false);
         }
-        let GpuTracer { gpu, prepared, objects, light: kept, .. } = self;
+        let GpuTracer { gpu, prepared, objects, hierarchy, light: kept, .. } = self;
+        let objects = (&objects[..], hierarchy.as_ref());
         let made = CertifiedLight::renewed(kept.take(), gpu, prepared, objects, lighting);
         let lit = made.and_then(|made| {
             *kept = made;

@@ -8,9 +8,9 @@ use crate::seen::{Bounds, Lengths, LightBounds, Met};
 pub struct CertifiedLighting {
     /// Samples across and down a pixel.
     pub n_samples: u32,
-    /// The objects' own colours, by id; the background's first.
-    pub colors: Vec<V3<f32>>,
-    /// The objects that may be in the way of light, and their ids.
+    /// The background's colour, as samples count it; the objects have those of the scene.
+    pub background: V3<f32>,
+    /// The objects that may be in the way of light and are in no tree, and their ids.
     pub occluders: Vec<(u32, Met<f32>)>,
     /// Lights and suns of the sky.
     pub lamps: Vec<CertifiedLamp>,

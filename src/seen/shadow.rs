@@ -141,9 +141,9 @@ impl<R: Real<One: Bounded>> Aim<R> {
 #[derive(Clone, Copy, Debug)]
 pub struct ShadowRay<R> {
     /// Where it starts, relative to the reference point.
-    pub(super) start: V3<R>,
+    pub start: V3<R>,
     /// To the light; of any length for a sun.
-    pub(super) way: V3<R>,
+    pub way: V3<R>,
     /// `|w|`
     pub(super) length: R,
     /// `1/(w·w)`
@@ -159,7 +159,7 @@ pub struct ShadowRay<R> {
     /// 1 where it ends, 0 where it goes on for ever.
     pub(super) from_point: R,
     /// Where it ends, in lengths of the way.
-    pub(super) last: R,
+    pub last: R,
     /// The least that the square of its end's distance is.
     pub(super) end2: R,
     /// Bound of the angle between the true and the computed way.
@@ -172,6 +172,15 @@ fields! {
     ShadowRay {
         start: vec, way: vec, length: num, inv_square: num, inv_length: num, error: num, end_error: num, bend: num,
         from_point: num, last: num, end2: num, turned: num, unit: num,
+    }
+}
+
+impl<R: Real> ShadowRay<R> {
+    /// How far beside it the true way may be, anywhere on it.
+    #[inline(always)]
+    #[track_caller]
+    pub fn beside(&self) -> R {
+        R::lit(ROOM) * (self.error + self.end_error)
     }
 }
 

@@ -222,7 +222,6 @@ impl<'a> LightPass<'a, f32> {
         if lights.iter().any(is_far) {
             return None;
         }
-        let color = |id: u32| V3(job.color(id).map(f32::near));
         let casts_shadows = lights.iter().any(|light| light.casts_shadows);
         let met = listed.iter().copied().filter(|_| casts_shadows);
         let lamp = |light: &Source<f32>| CertifiedLamp {
@@ -232,7 +231,7 @@ impl<'a> LightPass<'a, f32> {
         };
         Some(CertifiedLighting {
             n_samples: job.n_samples() as u32,
-            colors: (0..=occluders.scene.n_objects() as u32).map(color).collect(),
+            background: V3(job.color(0).map(f32::near)),
             occluders: occluders.listed_ids().zip(met).collect(),
             lamps: lights.iter().map(lamp).collect(),
             ambient: *ambient,

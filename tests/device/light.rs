@@ -71,6 +71,27 @@ fn left_open(scene: &Scene, [width, height]: [u32; 2], n: u32) -> f64 {
     n_open as f64 / codes.len() as f64
 }
 
+/// Spheres that appear large, and are found through a tree, on a floor, in the light of a lamp and a sky.
+#[test]
+fn a_device_leaves_some_pixels_of_a_heap_open() {
+    let at = |i: i32| (f64::from(i % 5) - 2.0, f64::from(i / 25), f64::from(i / 5 % 5) - 2.0);
+    let sphere = |i| {
+        let (x, y, z) = at(i);
+        format!("[[sphere]]\ncenter = [{x}, {y}, {z}]\nradius = 0.4\ncolor = [0.8, 0.5, 0.2]\n")
+    };
+    let spheres: String = (0..75).map(sphere).collect();
+    let text = "camera = { position = [3, 4, 7], look_at = [0, 0.8, 0], fov = 40 }\n\
+         plane = [{ point = [0, -0.4, 0], normal = [0, 1, 0], color = [0.5, 0.5, 0.5] }]\n\
+         light = [{ position = [5, 9, 4], intensity = 0.7 }]\n";
+    let sky = "sky = { intensity = 0.3, directions = 8 }\n";
+    for (light, n) in [("", 1), ("", 2), (sky, 1)] {
+        let scene = parse_scene(&format!("{text}{light}{spheres}"), "heap.toml".as_ref()).unwrap();
+        let open = left_open(&scene, [320, 180], n);
+        println!("{open}");
+        assert!((0.001..0.1).contains(&open), "{n} x {n}, {light}: {open}");
+    }
+}
+
 #[test]
 fn a_device_leaves_few_pixels_of_the_figures_open() {
     for file in ["figure1.toml", "figure2.toml"] {

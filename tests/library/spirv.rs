@@ -160,10 +160,12 @@ fn keys_of_certified_light() -> Vec<ShaderKey> {
     for bundle in [Bundle::Point, Bundle::Parallel] {
         for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (150, 2)] {
             for (n_lamps, n_samples) in [(0, 1), (3, 1), (3, 3), (100, 4)] {
-                let light = LightKey::Certified { n_samples, n_lamps, n_spheres, n_planes };
-                let key = key(Kernel::Certified, bundle, SphereSearch::Listed);
-                all.push(ShaderKey { n_spheres, n_planes, light: Some(light), ..key });
-                all.push(ShaderKey { close: n_spheres > 0, ..all[all.len() - 1] });
+                for spheres in [SphereSearch::Listed, SphereSearch::Tree] {
+                    let light = LightKey::Certified { n_samples, n_lamps, n_spheres, n_planes };
+                    let key = key(Kernel::Certified, bundle, spheres);
+                    all.push(ShaderKey { n_spheres, n_planes, light: Some(light), ..key });
+                    all.push(ShaderKey { close: n_spheres > 0, ..all[all.len() - 1] });
+                }
             }
         }
     }
@@ -204,17 +206,19 @@ fn sabotage_what_nothing_uses_is_noticed() {
 
 fn n_bindings(key: &ShaderKey) -> usize {
     let objects = usize::from(key.n_spheres > 0) + usize::from(key.n_planes > 0);
+    let is_tree = key.spheres == SphereSearch::Tree;
+    let tree = if is_tree { 3 } else { 0 };
     match key.light {
         // Results, parameters; the list of rays; the tree.
         None => {
             let list = usize::from(key.bundle == Bundle::Free);
-            let tree = if key.spheres == SphereSearch::Tree { 3 } else { 0 };
             2 + objects + list + tree + if key.surface { 2 } else { 0 }
         }
         // Parameters and results, colours, the ends of bytes, and what is the same for all; and of lamps these and what may be
-        // in their way.
+        // in their way. Of a tree its spheres as well, as the eye and as shadow rays meet them.
         Some(LightKey::Certified { n_lamps, .. }) => {
-            5 + objects + if n_lamps > 0 { 1 + objects } else { 0 }
+            let of_lamps = if n_lamps > 0 { 1 + objects + usize::from(is_tree) } else { 0 };
+            5 + objects + tree + usize::from(is_tree) + of_lamps
         }
         // Parameters and results, what is the same for all, and lamps.
         Some(LightKey::Plain { n_lamps }) => 3 + objects + usize::from(n_lamps > 0),

@@ -1,6 +1,6 @@
 //! The formulas that a device has from the Rust text.
 
-use kugelblitz::gpu::slabs::{Slabs, Stretch};
+use kugelblitz::gpu::slabs::{Slabs, Stretch, is_near};
 use kugelblitz::num::fields::{FieldSink, FieldSource, Fields};
 use kugelblitz::num::{Ray, Real, V3};
 use kugelblitz::rays::{camera_direction, camera_origin};
@@ -127,6 +127,8 @@ fn light() -> String {
             SurfacePoint::from(PlaneSeen::surface(&plane, &ray, &lengths))),
         function!(shadow_ray(aim: Aim<W>, point: V3<W>, point_error: W)
             ShadowRay::new(&aim, point, point_error)),
+        function!(is_near(ray: ShadowRay<W>) is_near(&ray)),
+        function!(shadow_slabs(ray: ShadowRay<W>) Slabs::to_light(&ray)),
         function!(cosine(ray: ShadowRay<W>, normal: V3<W>, normal_error: W) {
             let (low, high) = ray.cosine(normal, normal_error);
             Bounds { low, high }

@@ -41,11 +41,6 @@ thread_local! {
     static NODES: RefCell<Vec<Node>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Forgets all that was calculated.
-pub fn begin() {
-    NODES.with_borrow_mut(Vec::clear);
-}
-
 #[track_caller]
 fn put(op: Op, operands: &[u32], text: String) -> u32 {
     let node = Node { op, operands: operands.to_vec(), text, place: Location::caller() };
@@ -253,7 +248,6 @@ pub fn declaration<T: Fields<Wgsl>>() -> String {
 /// Prints a formula as a function.
 macro_rules! function {
     ($name:ident($($argument:ident: $type:ty),*) $body:expr) => {{
-        $crate::printer::begin();
         $(let $argument = <$type as $crate::printer::Printed>::input(stringify!($argument));)*
         let result = $body;
         let arguments = [$((

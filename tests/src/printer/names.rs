@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{Node, Op};
+use super::Node;
 use crate::text_of;
 
 /// A place in a source where a value gets a name.
@@ -16,15 +16,12 @@ struct Binding {
 /// The names of nodes, by their places.
 pub(super) fn names(nodes: &[Node]) -> HashMap<u32, String> {
     let mut sources = HashMap::new();
-    for node in nodes.iter().filter(|node| node.op != Op::Leaf) {
+    for node in nodes {
         let file = node.place.file();
         sources.entry(file).or_insert_with(|| Source::new(&text_of(file)));
     }
     // Of each node the bindings that it is in, from the innermost one, and whether it is in no brackets of that.
-    let around = |node: &Node| match sources.get(node.place.file()) {
-        Some(source) if node.op != Op::Leaf => source.around(node),
-        _ => (Vec::new(), false),
-    };
+    let around = |node: &Node| sources[node.place.file()].around(node);
     let (around, mut is_named): (Vec<Vec<&Binding>>, Vec<bool>) = nodes.iter().map(around).unzip();
     // What goes on in the same place is not yet what has the name.
     for (at, node) in nodes.iter().enumerate() {
@@ -94,15 +91,12 @@ fn bindings(plain: &str) -> Vec<Binding> {
         let pattern = before.rsplit_once("let ").map(|(_, pattern)| pattern);
         let names: Vec<&str> = match pattern {
             _ if is_field => {
-                let name = before.rsplit(|c: char| !c.is_alphanumeric() && c != '_').next();
+                let name = before.rsplit(|c: char| !c.is_alphanumeric() && c != '_').take(1);
                 // No type.
-                name.filter(|name| name.starts_with(|c: char| c.is_ascii_lowercase()))
-                    .into_iter()
-                    .collect()
+                name.filter(|name| name.starts_with(|c: char| c.is_ascii_lowercase())).collect()
             }
             Some(pattern) if !pattern.contains([';', '{', '}', '=']) => {
-                let names = pattern.trim_start_matches("mut ").trim_matches(['(', ')', '[', ']']);
-                names.split(", ").collect()
+                pattern.trim_matches(['(', ')', '[', ']']).split(", ").collect()
             }
             _ => continue,
         };

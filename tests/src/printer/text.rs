@@ -17,40 +17,38 @@ impl Value {
     fn last(self) -> u32 {
         match self {
             Value::One(node) => node,
-            Value::Three(nodes) => nodes.into_iter().max().unwrap_or(0),
+            Value::Three([.., z]) => z,
         }
     }
 }
 
-/// The function whose result this is.
+/// The function whose result this is, of all that was calculated since the last one.
 pub fn finish<T: Printed>(name: &str, arguments: &[(&str, String)], result: &T) -> String {
-    NODES.with_borrow(|nodes| {
-        let mut printer = Printer { nodes, names: names(nodes), uses: HashMap::new() };
-        let mut all = Vec::new();
-        result.print(&mut |value| {
-            printer.count(value, &mut all);
-            String::new()
-        });
-        all.retain(|&value| printer.has_line(value));
-        all.sort_by_key(|value| value.last());
-        let with_types: Vec<String> =
-            arguments.iter().map(|(name, kind)| format!("{name}: {kind}")).collect();
-        let head = format!("fn {name}({}) -> {} {{\n", with_types.join(", "), T::type_name());
-        let mut text = head;
-        // How often each name is taken.
-        let mut taken: HashMap<String, usize> =
-            arguments.iter().map(|&(name, _)| (name.to_string(), 1)).collect();
-        for value in all {
-            let wanted = printer.names.get(&value.last()).cloned().unwrap_or("v".into());
-            let n = taken.entry(wanted.clone()).or_default();
-            *n += 1;
-            let name = if *n == 1 { wanted } else { format!("{wanted}_{n}") };
-            text += &line(&format!("let {name} = {};", printer.text(value, 0, true)));
-            printer.names.insert(value.last(), name);
-        }
-        let result = result.print(&mut |value| printer.text(value, 0, false));
-        text + &line(&format!("return {result};")) + "}\n\n"
-    })
+    let nodes = &NODES.take();
+    let mut printer = Printer { nodes, names: names(nodes), uses: HashMap::new() };
+    let mut all = Vec::new();
+    result.print(&mut |value| {
+        printer.count(value, &mut all);
+        String::new()
+    });
+    all.retain(|&value| printer.has_line(value));
+    all.sort_by_key(|value| value.last());
+    let with_types: Vec<String> =
+        arguments.iter().map(|(name, kind)| format!("{name}: {kind}")).collect();
+    let mut text = format!("fn {name}({}) -> {} {{\n", with_types.join(", "), T::type_name());
+    // How often each name is taken.
+    let mut taken: HashMap<String, usize> =
+        arguments.iter().map(|&(name, _)| (name.to_string(), 1)).collect();
+    for value in all {
+        let wanted = printer.names.get(&value.last()).cloned().unwrap_or("v".into());
+        let n = taken.entry(wanted.clone()).or_default();
+        *n += 1;
+        let name = if *n == 1 { wanted } else { format!("{wanted}_{n}") };
+        text += &line(&format!("let {name} = {};", printer.text(value, 0, true)));
+        printer.names.insert(value.last(), name);
+    }
+    let result = result.print(&mut |value| printer.text(value, 0, false));
+    text + &line(&format!("return {result};")) + "}\n\n"
 }
 
 /// A statement, broken where it is too long: before a sign or an argument, in as few brackets as can be.
@@ -111,7 +109,7 @@ impl Printer<'_> {
                 {
                     return (Op::Leaf, Vec::new(), path.into());
                 }
-                if all[0] == all[1] && all[1] == all[2] {
+                if all == [all[0]; 3] {
                     return (Op::Call("vec3f"), ones(&all[..1]), String::new());
                 }
                 if x.op == Op::Leaf || x.op != y.op || y.op != z.op {

@@ -1,12 +1,14 @@
 //! What `shaders/certified.wgsl` and `shaders/tree.wgsl` do: each ray alone, in f32.
 
-use kugelblitz::bvh::{IS_LEAF, MOST_BOXES};
-use kugelblitz::gpu::slabs::{LEAST_SLACK, Slabs};
+use kugelblitz::bvh::{FlatBox, IS_LEAF, MOST_BOXES, MOST_BOXES_TO_LIGHT};
+use kugelblitz::gpu::slabs::{LEAST_SLACK, Slabs, is_near};
 use kugelblitz::num::fields::{FieldSource, Fields};
 use kugelblitz::num::{OPEN, Real, V3};
 use kugelblitz::prepare::{InSpace, ObjectRecords, Prepared};
 use kugelblitz::rays::{Frame, List, Rays};
-use kugelblitz::seen::{Nearest, PlaneSeen, Ray, Seen as _, SphereSeen};
+use kugelblitz::seen::{
+    Nearest, Occluder as _, PlaneSeen, Ray, Seen as _, ShadowRay, SphereMet, SphereSeen, Verdict,
+};
 use rayon::prelude::*;
 
 /// The proposals of the kernel `certified` where each ray is looked at alone, by the formulas of a device: the
@@ -105,17 +107,42 @@ impl Twin<'_> {
         let mut at = 0;
         for _ in 0..MOST_BOXES {
             let Some(node) = boxes.get(at) else { break };
-            let is_leaf = node.link & IS_LEAF != 0;
-            let [low, high] = [node.low, node.high].map(|side| V3::splat(V3(side)));
-            let is_met = slabs.between(low, high).is_within(nearest.high());
-            let is_met = R::select_id(is_met, 1, 0) == 1;
-            at += if is_met || is_leaf { 1 } else { node.link as usize };
-            if is_met && is_leaf {
+            let (is_met, next) = step(node, &slabs, nearest.high());
+            at += next;
+            if is_met && node.link & IS_LEAF != 0 {
                 hierarchy.leaves.add(node.link & !IS_LEAF, ray, nearest);
             }
         }
         at == boxes.len()
     }
+
+    /// What is in the way of a shadow ray that starts on the object `own`: `listed`, and the spheres of the tree.
+    pub fn shadow(&self, listed: Verdict<f32>, ray: &ShadowRay<f32>, own: u32) -> Verdict<f32> {
+        let Some(InSpace { boxes, .. }) = &self.in_space else { return listed };
+        let slabs = Slabs::to_light(ray);
+        let most = if is_near(ray) { MOST_BOXES_TO_LIGHT } else { 0 };
+        let (mut at, mut verdict) = (0, listed);
+        for _ in 0..most {
+            let Some(node) = boxes.get(at) else { break };
+            let (is_met, next) = step(node, &slabs, ray.last);
+            at += next;
+            if is_met && node.link & IS_LEAF != 0 && node.id != own {
+                let sphere = &self.prepared.scene.spheres[node.id as usize - 1];
+                let met = SphereMet::met_from::<f32>(sphere, self.prepared.reference);
+                verdict = verdict.with(SphereMet::occlude(&met, ray));
+            }
+        }
+        let is_ended = at == boxes.len();
+        Verdict { clear: if is_ended { verdict.clear } else { -1.0 }, ..verdict }
+    }
+}
+
+/// Whether a ray meets a box, and how many boxes further a walk goes on.
+fn step<R: Real<One = f32, Id = u32>>(node: &FlatBox, slabs: &Slabs<R>, t_max: R) -> (bool, usize) {
+    let [low, high] = [node.low, node.high].map(|side| V3::splat(V3(side)));
+    let is_met = slabs.between(low, high).is_within(t_max);
+    let is_met = R::select_id(is_met, 1, 0) == 1;
+    (is_met, if is_met || node.link & IS_LEAF != 0 { 1 } else { node.link as usize })
 }
 
 /// A struct from the words of a device's buffer.

@@ -1,22 +1,24 @@
 //! What `shaders/lit.wgsl` does: each pixel alone, in f32.
 
-use kugelblitz::num::{OPEN, V3};
+use kugelblitz::num::{Float as _, OPEN, V3};
 use kugelblitz::prepare::{CertifiedLamp, CertifiedLighting, Prepared};
 use kugelblitz::rays::{Frame, Pixels};
 use kugelblitz::scene::{Edges, Object};
 use kugelblitz::seen::{
-    Bounds, LightBounds, Objects, PlaneSeen, Ray, Record as _, Seen as _, ShadowRay, SphereSeen,
-    Surface, Verdict,
+    Bounds, LightBounds, PlaneSeen, Ray, Record as _, Seen as _, ShadowRay, SphereSeen, Surface,
+    Verdict,
 };
 use rayon::prelude::*;
 
+use super::Twin;
+
 /// The bytes of pixels in the light of the kernel `certified`, by the formulas of a device: the twin that
-/// [`Tracer::light`](kugelblitz::tracer::Tracer::light) is compared with where objects are few. On the CPU f32 may decide more.
+/// [`Tracer::light`](kugelblitz::tracer::Tracer::light) is compared with. On the CPU f32 may decide more.
 pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &Pixels) -> Vec<u32> {
     let (n, eye) = (lighting.n_samples, prepared.eye());
     let samples = pixels.samples(n);
     let camera = Frame::<f32>::of_pixels(&samples);
-    let objects = Objects::<f32>::new(prepared.seen_objects(), &eye);
+    let twin = Twin::new(prepared).expect("a device finds a way through the scene");
     let surface = |id: u32, ray: &Ray<f32>| match prepared.scene.object(id) {
         Some(Object::Sphere(sphere)) => {
             let seen = SphereSeen::new::<f32>(sphere, &eye);
@@ -35,14 +37,17 @@ pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &P
     let sample = |x: u32, y: u32| {
         let (i, j) = samples.offset2(x, y);
         let ray = camera.ray(i as f32, j as f32);
-        let id = objects.nearest(&ray).decide().0;
-        let color = *lighting.colors.get(id as usize)?;
+        let id = twin.decide(&ray);
         if id == 0 {
-            return Some(LightBounds::of(V3([1.0; 3])).on(color));
+            return Some(LightBounds::of(V3([1.0; 3])).on(lighting.background));
         }
+        if id == OPEN {
+            return None;
+        }
+        let color = V3(prepared.scene.color(id).0.map(f32::near));
         let surface = Some(surface(id, &ray)).filter(Surface::is_known)?;
         let with = |light: LightBounds<f32>, lamp: &CertifiedLamp| {
-            light.with(lamp.weight, given(lamp, lighting, &surface, id))
+            light.with(lamp.weight, given(lamp, lighting, &twin, &surface, id))
         };
         Some(lighting.lamps.iter().fold(lighting.ambient, with).on(color))
     };
@@ -70,6 +75,7 @@ pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &P
 fn given(
     lamp: &CertifiedLamp,
     lighting: &CertifiedLighting,
+    twin: &Twin,
     surface: &Surface<f32>,
     own: u32,
 ) -> Bounds<f32> {
@@ -84,6 +90,9 @@ fn given(
         verdict.clear = if surface.front { 1.0 } else { -1.0 };
         for (_, met) in lighting.occluders.iter().filter(|(id, _)| *id != own) {
             verdict = verdict.with(met.occlude(&ray));
+        }
+        if high > 0.0 {
+            verdict = twin.shadow(verdict, &ray, own);
         }
     }
     Bounds { low, high }.behind(&verdict)
