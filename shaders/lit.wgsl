@@ -199,6 +199,8 @@ fn with_sample_at(sum: LightBounds, place: vec2u) -> LightBounds {
     surface.point = select(vec3f(0.0), surface.point, is_known);
     surface.normal =
         select(vec3f(0.0), surface.normal, is_known & (surface.normal_error < 1.0));
+    // Before the lamps: that is a sixth of the time of lavapipe.
+    let color = color_of(id);
     var light = lighting.ambient;
     //#each lamp
     light = light_with(light, lamps[INDEX].weight, given_of(lamps[INDEX], surface, id));
@@ -206,7 +208,7 @@ fn with_sample_at(sum: LightBounds, place: vec2u) -> LightBounds {
     let is_open = !is_none & !is_known;
     let one = vec3f(1.0);
     light = LightBounds(select(light.low, one, is_none), select(light.high, one, is_none));
-    light = light_on(light, color_of(id));
+    light = light_on(light, color);
     // Then the mean is beyond the last byte's end.
     let low = select(light.low, vec3f(0.0), is_open);
     return light_plus(sum, LightBounds(low, select(light.high, vec3f(BEYOND), is_open)));
