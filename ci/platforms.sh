@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks that the program compiles for Windows and macOS: those of their targets that are installed
+# Checks that the programs compile for Windows and macOS: those of their targets that are installed
 # (`rustup target add x86_64-pc-windows-gnu aarch64-apple-darwin`). Apple's wants clang, for one
 # dependency's assembly. ci/test.sh leaves this out: each target compiles all dependencies anew.
 set -euo pipefail

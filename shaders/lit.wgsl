@@ -123,7 +123,7 @@ fn verdict_in_tree(listed: Verdict, ray: ShadowRay, own: u32) -> Verdict {
     let slabs = shadow_slabs(ray);
     var verdict = listed;
     var at = 0u;
-    var n_left = select(0u, MOST_BOXES_TO_LIGHT, is_near(ray));
+    var n_left = select(0u, MOST_BOXES, is_near(ray));
     while at < walk.n_boxes && n_left > 0u && verdict.blocked <= 0.0 {
         n_left -= 1u;
         let step = step_at(at, slabs, ray.last);

@@ -2,7 +2,7 @@
 
 @group(0) @binding(next) var<uniform> walk: Walk;
 // Storage textures, whose texels a software device loads for all lanes at once also within a loop, without a look at levels: from
-// storage buffers the walk takes some hundred times as long there. Of a box, two texels (FlatBox in src/bvh/mod.rs), and
+// storage buffers the walk takes some hundred times as long there. Of a box, two texels (FlatBox in src/bvh/flat.rs), and
 // behind the boxes one for each sphere that is not in the tree, with its id.
 @group(0) @binding(next) var boxes: texture_storage_2d<rgba32uint, read>;
 // SphereLeaf, two texels each.

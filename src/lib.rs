@@ -124,7 +124,8 @@
 //!    `shade/unlit.rs`, which [`tracer::Tracer::trace_samples`] finds, on the CPU after the engine has proven which
 //!    pixels show one object alone. Lit ones come of `shade/lit.rs`: `shade/pass.rs` finds bounds of their colours, of bytes
 //!    first in f32, in f64 what that leaves open and all others, both with the points of `certify/surfaces.rs` and the shadow
-//!    rays of [`seen::shadow`]; the rest is decided exactly (`shade/decide.rs`, `exact/light.rs`, `shade/mean.rs`). Kernels without a
+//!    rays of [`seen::shadow`]; the rest is decided exactly (`shade/decide.rs`, `exact/light.rs`, `shade/mean.rs`). A card gives
+//!    bytes of f32 before: `gpu/light.rs` runs `shaders/lit.wgsl`. Kernels without a
 //!    proof shade plainly: `shade/plain.rs`, on a device its twin `shaders/plain_light.wgsl`, which `gpu/plain_light.rs`
 //!    runs.
 //! 7. [`picture::PictureWriter::rows`] encodes them into an [`output::OutputFile`].

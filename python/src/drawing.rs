@@ -85,5 +85,6 @@ pub fn figure<'py>(
     };
     let pixels = pixels_of(&scene, camera, size, None)?;
     let drawn = figure.draw(&scene, object, &pixels, crate::explain::lang(lang)?);
-    drawing(py, drawn.map_err(error::of("object"))?)
+    let argument = if object.is_some() { "object" } else { "scene" };
+    drawing(py, drawn.map_err(error::of(argument))?)
 }

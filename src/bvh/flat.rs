@@ -17,7 +17,7 @@ pub const IS_LEAF: u32 = 1 << 31;
 /// dead.
 pub const MOST_BOXES: u32 = 1 << 13;
 
-/// Boxes that a shadow ray of a device looks at before its light is left open. No bound: the CPU takes what is left.
+/// [`MOST_BOXES`] where the device lights what it sees, of rays and of shadow rays. No bound: the CPU takes what is left.
 pub const MOST_BOXES_TO_LIGHT: u32 = 1 << 10;
 
 /// Largest coordinate of a [`FlatBox`], and distance of an origin, with which `gpu::slabs` stay in f32's

@@ -229,10 +229,10 @@ fn constants(key: &ShaderKey) -> String {
     }
     let mut constants = Vec::new();
     if key.spheres == SphereSearch::Tree {
+        let most_boxes = if key.light.is_some() { MOST_BOXES_TO_LIGHT } else { MOST_BOXES };
         constants.extend([
             ("IS_LEAF", format!("{IS_LEAF}u")),
-            ("MOST_BOXES", format!("{MOST_BOXES}u")),
-            ("MOST_BOXES_TO_LIGHT", format!("{MOST_BOXES_TO_LIGHT}u")),
+            ("MOST_BOXES", format!("{most_boxes}u")),
             ("NO_PLACE", format!("{}u", u32::MAX)),
             ("ROW_BITS", format!("{}u", TEXELS_PER_ROW.ilog2())),
         ]);

@@ -10,7 +10,7 @@ use super::open::Gpu;
 use super::pass::Pass;
 use super::pipeline::Named;
 use super::tiles::DeviceTile;
-use crate::bvh::{MOST_BOXES, MOST_BOXES_TO_LIGHT};
+use crate::bvh::MOST_BOXES_TO_LIGHT;
 use crate::control::Control;
 use crate::error::Result;
 use crate::kernel::certified::SphereWords;
@@ -24,7 +24,7 @@ use crate::scene::Edges;
 use crate::seen::{Met, Record as _, SphereMet, SphereSeen};
 use crate::trace::Rays;
 
-/// Objects that the rays of a pixel are compared with at most: more take a card so long that it may be taken for dead.
+/// Objects and boxes that the rays of a pixel are compared with at most: more take a card so long that it may be taken for dead.
 const MOST_TESTS_OF_PIXEL: usize = 1 << 20;
 
 /// What is bound, in words, with its names.
@@ -42,7 +42,7 @@ pub struct CertifiedLight {
 }
 
 impl CertifiedLight {
-    /// Lights with this one where that has the same numbers, else with a new one; `None` where the device leaves that to the
+    /// Lights with the `old` one, of the same prepared scene, where that has the same numbers, else with a new one; `None` where the device leaves that to the
     /// CPU: one in software, which is slower, and where numbers don't fit its buffers. `objects` are those of the listed spheres
     /// and the planes, `hierarchy` is the tree.
     ///
@@ -62,14 +62,13 @@ impl CertifiedLight {
         let most =
             if gpu.facts.is_software() { MOST_TURNS_IN_SOFTWARE } else { MOST_TESTS_OF_PIXEL };
         let n_listed = prepared.n_listed_spheres() + prepared.scene.planes.len();
-        let [of_ray, of_way] = match hierarchy {
-            Some(_) => [MOST_BOXES as usize, MOST_BOXES_TO_LIGHT as usize],
-            None => [0, 0],
-        };
-        // To find what a sample sees, where it meets that, and its colour, each takes a turn an object.
-        let of_lamp = lighting.occluders.len() + 1 + of_way;
-        let n_turns = 3 * n_listed + of_ray + lighting.lamps.len() * of_lamp;
-        if n_samples * n_turns > most {
+        let n_boxes = hierarchy.map_or(0, |_| MOST_BOXES_TO_LIGHT as usize);
+        // To find what a sample sees, where it meets that, and its colour, each takes a turn an object. Of a tree's two loops the
+        // outer one turns for each sphere that is found.
+        let n_turns = 3 * n_listed
+            + 2 * n_boxes
+            + lighting.lamps.len() * (lighting.occluders.len() + 1 + n_boxes);
+        if n_samples * (n_turns + 1) > most {
             return Ok(None);
         }
         let mut uniforms = uniforms(lighting);
@@ -89,7 +88,9 @@ impl CertifiedLight {
             n_spheres,
             n_planes: lighting.occluders.len() - n_spheres,
         };
-        let (key, background) = (prepared.light_key(light), lighting.background);
+        let (mut key, background) = (prepared.light_key(light), lighting.background);
+        // With the origins of parallel rays others than those beside the tree count as close.
+        key.close |= hierarchy.is_some();
         let is_same = |old: &CertifiedLight| {
             (&old.key, &old.uniforms) == (&key, &uniforms) && old.background == background
         };
@@ -155,16 +156,16 @@ fn lists_of_tree(
     lighting: &CertifiedLighting,
 ) -> Result<Option<Lists>> {
     const SEEN: usize = size_of::<SphereWords>() / size_of::<f32>();
-    let (spheres, eye) = (&prepared.scene.spheres[..], prepared.eye());
-    let facts = &gpu.facts;
-    if size_of::<SphereWords>() * spheres.len()
-        > facts.max_binding_bytes.min(facts.max_buffer_bytes) as usize
-    {
+    let (spheres, eye, facts) = (&prepared.scene.spheres[..], prepared.eye(), &gpu.facts);
+    let most = facts.max_binding_bytes.min(facts.max_buffer_bytes) as usize;
+    if size_of::<SphereWords>() * spheres.len() > most {
         return Ok(None);
     }
+    // As lists, on their way, and on a device in software once more.
+    let bytes = size_of::<SphereWords>() + size_of::<[f32; 8]>() + size_of::<[f32; 4]>();
     memory::require(
         format!("{} spheres in the light of a device", spheres.len()),
-        4 * (size_of::<SphereWords>() * spheres.len()) as u64,
+        3 * (bytes * spheres.len()) as u64,
         "use fewer spheres, or `--device cpu`",
     )?;
     let seen = |sphere| words::<SEEN>(&SphereSeen::new::<f32>(sphere, &eye).round::<f32>());

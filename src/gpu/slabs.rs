@@ -10,7 +10,6 @@
 //! `2⁻³⁸`. That, and what underflows, is in the slack's least part, `2⁻³⁷`; half of it would do for all
 //! that a test finds. So a flat ray within a slab leaves it at `2⁻³⁸·2⁸⁰ = 2⁴²` at the earliest. No slab reaches
 //! `2⁴¹·2⁸⁰·2 = 2¹²²`, so that none overflows.
-
 //!
 //! # Ways to lights
 //! A shadow ray's `t` counts in lengths of its way. At `t` the true way is beside the computed one by no more than `1 − t` of what

@@ -17,7 +17,7 @@ const TILE_TARGET: Duration = Duration::from_millis(75);
 const TILE_MAX_RAYS: usize = 1 << 20;
 
 /// Most rays of one dispatch where a device in software walks through a tree: [`MOST_BOXES`](crate::bvh::MOST_BOXES) of each ray
-/// then take half a minute on two cores, and a driver is given up after one.
+/// without light then take half a minute on two cores, and a driver is given up after one.
 const TILE_MAX_RAYS_IN_SOFTWARE: usize = 1 << 17;
 
 /// Ray–object tests of the first dispatch, before anything is known about the device: about a

@@ -176,7 +176,7 @@ fields! {
 }
 
 impl<R: Real> ShadowRay<R> {
-    /// How far beside it the true way may be, anywhere on it.
+    /// How far beside it the true way may be, but for the rounding of a sun's direction.
     #[inline(always)]
     #[track_caller]
     pub fn beside(&self) -> R {

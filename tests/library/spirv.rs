@@ -164,7 +164,8 @@ fn keys_of_certified_light() -> Vec<ShaderKey> {
                     let light = LightKey::Certified { n_samples, n_lamps, n_spheres, n_planes };
                     let key = key(Kernel::Certified, bundle, spheres);
                     all.push(ShaderKey { n_spheres, n_planes, light: Some(light), ..key });
-                    all.push(ShaderKey { close: n_spheres > 0, ..all[all.len() - 1] });
+                    let close = n_spheres > 0 || spheres == SphereSearch::Tree;
+                    all.push(ShaderKey { close, ..all[all.len() - 1] });
                 }
             }
         }

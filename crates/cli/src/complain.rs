@@ -3,10 +3,10 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
+use crate::CommandLine;
 use crate::head::failed_in_json;
 use crate::output::{STDOUT, talk, talk_in_colour};
 use anstream::{AutoStream, ColorChoice};
-use clap::Parser;
 use kugelblitz::Error;
 use kugelblitz::error::SceneError;
 use kugelblitz::plain::{Shown, plain};
@@ -27,7 +27,7 @@ pub fn complain(error: &Error, writes: bool) {
 
 /// Prints what clap found in the command line: that it is wrong, or that it asks for help or the
 /// version. Returns the exit code.
-pub fn complain_about_usage<C: Parser>(error: clap::Error) -> u8 {
+pub fn complain_about_usage<C: CommandLine>(error: clap::Error) -> u8 {
     // It quotes arguments, which are read once more as they are shown.
     let shown = std::env::args_os().map(|argument| Path::new(&argument).shown());
     let error = C::try_parse_from(shown).err().unwrap_or(error);
@@ -41,7 +41,7 @@ pub fn complain_about_usage<C: Parser>(error: clap::Error) -> u8 {
             let rendered = error.render().to_string();
             let (message, _) = rendered.split_once("\n\n").unwrap_or((&rendered, ""));
             let usage = Error::Usage(message.trim().trim_start_matches("error: ").to_string());
-            failed_in_json(&usage);
+            failed_in_json::<C>(&usage);
             usage.exit_code()
         }
         _ => error.exit_code() as u8,

@@ -3,7 +3,6 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use clap::CommandFactory;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::AdapterFacts;
 use kugelblitz::output::{self, OutputFile};
@@ -16,10 +15,9 @@ use kugelblitz::{Error, Making, Result, Session};
 use kugelblitz_judge::compare::ObjectCounts;
 use serde::{Serialize, Serializer};
 
-use crate::Run;
-use crate::args::Cli;
 use crate::output::{json, ms, objects, print, print_text};
 use crate::show::LegendEntry;
+use crate::{CommandLine, Run};
 
 /// The version of `docs/json.md`; a report has its own.
 const SCHEMA: u32 = 1;
@@ -160,7 +158,7 @@ impl From<&Error> for Failure {
 
 /// Prints a failure as JSON where the command line asks for JSON and standard output has none yet. Where
 /// an output goes there (`-`), it is not said.
-pub fn failed_in_json(error: &Error) {
+pub fn failed_in_json<C: CommandLine>(error: &Error) {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();
     let has = |word: &str| arguments.iter().any(|argument| argument == word);
     if !has("--json") || has("-") || IS_PRINTED.load(Ordering::Relaxed) {
@@ -168,7 +166,7 @@ pub fn failed_in_json(error: &Error) {
     }
     let mut words = arguments.iter().filter_map(|word| word.to_str());
     let first = words.find(|word| !word.starts_with('-'));
-    let command = first.filter(|word| Cli::command().find_subcommand(word).is_some());
+    let command = C::COMMAND.or(first.filter(|word| C::command().find_subcommand(word).is_some()));
     // Who reads no failure has the exit code.
     let _ = summary(command, None::<&()>, Some(error)).and_then(|text| print(&text));
 }

@@ -69,6 +69,9 @@ pub struct Run {
 
 /// What a program is asked for on its command line.
 pub trait CommandLine: Parser {
+    /// The command of `kugelblitz` that it is; `None` where its first word says that.
+    const COMMAND: Option<&str> = None;
+
     /// How much the program says.
     fn talk(&self) -> TalkArgs;
 
@@ -99,7 +102,7 @@ pub fn main_of<C: CommandLine>() -> ExitCode {
         Ok(()) => end(0, || {}),
         Err(error) => end(error.exit_code(), || {
             complain(&error, writes);
-            failed_in_json(&error);
+            failed_in_json::<C>(&error);
         }),
     })
 }

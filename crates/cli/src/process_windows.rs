@@ -22,7 +22,7 @@ pub fn exit_at_once(code: u8) -> ! {
     std::process::exit(code.into())
 }
 
-/// Runs another program in place of this one; returns only where it can't be started.
+/// Runs another program in place of this one; returns only where it can't be started. Ctrl-C reaches both.
 pub fn become_program(mut program: Command) -> io::Error {
     match program.status() {
         Ok(status) => std::process::exit(status.code().unwrap_or(1)),

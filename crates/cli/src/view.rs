@@ -29,9 +29,9 @@ pub fn run() -> Result<()> {
     let error = become_program(window);
     match error.kind() {
         ErrorKind::NotFound => wrong_usage(format!(
-            "the window is a program of its own, `{PROGRAM}`, which is neither beside this one nor in PATH; `cargo build \
-             --release -p {PROGRAM}` builds it there, `cargo install --path crates/view` installs it"
+            "the window is a program of its own, `{PROGRAM}`, which is neither beside this one nor in PATH; `cargo \
+             install --path crates/view` installs it"
         )),
-        _ => Err(Error::io(PROGRAM)(error)),
+        _ => Err(Error::io(program)(error)),
     }
 }

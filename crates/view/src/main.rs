@@ -41,6 +41,8 @@ struct Window {
 }
 
 impl CommandLine for Window {
+    const COMMAND: Option<&str> = Some("view");
+
     fn talk(&self) -> TalkArgs {
         self.talk
     }

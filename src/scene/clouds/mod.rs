@@ -212,7 +212,7 @@ impl<'a> CloudFile<'a> {
             Err(interrupted) => interrupted.into(),
             Ok(()) => self.wrong(
                 format!("cannot read the cloud: {error}"),
-                "paths are relative to the folder of the scene file",
+                "in a scene file, paths are relative to its folder",
             ),
         }
     }

@@ -106,6 +106,8 @@ struct Tally {
     /// Lit pixels whose bytes it proposed, or left open, and these.
     lit: usize,
     lit_open: usize,
+    /// Lit pixels of scenes with a tree.
+    lit_in_trees: usize,
 }
 
 /// Rays of a case, and what a device's twin proposes for them.
@@ -226,6 +228,7 @@ fn light(case: &Case, gpu: &Arc<Gpu>, tally: &mut Tally) -> Vec<Failure> {
         let Some(codes) = lit.found(gpu) else { continue };
         tally.lit += codes.len();
         tally.lit_open += n_open(&codes);
+        tally.lit_in_trees += if lit.prepared.hierarchy.is_some() { codes.len() } else { 0 };
         let LitPixels { pixels, n, .. } = &lit;
         let mut fail = |what: String| {
             let who = format!("the device lights, {}, {n} x {n}", rectangle(pixels));
@@ -267,9 +270,10 @@ fn proposals_are_true_and_those_of_the_twin() {
     let cases = in_turn(setting("KUGELBLITZ_DEVICE", 5) as usize, 1);
     let tally = propose_all(&cases, gpu);
     println!("{tally:?}");
-    let Tally { rays, open, on_device, lit, lit_open } = tally;
+    let Tally { rays, open, on_device, lit, lit_open, lit_in_trees } = tally;
     assert!(cases.len() == 1 || on_device > rays / 2 && open > rays / 50, "{tally:?}");
     assert!(cases.len() == 1 || lit > 1000 && lit_open < lit, "{tally:?}");
+    assert!(cases.len() == 1 || lit_in_trees > 1000, "{tally:?}");
 }
 
 #[test]

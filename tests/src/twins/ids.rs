@@ -24,6 +24,7 @@ pub fn propose_alone(prepared: &Prepared, rays: &Rays) -> Option<Vec<u32>> {
 pub struct Twin<'a> {
     prepared: &'a Prepared,
     in_space: Option<InSpace>,
+    most_boxes: u32,
 }
 
 impl Twin<'_> {
@@ -31,7 +32,12 @@ impl Twin<'_> {
     pub fn new(prepared: &Prepared) -> Option<Twin<'_>> {
         let in_space = prepared.in_space().expect("memory for the boxes of a tree");
         let has_way = in_space.is_some() || prepared.hierarchy.is_none();
-        has_way.then_some(Twin { prepared, in_space })
+        has_way.then_some(Twin { prepared, in_space, most_boxes: MOST_BOXES })
+    }
+
+    /// The scene as a device lights it.
+    pub fn lit(self) -> Self {
+        Twin { most_boxes: MOST_BOXES_TO_LIGHT, ..self }
     }
 
     /// One of these rays.
@@ -105,7 +111,7 @@ impl Twin<'_> {
             hierarchy.leaves.add(0, ray, &mut Nearest::none());
         }
         let mut at = 0;
-        for _ in 0..MOST_BOXES {
+        for _ in 0..self.most_boxes {
             let Some(node) = boxes.get(at) else { break };
             let (is_met, next) = step(node, &slabs, nearest.high());
             at += next;
@@ -120,7 +126,7 @@ impl Twin<'_> {
     pub fn shadow(&self, listed: Verdict<f32>, ray: &ShadowRay<f32>, own: u32) -> Verdict<f32> {
         let Some(InSpace { boxes, .. }) = &self.in_space else { return listed };
         let slabs = Slabs::to_light(ray);
-        let most = if is_near(ray) { MOST_BOXES_TO_LIGHT } else { 0 };
+        let most = if is_near(ray) { self.most_boxes } else { 0 };
         let (mut at, mut verdict) = (0, listed);
         for _ in 0..most {
             let Some(node) = boxes.get(at) else { break };

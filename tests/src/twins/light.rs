@@ -18,7 +18,7 @@ pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &P
     let (n, eye) = (lighting.n_samples, prepared.eye());
     let samples = pixels.samples(n);
     let camera = Frame::<f32>::of_pixels(&samples);
-    let twin = Twin::new(prepared).expect("a device finds a way through the scene");
+    let twin = Twin::new(prepared).expect("a device finds a way through the scene").lit();
     let surface = |id: u32, ray: &Ray<f32>| match prepared.scene.object(id) {
         Some(Object::Sphere(sphere)) => {
             let seen = SphereSeen::new::<f32>(sphere, &eye);

@@ -78,8 +78,9 @@ impl Figure {
         let is_of_kind = |object| matches!(object, Object::Plane(_)) == (self == Figure::Plane);
         let first = || scene.objects().find(|(_, object)| is_of_kind(*object)).map(|(id, _)| id);
         let Some(id) = named.or_else(first) else {
-            let message = format!("figure {number} shows a {kind}, and the scene has none");
-            return wrong_usage(message);
+            return wrong_usage(format!(
+                "figure {number} shows a {kind}, and the scene has none; name another scene"
+            ));
         };
         let other = match scene.object(id) {
             Some(object) if is_of_kind(object) => {

@@ -1,5 +1,6 @@
 //! Figures 2 and 5: plans of what the camera's rays meet. All lies in the plane through the middle of the picture from
-//! left to right, as it is seen from above, and `t` is 0 at the camera.
+//! left to right, as it is seen from above, and `t` is 0 at the camera. Where the picture has an even height, rays of pixels are half a
+//! pixel lower.
 
 use glam::DVec3;
 use kugelblitz::Result;
@@ -41,6 +42,10 @@ pub fn rays(objects: &[(u32, Object)], drawing: &mut Drawing) -> Result<()> {
     for (id, object) in objects {
         let Object::Plane(Plane { point, normal, .. }) = object else { continue };
         let across = *normal - true_up * normal.dot(true_up);
+        if across == DVec3::ZERO {
+            // Nowhere in the plan, or all of it.
+            continue;
+        }
         let foot = position + across * ((*point - position).dot(*normal) / across.length_squared());
         let along = across.cross(true_up).normalize_or_zero() * end;
         drawing.stroke(&pieces(foot - along, foot + along), "surface", false, VISIBLE);

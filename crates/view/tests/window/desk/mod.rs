@@ -43,7 +43,11 @@ pub fn scene(name: &str) -> PathBuf {
 /// The program `kugelblitz`, whose command `view` starts that of the window.
 pub fn kugelblitz() -> PathBuf {
     let beside = Path::new(env!("CARGO_BIN_EXE_kugelblitz-view")).with_file_name("kugelblitz");
-    assert!(beside.is_file(), "{} is missing: build kugelblitz-cli", beside.display());
+    assert!(
+        beside.is_file(),
+        "{} is missing: cargo build --profile ci -p kugelblitz-cli",
+        beside.display()
+    );
     beside
 }
 

@@ -1,0 +1,320 @@
+//! The kinds of values that keys of scene files have: how each is read, with what was expected, and written.
+
+use glam::DVec3;
+use toml::de::DeValue;
+
+use super::{Key, Section};
+use crate::memory;
+use crate::plain::steers;
+use crate::scene::places::{Fault, quoted};
+use crate::scene::table::{Checked, Field, read_table};
+use crate::scene::{Color, ColorMap, ImageSize, Samples, Sky, Source, hex};
+
+/// How a value is read.
+pub type Reader<T> = fn(&Field) -> Checked<T>;
+
+/// True or false.
+pub fn flag(field: &Field) -> Checked<bool> {
+    field.value().as_bool().ok_or_else(|| field.wrong_type("true or false"))
+}
+
+/// A text in quotes.
+pub fn text(field: &Field) -> Checked<String> {
+    let text = field.value().as_str();
+    text.map(str::to_owned).ok_or_else(|| field.wrong_type("a string in quotes"))
+}
+
+/// A point, world units.
+pub fn point(field: &Field) -> Checked<DVec3> {
+    field.numbers("three numbers").map(DVec3::from_array)
+}
+
+/// A direction of any length but zero.
+pub fn direction(field: &Field) -> Checked<DVec3> {
+    match point(field)? {
+        DVec3::ZERO => Err(field.wrong(
+            format!("`{}` is the zero vector", field.key.name),
+            "a direction of any length but zero",
+        )),
+        vector => Ok(vector),
+    }
+}
+
+/// What is expected of a number, and which are.
+type Bounds = (&'static str, fn(f64) -> bool);
+
+pub(in crate::scene) const FOV: Bounds =
+    ("degrees, greater than 0 and less than 180", |angle| angle > 0.0 && angle < 180.0);
+pub(in crate::scene) const HEIGHT: Bounds =
+    ("a height in world units, greater than 0", |height| height > 0.0);
+
+/// A vertical field of view, degrees.
+pub fn fov(field: &Field) -> Checked<f64> {
+    field.number_within(FOV)
+}
+
+/// The height of an orthographic camera's picture, world units.
+pub fn height(field: &Field) -> Checked<f64> {
+    field.number_within(HEIGHT)
+}
+
+/// A radius, world units.
+pub fn radius(field: &Field) -> Checked<f64> {
+    field.number_within(("a number greater than 0", |radius| radius > 0.0))
+}
+
+/// How much light there is.
+pub fn intensity(field: &Field) -> Checked<f64> {
+    field.number_within(("a number that is not negative", |light| light >= 0.0))
+}
+
+/// Columns or rows of a picture.
+pub fn pixels(field: &Field) -> Checked<u32> {
+    field.whole_number(" of pixels", 1..=ImageSize::MAX_SIDE)
+}
+
+/// Samples across and down a pixel.
+pub fn samples(field: &Field) -> Checked<Samples> {
+    field.whole_number(" of samples", 1..=Samples::MOST).map(Samples::nearest)
+}
+
+/// Suns of a sky.
+pub fn directions(field: &Field) -> Checked<u32> {
+    field.whole_number(" of directions", 1..=Sky::MAX_DIRECTIONS)
+}
+
+/// Which frame of several in a file.
+pub fn frame(field: &Field) -> Checked<u32> {
+    field.whole_number(": 0 is the first frame", 0..=u32::MAX)
+}
+
+/// A colour: `"#rrggbb"`, a name of CSS, or linear red, green and blue.
+pub fn color(field: &Field) -> Checked<Color> {
+    let expected = "\"#rrggbb\" or a name of CSS (sRGB), or [r, g, b] (linear, each from 0 to 1)";
+    if let Some(text) = field.value().as_str() {
+        return Color::parse(text)
+            .ok_or_else(|| field.misspelt("a colour", text, Color::css_names(), expected));
+    }
+    let linear = field.numbers(expected)?;
+    match linear.iter().find(|part| !(0.0..=1.0).contains(*part)) {
+        Some(part) => Err(field.wrong(format!("{part:?} in a linear colour"), expected)),
+        None => Ok(Color(linear)),
+    }
+}
+
+/// A colour, or a number for white light, which is not bounded by 1.
+pub fn ambient(field: &Field) -> Checked<Color> {
+    match field.value() {
+        DeValue::Integer(_) | DeValue::Float(_) => intensity(field).map(|light| Color([light; 3])),
+        _ => color(field),
+    }
+}
+
+/// Where a lamp is: a point, or at the eye.
+pub fn lamp(field: &Field) -> Checked<Source> {
+    match field.value().as_str() {
+        Some("eye") => Ok(Source::Eye),
+        Some(other) => {
+            Err(field
+                .wrong_value(quoted(other), "a point of three numbers, or \"eye\" for the camera"))
+        }
+        None => point(field).map(Source::Point),
+    }
+}
+
+/// Two numbers, the lesser one first.
+pub fn range(field: &Field) -> Checked<[f64; 2]> {
+    match field.numbers("two numbers, the least and the largest")? {
+        [low, high] if low < high => Ok([low, high]),
+        range => Err(field.wrong_value(
+            range,
+            "the lesser number first; a colour map is turned around by `_r` at its name: \
+             `colormap = \"viridis_r\"`",
+        )),
+    }
+}
+
+/// A colour map, by its name.
+pub fn colormap(field: &Field) -> Checked<ColorMap> {
+    let name = text(field)?;
+    ColorMap::from_name(&name).ok_or_else(|| {
+        let names: Vec<_> = ColorMap::names().collect();
+        let expected =
+            format!("one of {}, or one with `_r` behind it, turned around", names.join(", "));
+        field.misspelt("a colour map", &name, ColorMap::names(), &expected)
+    })
+}
+
+/// The name of a column, or its number; `None` for `false`.
+pub fn column_or_none(field: &Field) -> Checked<Option<String>> {
+    match field.value() {
+        DeValue::Boolean(false) => Ok(None),
+        DeValue::Integer(number) => Ok(Some(number.to_string())),
+        DeValue::String(text) => Ok(Some(text.to_string())),
+        _ => Err(field.wrong_type("the name of a column, or false for none")),
+    }
+}
+
+/// The name of a column, or its number.
+pub fn column(field: &Field) -> Checked<String> {
+    column_or_none(field)?.ok_or_else(|| field.wrong_type("the name of a column"))
+}
+
+/// A table under its header, or in a line.
+pub fn table<S: Section>(field: &Field) -> Checked<S> {
+    match field.value() {
+        DeValue::Table(table) => read_table(table, field.span()),
+        _ => Err(field.wrong_type(format!("one table under {}", S::INFO.header))),
+    }
+}
+
+/// Tables, each under its own header, or a list of them.
+pub fn tables<S: Section>(field: &Field) -> Checked<Vec<S>> {
+    let expected = || format!("a list of tables, each under its own {}", S::INFO.header);
+    let list = field.value().as_array().ok_or_else(|| field.wrong_type(expected()))?;
+    // Each is kept whole until the file is read, however short it is.
+    let bytes = list.len() as u64 * size_of::<S>() as u64;
+    let advice = "give many spheres as a cloud, in a file of their own: [[spheres]]";
+    memory::require(format!("reading {} tables", list.len()), bytes, advice)
+        .map_err(|error| Fault::new(field.span(), error.to_string(), advice))?;
+    let read = |value: &toml::Spanned<DeValue>| match value.get_ref() {
+        DeValue::Table(table) => read_table(table, value.span()),
+        _ => Err(Field { value, ..*field }.wrong_type(expected())),
+    };
+    list.iter().map(read).collect()
+}
+
+/// What stands behind a key, as it is written.
+pub trait Value {
+    /// In TOML: read, it is the same.
+    fn toml(&self) -> String;
+}
+
+macro_rules! written_as_debug {
+    ($($type:ty),*) => {$(
+        impl Value for $type {
+            fn toml(&self) -> String {
+                format!("{self:?}")
+            }
+        }
+    )*};
+}
+
+written_as_debug!(bool, u32, f64, [f64; 2]);
+
+impl Value for str {
+    /// In double quotes; all that steers a terminal is escaped.
+    fn toml(&self) -> String {
+        let mut text = String::from('"');
+        for c in self.chars() {
+            match c {
+                '"' | '\\' => text.extend(['\\', c]),
+                '\n' => text += "\\n",
+                '\t' => text += "\\t",
+                // All of them are in Unicode's first plane.
+                c if steers(c) => text += &format!("\\u{:04x}", u32::from(c)),
+                c => text.push(c),
+            }
+        }
+        text + "\""
+    }
+}
+
+impl Value for String {
+    fn toml(&self) -> String {
+        self.as_str().toml()
+    }
+}
+
+impl Value for Option<String> {
+    fn toml(&self) -> String {
+        self.as_ref().map_or("false".into(), Value::toml)
+    }
+}
+
+impl Value for DVec3 {
+    fn toml(&self) -> String {
+        format!("{:?}", self.to_array())
+    }
+}
+
+impl Value for Source {
+    fn toml(&self) -> String {
+        match self {
+            Source::Eye => "\"eye\"".into(),
+            Source::Point(place) | Source::Sun(place) => place.toml(),
+        }
+    }
+}
+
+impl Value for Samples {
+    fn toml(&self) -> String {
+        self.across().to_string()
+    }
+}
+
+impl Value for ColorMap {
+    fn toml(&self) -> String {
+        self.name().toml()
+    }
+}
+
+impl Value for Color {
+    /// `#rrggbb` where that is this colour to the last bit; a number where it is more than a colour can be, as white
+    /// ambient light may.
+    fn toml(&self) -> String {
+        let srgb = self.to_srgb8();
+        match self.0 {
+            _ if Color::from_srgb8(srgb) == *self => hex(srgb).toml(),
+            [light, g, b] if light > 1.0 && [g, b] == [light; 2] => light.toml(),
+            linear => format!("{linear:?}"),
+        }
+    }
+}
+
+impl<S: Section> Value for S {
+    fn toml(&self) -> String {
+        let mut parts = Vec::new();
+        self.each(&mut |key, value| parts.push(format!("{key} = {value}")));
+        format!("{{ {} }}", parts.join(", "))
+    }
+}
+
+impl<S: Section> Value for Vec<S> {
+    fn toml(&self) -> String {
+        format!("[{}]", self.iter().map(Value::toml).collect::<Vec<_>>().join(", "))
+    }
+}
+
+/// Reads values as a command line gives them: a number, numbers between commas, or a text. What it can't read, it
+/// answers with what was expected.
+pub fn option<T>(read: Reader<T>) -> impl Fn(&str) -> Result<T, String> + Clone {
+    // As TOML has them: whole numbers stay whole, and infinity is in lower case.
+    let number = |part: &str| {
+        let part = part.trim();
+        let whole = part.parse::<i64>().ok().map(|number| number.to_string());
+        let float = || part.parse::<f64>().ok().map(|number| format!("{number:?}").to_lowercase());
+        whole.or_else(float)
+    };
+    move |text| {
+        let numbers: Option<Vec<String>> = text.split(',').map(number).collect();
+        let toml = match numbers.as_deref() {
+            Some([one]) => one.clone(),
+            Some(several) => format!("[{}]", several.join(", ")),
+            None => text.toml(),
+        };
+        // Lists have no brackets there.
+        read_value("", &toml, read).map_err(|[_, help]| help.replace(['[', ']'], ""))
+    }
+}
+
+/// Reads the TOML value of the key `name`.
+///
+/// # Errors
+/// What was found, and what was expected.
+pub fn read_value<T>(name: &'static str, toml: &str, read: Reader<T>) -> Result<T, [String; 2]> {
+    let value =
+        DeValue::parse(toml).map_err(|error| [error.message().to_owned(), String::new()])?;
+    let key = &Key { name, example: "", meaning: "" };
+    read(&Field { key, value: &value }).map_err(|fault| [fault.message, fault.help])
+}
