@@ -1,6 +1,4 @@
 // The ray of a pixel, or of a sample, by its column and row in the tile. Its formulas are printed: printed/camera.wgsl.
-//#if free
-//#else
 fn ray_at(place: vec2u) -> Ray {
     // Integers, exact in f32 up to 2^24.
     let across = params.step * Real(params.offset_i + 2 * i32(place.x));
@@ -13,4 +11,3 @@ fn ray_at(place: vec2u) -> Ray {
     return ray_from(params.origin + aside, params.forward);
     //#end
 }
-//#end

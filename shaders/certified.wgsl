@@ -1,13 +1,5 @@
 // The objects that a ray looks at one after the other. Their formulas are printed from src/seen: printed/seen.wgsl.
 
-//#if spheres
-//#if tree
-//#else
-fn sphere_id(index: u32) -> u32 {
-    return index + 1u;
-}
-//#end
-
 fn sphere_bounds(sphere: SphereSeen, ray: Ray) -> Bounds {
     let bounds = leaf_bounds(sphere_leaf(sphere), ray);
     //#if close
@@ -19,19 +11,27 @@ fn sphere_bounds(sphere: SphereSeen, ray: Ray) -> Bounds {
     return bounds;
     //#end
 }
+
+//#each indexed shape
+fn shape_id(index: u32) -> u32 {
+    return first_shape() + index;
+}
 //#end
 
 fn nearest_listed(ray: Ray) -> Nearest {
     var nearest = nearest_none();
-    //#if spheres
-    for (var i = 0u; i < N_SPHERES; i++) {
-        nearest = nearest_with(nearest, sphere_bounds(spheres[i], ray), sphere_id(i));
-    }
-    //#end
-    //#if planes
-    for (var i = 0u; i < N_PLANES; i++) {
-        nearest = nearest_with(nearest, plane_bounds(planes[i], ray), params.n_spheres + i + 1u);
+    //#each listed shape
+    for (var i = 0u; i < N_SHAPES; i++) {
+        nearest = nearest_with(nearest, shape_bounds(shapes[i], ray), shape_id(i));
     }
     //#end
     return nearest;
+}
+
+fn id_of(ray: Ray) -> u32 {
+    //#if tree
+    return decide(nearest_in_tree(ray, nearest_listed(ray)));
+    //#else
+    return decide(nearest_listed(ray));
+    //#end
 }

@@ -1,6 +1,5 @@
 // Twin of src/kernel/lecture.rs: the lecture's formulas, corrected, on world coordinates.
 
-//#if spheres
 struct SphereLecture {
     center: vec3f,
     radius: f32,
@@ -43,9 +42,12 @@ fn sphere_lecture(o: vec3f, d: vec3f, c: vec3f, r: f32) -> f32 {
 fn closer_sphere(ray: Ray, hit: Hit, sphere: SphereLecture, id: u32) -> Hit {
     return closer(hit, sphere_lecture(ray.origin, ray.direction, sphere.center, sphere.radius), id);
 }
-//#end
 
-//#if planes
+// At a hit, of any length.
+fn sphere_normal(ray: Ray, hit: Hit, sphere: SphereLecture) -> vec3f {
+    return ray.origin + ray.direction * hit.t - sphere.center;
+}
+
 struct PlaneLecture {
     point: vec3f,
     normal: vec3f,
@@ -60,35 +62,7 @@ fn plane_lecture(o: vec3f, d: vec3f, a: vec3f, n: vec3f) -> f32 {
 fn closer_plane(ray: Ray, hit: Hit, plane: PlaneLecture, id: u32) -> Hit {
     return closer(hit, plane_lecture(ray.origin, ray.direction, plane.point, plane.normal), id);
 }
-//#end
 
-fn closest(ray: Ray) -> Hit {
-    var hit = Hit(params.infinity, 0u);
-    //#if spheres
-    for (var i = 0u; i < N_SPHERES; i++) {
-        hit = closer_sphere(ray, hit, spheres[i], i + 1u);
-    }
-    //#end
-    //#if planes
-    for (var i = 0u; i < N_PLANES; i++) {
-        hit = closer_plane(ray, hit, planes[i], params.n_spheres + i + 1u);
-    }
-    //#end
-    return hit;
+fn plane_normal(ray: Ray, hit: Hit, plane: PlaneLecture) -> vec3f {
+    return plane.normal;
 }
-
-//#if surface
-fn normal_at(ray: Ray, hit: Hit) -> vec3f {
-    let p = ray.origin + ray.direction * hit.t;
-    //#if spheres
-    if hit.id <= params.n_spheres {
-        return facing(p - spheres[hit.id - 1u].center, ray.direction);
-    }
-    //#end
-    //#if planes
-    return facing(planes[hit.id - 1u - params.n_spheres].normal, ray.direction);
-    //#else
-    return vec3f(0.0);
-    //#end
-}
-//#end

@@ -28,41 +28,24 @@ struct Lighting {
 // Of each byte where its range begins and ends, and where the next one does.
 @group(0) @binding(next) var<uniform> ends: array<vec4f, 256>;
 //#if lamps
-//#if met_spheres
-struct OccludingSphere {
-    met: SphereMet,
+//#each met shape
+struct OccludingShape {
+    met: ShapeMet,
     id: u32,
 }
-
-@group(0) @binding(next) var<uniform> met_spheres: array<OccludingSphere, N_MET_SPHERES>;
-//#end
-//#if met_planes
-struct OccludingPlane {
-    met: PlaneMet,
-    id: u32,
-}
-
-@group(0) @binding(next) var<uniform> met_planes: array<OccludingPlane, N_MET_PLANES>;
+@group(0) @binding(next) var<uniform> met_shapes: array<OccludingShape, N_MET_SHAPES>;
 //#end
 //#end
 
 //#if tree
-fn id_at(ray: Ray) -> u32 {
-    return decide(nearest_in_tree(ray, nearest_listed(ray)));
-}
-
 fn color_of(id: u32) -> vec3f {
     return colors[select(0u, id, id < arrayLength(&colors))].xyz;
 }
 
 fn sphere_of(id: u32) -> SphereSeen {
-    return seen_spheres[select(0u, id - 1u, id - 1u < params.n_spheres)];
+    return seen_spheres[min(id - 1u, params.n_spheres - 1u)];
 }
 //#else
-fn id_at(ray: Ray) -> u32 {
-    return decide(nearest_listed(ray));
-}
-
 // Looked for, here and below: a load of each lane's own record is slow.
 fn color_of(id: u32) -> vec3f {
     var color = colors[0].xyz;
@@ -71,40 +54,34 @@ fn color_of(id: u32) -> vec3f {
     }
     return color;
 }
+//#end
 
-//#if spheres
-fn sphere_of(id: u32) -> SphereSeen {
-    var sphere = spheres[0];
-    for (var i = 1u; i < N_SPHERES; i++) {
-        if id == i + 1u {
-            sphere = spheres[i];
+//#each indexed shape
+fn shape_of(id: u32) -> ShapeSeen {
+    var shape = shapes[0];
+    for (var i = 1u; i < N_SHAPES; i++) {
+        if id == shape_id(i) {
+            shape = shapes[i];
         }
     }
-    return sphere;
+    return shape;
 }
 //#end
-//#end
+
+fn sphere_surface(sphere: SphereSeen, ray: Ray, lengths: Lengths) -> SurfacePoint {
+    //#if close
+    if sphere.is_close > 0.0 {
+        return sphere_surface_close(sphere, ray, lengths);
+    }
+    //#end
+    return sphere_surface_far(sphere, ray, lengths);
+}
 
 fn surface_of(id: u32, ray: Ray) -> SurfacePoint {
     var surface = SurfacePoint(vec3f(0.0), BEYOND, vec3f(0.0), BEYOND, 1.0);
-    //#if any_spheres
-    let sphere = sphere_of(id);
-    surface = sphere_surface(sphere, ray, lighting.lengths);
-    //#if close
-    if sphere.is_close > 0.0 {
-        surface = sphere_surface_close(sphere, ray, lighting.lengths);
-    }
-    //#end
-    //#end
-    //#if planes
-    if id > params.n_spheres {
-        var plane = planes[0];
-        for (var i = 1u; i < N_PLANES; i++) {
-            if id == params.n_spheres + i + 1u {
-                plane = planes[i];
-            }
-        }
-        surface = plane_surface(plane, ray, lighting.lengths);
+    //#each seen shape
+    if id - first_shape() < params.n_shapes {
+        surface = shape_surface(shape_of(id), ray, lighting.lengths);
     }
     //#end
     return surface;
@@ -141,16 +118,10 @@ fn given_of(lamp: Lamp, surface: SurfacePoint, id: u32) -> Bounds {
     let ray = shadow_ray(lamp.aim, surface.point, surface.point_error);
     // From inside a sphere it is left open.
     var verdict = Verdict(-1.0, surface.front);
-    //#if met_spheres
-    for (var i = 0u; i < N_MET_SPHERES; i++) {
-        let other = met_spheres[i];
-        verdict = with_occluder(verdict, sphere_occludes(other.met, ray), id == other.id);
-    }
-    //#end
-    //#if met_planes
-    for (var i = 0u; i < N_MET_PLANES; i++) {
-        let other = met_planes[i];
-        verdict = with_occluder(verdict, plane_occludes(other.met, ray), id == other.id);
+    //#each met shape
+    for (var i = 0u; i < N_MET_SHAPES; i++) {
+        let other = met_shapes[i];
+        verdict = with_occluder(verdict, shape_occludes(other.met, ray), id == other.id);
     }
     //#end
     let given = cosine(ray, surface.normal, surface.normal_error);
@@ -191,7 +162,7 @@ fn byte_of(low: f32, high: f32) -> u32 {
 // With a sample of a pixel, by its column and row among all samples of the tile. One that is left open may have any colour.
 fn with_sample_at(sum: LightBounds, place: vec2u) -> LightBounds {
     let ray = ray_at(place);
-    let id = id_at(ray);
+    let id = id_of(ray);
     var surface = surface_of(id, ray);
     let is_none = id == 0u;
     let is_known = !is_none & (id != OPEN) & (surface.point_error < KNOWN);

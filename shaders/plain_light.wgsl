@@ -9,21 +9,12 @@
 // What a ray from anywhere meets first.
 fn closest_from_anywhere(ray: Ray) -> Hit {
     var hit = Hit(params.infinity, 0u);
-    //#if spheres
-    for (var i = 0u; i < N_SPHERES; i++) {
+    //#each listed shape
+    for (var i = 0u; i < N_SHAPES; i++) {
         //#if moved
-        hit = closer_sphere(ray, hit, sphere_from(ray, spheres[i]), i + 1u);
+        hit = closer_shape(ray, hit, shape_from(ray, shapes[i]), first_shape() + i);
         //#else
-        hit = closer_sphere(ray, hit, spheres[i], i + 1u);
-        //#end
-    }
-    //#end
-    //#if planes
-    for (var i = 0u; i < N_PLANES; i++) {
-        //#if moved
-        hit = closer_plane(ray, hit, plane_from(ray, planes[i]), params.n_spheres + i + 1u);
-        //#else
-        hit = closer_plane(ray, hit, planes[i], params.n_spheres + i + 1u);
+        hit = closer_shape(ray, hit, shapes[i], first_shape() + i);
         //#end
     }
     //#end

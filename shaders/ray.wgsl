@@ -1,4 +1,4 @@
-// Twin of PlainRay and Hit in src/kernel/plain.rs.
+// Twin of PlainRay, Hit and the search for the nearest one in src/kernel/plain.rs.
 
 struct Ray {
     origin: Vec3,
@@ -27,4 +27,24 @@ fn ray_from_parts(origin: Vec3, origin_low: Vec3, direction: Vec3) -> Ray {
 fn closer(hit: Hit, t: Real, id: u32) -> Hit {
     let is_closer = t > 0.0 && t < hit.t;
     return Hit(select(hit.t, t, is_closer), select(hit.id, id, is_closer));
+}
+
+fn closest(ray: Ray) -> Hit {
+    var hit = Hit(params.infinity, 0u);
+    //#each listed shape
+    for (var i = 0u; i < N_SHAPES; i++) {
+        hit = closer_shape(ray, hit, shapes[i], first_shape() + i);
+    }
+    //#end
+    return hit;
+}
+
+fn normal_at(ray: Ray, hit: Hit) -> Vec3 {
+    var normal = Vec3(0.0);
+    //#each listed shape
+    if hit.id - first_shape() < N_SHAPES {
+        normal = shape_normal(ray, hit, shapes[hit.id - first_shape()]);
+    }
+    //#end
+    return facing(normal, ray.direction);
 }

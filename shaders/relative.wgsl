@@ -1,7 +1,6 @@
 // Twin of src/kernel/relative.rs: the formulas of the kernels stable (f32) and double (f64), relative
 // to the ray's origin and free of cancellation.
 
-//#if anywhere
 // From a ray's origin to a point in two parts, relative to the reference point. In f64 the second ones change nothing.
 fn offset_from(ray: Ray, high: Vec3, low: Vec3) -> Vec3 {
     //#if double
@@ -10,9 +9,7 @@ fn offset_from(ray: Ray, high: Vec3, low: Vec3) -> Vec3 {
     return (high - ray.origin) + (low - ray.origin_low);
     //#end
 }
-//#end
 
-//#if spheres
 struct SphereRelative {
     center: Vec3,
     radius: Real,
@@ -38,13 +35,11 @@ fn sphere_k(l: Vec3, sphere: SphereRelative) -> Real {
     //#end
 }
 
-//#if moved
 // The numbers for a ray that starts elsewhere than all others, which have theirs from the host.
 fn sphere_from(ray: Ray, sphere: SphereRelative) -> SphereRelative {
     let l = offset_from(ray, sphere.center, sphere.center_low);
     return SphereRelative(l, sphere.radius, Vec3(0.0), dot3(l, l) - sphere.radius * sphere.radius);
 }
-//#end
 
 // The ray's closest approach to a centre at l = c − o.
 struct Approach {
@@ -89,9 +84,16 @@ fn closer_sphere(ray: Ray, hit: Hit, sphere: SphereRelative, id: u32) -> Hit {
     let l = sphere_offset(ray, sphere);
     return closer(hit, sphere_stable(ray, l, sphere.radius, sphere_k(l, sphere)), id);
 }
-//#end
 
-//#if planes
+// At a hit, of any length: from half the chord, never from t, as o + t·d − c cancels far away.
+fn sphere_normal(ray: Ray, hit: Hit, sphere: SphereRelative) -> Vec3 {
+    let l = sphere_offset(ray, sphere);
+    let closest_approach = approach(ray, l, sphere.radius);
+    let half_chord = ray.direction * (half_root(ray, closest_approach.delta) * ray.inv_a);
+    let outside = sphere_k(l, sphere) > 0.0;
+    return select(half_chord, -half_chord, outside) - closest_approach.p;
+}
+
 struct PlaneRelative {
     offset: Vec3,
     n_offset: Real,
@@ -108,13 +110,11 @@ fn plane_n_offset(ray: Ray, plane: PlaneRelative) -> Real {
     //#end
 }
 
-//#if moved
 // The same as with spheres.
 fn plane_from(ray: Ray, plane: PlaneRelative) -> PlaneRelative {
     let l = offset_from(ray, plane.offset, plane.offset_low);
     return PlaneRelative(l, dot3(l, plane.normal), Vec3(0.0), plane.normal);
 }
-//#end
 
 // t = ((a − o)·n) / (d·n). Positive t, or 0 for none.
 fn plane_stable(d: Vec3, n_offset: Real, n: Vec3) -> Real {
@@ -125,43 +125,10 @@ fn plane_stable(d: Vec3, n_offset: Real, n: Vec3) -> Real {
 fn closer_plane(ray: Ray, hit: Hit, plane: PlaneRelative, id: u32) -> Hit {
     return closer(hit, plane_stable(ray.direction, plane_n_offset(ray, plane), plane.normal), id);
 }
-//#end
 
-fn closest(ray: Ray) -> Hit {
-    var hit = Hit(params.infinity, 0u);
-    //#if spheres
-    for (var i = 0u; i < N_SPHERES; i++) {
-        hit = closer_sphere(ray, hit, spheres[i], i + 1u);
-    }
-    //#end
-    //#if planes
-    for (var i = 0u; i < N_PLANES; i++) {
-        hit = closer_plane(ray, hit, planes[i], params.n_spheres + i + 1u);
-    }
-    //#end
-    return hit;
+fn plane_normal(ray: Ray, hit: Hit, plane: PlaneRelative) -> Vec3 {
+    return plane.normal;
 }
-
-//#if surface
-// The normal from half the chord, never from t: o + t·d − c cancels far away.
-fn normal_at(ray: Ray, hit: Hit) -> Vec3 {
-    //#if spheres
-    if hit.id <= params.n_spheres {
-        let sphere = spheres[hit.id - 1u];
-        let l = sphere_offset(ray, sphere);
-        let closest_approach = approach(ray, l, sphere.radius);
-        let half_chord = ray.direction * (half_root(ray, closest_approach.delta) * ray.inv_a);
-        let outside = sphere_k(l, sphere) > 0.0;
-        return facing(select(half_chord, -half_chord, outside) - closest_approach.p, ray.direction);
-    }
-    //#end
-    //#if planes
-    return facing(planes[hit.id - 1u - params.n_spheres].normal, ray.direction);
-    //#else
-    return Vec3(0.0);
-    //#end
-}
-//#end
 
 //#if double
 struct HitF32 {

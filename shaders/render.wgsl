@@ -25,12 +25,7 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
     let ray = ray_at(pixel.xy);
     //#end
     //#if certified
-    //#if tree
-    let nearest = nearest_in_tree(ray, nearest_listed(ray));
-    //#else
-    let nearest = nearest_listed(ray);
-    //#end
-    let id = decide(nearest);
+    let id = id_of(ray);
     //#else
     let hit = closest(ray);
     //#if double

@@ -12,23 +12,9 @@ fn texel(index: u32) -> vec2u {
     return vec2u(index & ((1u << ROW_BITS) - 1u), index >> ROW_BITS);
 }
 
-// What a walk that got to the box `at` has found, or undecided: after MOST_BOXES it stops, and a device in software may stop it
-// sooner.
-fn unless_stopped(nearest: Nearest, at: u32) -> Nearest {
-    let is_stopped = at < walk.n_boxes;
-    return Nearest(
-        select(nearest.low, 0.0, is_stopped),
-        nearest.high,
-        select(nearest.second, 0.0, is_stopped),
-        nearest.id,
-    );
-}
-
-//#if spheres
 fn sphere_id(index: u32) -> u32 {
     return textureLoad(boxes, texel(2u * walk.n_boxes + index)).x;
 }
-//#end
 
 fn leaf_at(place: u32) -> SphereLeaf {
     let first = bitcast<vec4f>(textureLoad(leaves, texel(2u * place)));
@@ -70,5 +56,10 @@ fn nearest_in_tree(ray: Ray, listed: Nearest) -> Nearest {
         let low = select(nearest_none().low, bounds.low, is_found);
         nearest = nearest_with(nearest, Bounds(low, bounds.high), step.id);
     }
-    return unless_stopped(nearest, step.at);
+    // Undecided: the walk stops after MOST_BOXES, and a device in software may stop it sooner.
+    if step.at < walk.n_boxes {
+        nearest.low = 0.0;
+        nearest.second = 0.0;
+    }
+    return nearest;
 }

@@ -5,10 +5,8 @@ fn dot3(a: Vec3, b: Vec3) -> Real {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-//#if surface
 // v / ‖v‖, turned so that it faces against direction.
 fn facing(v: Vec3, direction: Vec3) -> Vec3 {
     let unit = v * (1.0 / sqrt(dot3(v, v)));
     return select(unit, -unit, dot3(unit, direction) > 0.0);
 }
-//#end

@@ -58,6 +58,9 @@ pub struct ShaderKey {
     pub surface: bool,
     /// Where it lights what it sees.
     pub light: Option<LightKey>,
+    /// Whether lamps and samples are written one after the other while they are few: devices in software run that sooner, but
+    /// cards compile it for seconds.
+    pub unrolls: bool,
 }
 
 /// How a shader lights what it sees.
@@ -74,10 +77,8 @@ pub enum LightKey {
         n_samples: u32,
         /// Number of lamps.
         n_lamps: usize,
-        /// Number of spheres that may be in the way,
-        n_spheres: usize,
-        /// and of planes.
-        n_planes: usize,
+        /// Numbers of objects that may be in the way: of spheres and of planes.
+        n_met: [usize; 2],
     },
 }
 
@@ -410,6 +411,7 @@ impl Prepared {
             // The certified kernel's f32 only proposes objects; t and normals come from f64.
             surface: wants.surface && !is_certified,
             light: None,
+            unrolls: false,
         }
     }
 

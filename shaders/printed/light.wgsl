@@ -65,7 +65,7 @@ struct LightBounds {
     high: vec3f,
 }
 
-fn sphere_surface(sphere: SphereSeen, ray: Ray, lengths: Lengths) -> SurfacePoint {
+fn sphere_surface_far(sphere: SphereSeen, ray: Ray, lengths: Lengths) -> SurfacePoint {
     let l = sphere.center - ray.origin;
     let s = dot3(ray.direction, l) * ray.inv_a;
     let p = l - ray.direction * s;
@@ -264,7 +264,12 @@ fn plane_occludes(met: PlaneMet, ray: ShadowRay) -> Verdict {
     let end_below = -stop - stop_error;
     let blocked = max(min(above, end_below), min(below, end_above));
     let clear = max(min(above, end_above), min(below, end_below));
-    return Verdict(blocked, clear);
+    let axis = min(abs(met.normal.x), abs(ray.way.x));
+    let axis_2 = min(abs(met.normal.y), abs(ray.way.y));
+    let axis_3 = min(abs(met.normal.z), abs(ray.way.z));
+    let runs_along = max(max(max(axis, axis_2), axis_3), ray.from_point) <= 0.0;
+    let clear_2 = select(clear, 1.0, runs_along);
+    return Verdict(blocked, clear_2);
 }
 
 fn verdict_with(verdict: Verdict, next: Verdict) -> Verdict {

@@ -1,5 +1,7 @@
 //! The Vulkan adapters of this machine.
 
+use std::sync::{Mutex, PoisonError};
+
 use crate::error::{Error, Result};
 use crate::kernel::{FloatType, Kernel};
 use crate::plain::Shown;
@@ -96,28 +98,35 @@ impl AdapterFacts {
     }
 }
 
+/// The Vulkan instance of this process: with one for each device, NVIDIA's driver is loaded and unloaded each time, and after
+/// some forty times found no more. A fork makes its own, as the threads of a driver are not in it, and must not end the other.
 /// `WGPU_VALIDATION=1` asks for Vulkan's validation layers, as in every program that uses wgpu.
-pub(super) fn instance(descriptor: wgpu::InstanceDescriptor) -> wgpu::Instance {
-    wgpu::Instance::new(wgpu::InstanceDescriptor {
-        backends: wgpu::Backends::VULKAN,
-        flags: descriptor.flags.with_env(),
-        ..descriptor
-    })
+fn instance() -> wgpu::Instance {
+    static KEPT: Mutex<Option<(u32, wgpu::Instance)>> = Mutex::new(None);
+    let process = std::process::id();
+    let kept = || KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((owner, instance)) = &*kept()
+        && *owner == process
+    {
+        return instance.clone();
+    }
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::VULKAN;
+    descriptor.flags = descriptor.flags.with_env();
+    let new = wgpu::Instance::new(descriptor);
+    std::mem::forget(kept().replace((process, new.clone())));
+    new
 }
 
 pub(super) fn adapters() -> Vec<(wgpu::Adapter, AdapterFacts)> {
-    adapters_of(&instance(wgpu::InstanceDescriptor::new_without_display_handle()))
-}
-
-pub(super) fn adapters_of(instance: &wgpu::Instance) -> Vec<(wgpu::Adapter, AdapterFacts)> {
-    let mut adapters: Vec<_> =
-        pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN))
-            .into_iter()
-            .map(|adapter| {
-                let facts = AdapterFacts::new(&adapter);
-                (adapter, facts)
-            })
-            .collect();
+    let found = pollster::block_on(instance().enumerate_adapters(wgpu::Backends::VULKAN));
+    let mut adapters: Vec<_> = found
+        .into_iter()
+        .map(|adapter| {
+            let facts = AdapterFacts::new(&adapter);
+            (adapter, facts)
+        })
+        .collect();
     adapters.sort_by_key(|(_, facts)| facts.rank());
     adapters
 }

@@ -232,6 +232,7 @@ mod tests {
             surface: !is_certified,
             light: (!is_certified && bundle != Bundle::Free)
                 .then_some(LightKey::Plain { n_lamps: 2 }),
+            unrolls: true,
         };
         let shader = compile(&key).expect("the shader compiles");
         for (_, ty) in shader.module.types.iter() {

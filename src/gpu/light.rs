@@ -21,7 +21,7 @@ use crate::num::fields::words;
 use crate::prepare::{CertifiedLighting, LightKey, Prepared, ShaderKey};
 use crate::rays::Pixels;
 use crate::scene::Edges;
-use crate::seen::{Met, Record as _, SphereMet, SphereSeen};
+use crate::seen::{Record as _, SphereMet, SphereSeen};
 use crate::trace::Rays;
 
 /// Objects and boxes that the rays of a pixel are compared with at most: more take a card so long that it may be taken for dead.
@@ -58,7 +58,6 @@ impl CertifiedLight {
         if prepared.starts_in_f64() || !gpu.lights() {
             return Ok(None);
         }
-        let n_samples = (lighting.n_samples as usize).pow(2);
         let most =
             if gpu.facts.is_software() { MOST_TURNS_IN_SOFTWARE } else { MOST_TESTS_OF_PIXEL };
         let n_listed = prepared.n_listed_spheres() + prepared.scene.planes.len();
@@ -68,7 +67,7 @@ impl CertifiedLight {
         let n_turns = 3 * n_listed
             + 2 * n_boxes
             + lighting.lamps.len() * (lighting.occluders.len() + 1 + n_boxes);
-        if n_samples * (n_turns + 1) > most {
+        if (lighting.n_samples as usize).pow(2) * (n_turns + 1) > most {
             return Ok(None);
         }
         let mut uniforms = uniforms(lighting);
@@ -76,23 +75,20 @@ impl CertifiedLight {
             uniforms.push(("colors", colors(prepared, lighting.background)));
         }
         let most = gpu.device.limits().max_uniform_buffer_binding_size;
-        let bytes = uniforms.iter().map(|(_, words)| size_of_val(&words[..]) as u64);
+        let n_bytes = |(_, words): &(&'static str, Vec<f32>)| size_of_val(&words[..]) as u64;
+        let bytes = uniforms.iter().map(n_bytes);
         if bytes.chain(objects.iter().map(|(_, object)| object.bytes())).any(|n| n > most) {
             return Ok(None);
         }
-        let is_sphere = |(_, met): &&(u32, Met<f32>)| matches!(met, Met::Sphere(_));
-        let n_spheres = lighting.occluders.iter().filter(is_sphere).count();
-        let light = LightKey::Certified {
-            n_samples: lighting.n_samples,
-            n_lamps: lighting.lamps.len(),
-            n_spheres,
-            n_planes: lighting.occluders.len() - n_spheres,
-        };
+        let (n_samples, n_lamps, mut n_met) = (lighting.n_samples, lighting.lamps.len(), [0; 2]);
+        lighting.occluders.iter().for_each(|(_, met)| n_met[met.words().0] += 1);
+        let light = LightKey::Certified { n_samples, n_lamps, n_met };
         let (mut key, background) = (prepared.light_key(light), lighting.background);
         // With the origins of parallel rays others than those beside the tree count as close.
         key.close |= hierarchy.is_some();
+        key.unrolls = gpu.facts.is_software();
         let is_same = |old: &CertifiedLight| {
-            (&old.key, &old.uniforms) == (&key, &uniforms) && old.background == background
+            (&old.key, &old.uniforms, old.background) == (&key, &uniforms, background)
         };
         if let Some(old) = old.filter(is_same) {
             return Ok(Some(old));
@@ -104,7 +100,7 @@ impl CertifiedLight {
             };
             lists.extend(of_tree);
         }
-        let bytes = lists.iter().map(|(_, words)| size_of_val(&words[..]) as u64).sum();
+        let bytes = lists.iter().map(n_bytes).sum();
         let filled = |(name, words): (&'static str, Vec<f32>)| -> Named {
             (name, gpu.filled(name, bytemuck::cast_slice(&words)).into())
         };
@@ -184,12 +180,10 @@ fn lists_of_tree(
 fn uniforms(lighting: &CertifiedLighting) -> Lists {
     let CertifiedLighting { occluders, lamps, ambient, width, lengths, .. } = lighting;
     let id = |id: u32| [f32::from_bits(id), 0.0, 0.0, 0.0];
-    let (mut spheres, mut planes) = (Vec::new(), Vec::new());
+    let [mut spheres, mut planes] = [Vec::new(), Vec::new()];
     for (own, met) in occluders {
-        match met {
-            Met::Sphere(met) => spheres.extend(words::<8>(met).into_iter().chain(id(*own))),
-            Met::Plane(met) => planes.extend(words::<12>(met).into_iter().chain(id(*own))),
-        }
+        let (shape, words) = met.words();
+        [&mut spheres, &mut planes][shape].extend(words.into_iter().chain(id(*own)));
     }
     let lamp = |lamp: &crate::prepare::CertifiedLamp| {
         let casts_shadows = if lamp.casts_shadows { 1.0 } else { 0.0 };

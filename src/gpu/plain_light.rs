@@ -11,7 +11,7 @@ use super::tiles::DeviceTile;
 use crate::control::Control;
 use crate::error::Result;
 use crate::kernel::FloatType;
-use crate::prepare::{LightKey, PlainLamp, PlainLighting, Prepared};
+use crate::prepare::{LightKey, PlainLamp, PlainLighting, Prepared, ShaderKey};
 use crate::rays::Pixels;
 use crate::trace::Rays;
 
@@ -57,7 +57,8 @@ impl PlainLight {
         objects: &[Named],
         lighting: &PlainLighting,
     ) -> Result<PlainLight> {
-        let key = prepared.light_key(LightKey::Plain { n_lamps: lighting.lamps.len() });
+        let light = LightKey::Plain { n_lamps: lighting.lamps.len() };
+        let key = ShaderKey { unrolls: gpu.facts.is_software(), ..prepared.light_key(light) };
         let float = prepared.kernel.about().float;
         let of_light = [("lighting", of_all(lighting, float)), ("lamps", lamps(lighting, float))];
         let of_light = of_light.into_iter().filter(|(_, bytes)| !bytes.is_empty());

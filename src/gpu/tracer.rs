@@ -37,7 +37,7 @@ pub struct GpuTracer {
     leaves_to_cpu: bool,
     has_clock: bool,
     /// Lights what rays of a kernel without a proof hit, made when that is first needed.
-    plain_light: Option<Box<PlainLight>>,
+    plain_light: Option<PlainLight>,
     /// Lights what rays of `certified` hit, made when that is first needed.
     light: Option<CertifiedLight>,
     /// Time to put together and compile the shader.
@@ -177,7 +177,7 @@ impl Backend for GpuTracer {
             None => match PlainLight::new(gpu, prepared, objects, lighting) {
                 // The device binds too few buffers at once, or has too little room.
                 Err(Error::TooLarge(_)) => return Ok(false),
-                made => Box::new(made?),
+                made => made?,
             },
         };
         kept.insert(made).light(prepared, samples, control, lights)?;
@@ -246,7 +246,7 @@ impl Backend for GpuTracer {
         let bound = bound(&self.objects, self.hierarchy.as_ref());
         bound.iter().map(|(_, resource)| resource.bytes()).sum::<u64>()
             + self.pass.as_ref().map_or(0, Pass::bytes)
-            + self.plain_light.as_ref().map_or(0, |light| light.bytes())
+            + self.plain_light.as_ref().map_or(0, PlainLight::bytes)
             + self.light.as_ref().map_or(0, CertifiedLight::bytes)
     }
 

@@ -131,6 +131,8 @@ pub trait Float: Real<One = Self, Mask = bool, Id = u32> + Default + Send + Sync
     const SMALLEST: f64;
     /// More than what a dozen operations lose below the normal numbers.
     const TINY: f64;
+    /// [`Float::near_or_least`] makes no number but 0 smaller. 0 where all numbers are what they are.
+    const LEAST: f64;
     /// Beyond every `t` that is looked at, and no infinity: devices may assume that there is none.
     const BEYOND: f64;
     /// Points are known that are off by less. As an error is at least 3 units of the way `t·d`
@@ -140,6 +142,12 @@ pub trait Float: Real<One = Self, Mask = bool, Id = u32> + Default + Send + Sync
 
     /// The nearest number.
     fn near(x: f64) -> Self;
+    /// The nearest number, but for what is smaller than [`Float::LEAST`] and not 0: that becomes as large. So only a 0 becomes 0.
+    #[inline(always)]
+    fn near_or_least(x: f64) -> Self {
+        let is_lost = x != 0.0 && x.abs() < Self::LEAST;
+        Self::near(if is_lost { Self::LEAST.copysign(x) } else { x })
+    }
     /// The largest number not above.
     fn down(x: f64) -> Self;
     /// The smallest number not below.
@@ -164,6 +172,7 @@ pub trait Bits: Copy + PartialEq + Default + Send + Sync + 'static {
     fn not(self) -> Self;
 }
 
+/// A power of two; 0 for −1023.
 const fn two_to(exponent: i64) -> f64 {
     f64::from_bits(((1023 + exponent) as u64) << 52)
 }
@@ -276,9 +285,9 @@ macro_rules! machine_number {
 }
 
 machine_number!(f32, u32, round_down, round_up, UNIT: -23,
-    FARTHEST: 60, SMALLEST: -40, TINY: -90, BEYOND: 100, KNOWN: 39);
+    FARTHEST: 60, SMALLEST: -40, TINY: -90, LEAST: -100, BEYOND: 100, KNOWN: 39);
 machine_number!(f64, u64, std::convert::identity, std::convert::identity, UNIT: -52,
-    FARTHEST: 240, SMALLEST: -160, TINY: -720, BEYOND: 400, KNOWN: 190);
+    FARTHEST: 240, SMALLEST: -160, TINY: -720, LEAST: -1023, BEYOND: 400, KNOWN: 190);
 
 impl Mask for bool {
     #[inline(always)]

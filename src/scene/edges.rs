@@ -4,8 +4,6 @@
 
 use std::sync::LazyLock;
 
-use rayon::prelude::*;
-
 use super::linear_from_srgb;
 use crate::num::round_up;
 use crate::num::{Float, Lanes, Mask, Real};
@@ -111,7 +109,8 @@ impl Edges {
     /// `n_parts` is a power of two, so that the part of a value is found without rounding.
     fn new(largest: u16, n_parts: usize) -> Edges {
         let edge = |number: u16| linear_from_srgb((f64::from(number) - 0.5) / f64::from(largest));
-        let mut ends: Vec<f64> = (1..=largest).into_par_iter().map(edge).collect();
+        // Not side by side: a worker that waits for others takes up work that may wait for these edges.
+        let mut ends: Vec<f64> = (1..=largest).map(edge).collect();
         let mut nearest = Vec::with_capacity(n_parts + 1);
         for (number, edge) in (0..largest).zip(&ends) {
             // The first part that begins half a part behind the edge or later.

@@ -175,7 +175,7 @@ record! {
         /// From the reference point.
         point: vec near,
         /// With a largest component from 1 to 2.
-        normal: vec near,
+        normal: vec near_or_least,
         /// Length of the normal, or a little more.
         length: num up,
         /// What the point's place is off by, in units.
@@ -199,8 +199,8 @@ impl PlaneMet<f64> {
 impl Occluder for PlaneMet<f64> {
     /// `N = n·(a − p)` at the start and `N₁ = n·(a − L)` at the end; it is in the
     /// way where their signs differ. They are off by `|n|·E`, without the end's part at the start, and `3ε` of the
-    /// product of the lengths for the dot product. A sun's end has the sign of `−n·w`, off by `3ε|n||w|` alone, as both are
-    /// exact; so its ray surely runs along a plane where each product is one with 0, and then misses it.
+    /// product of the lengths for the dot product. A sun's end has the sign of `−n·w`, off by `3ε|n||w|` alone, and their
+    /// zeros are exact; so its ray surely runs along a plane where each product is one with 0, and then misses it.
     #[inline(always)]
     fn occlude<R: Real<One: Bounded>>(met: &PlaneMet<R>, ray: &ShadowRay<R>) -> Verdict<R> {
         // No test sees the 2 halved: in f32 ½ is for the normal, and ½ is room.
@@ -223,10 +223,6 @@ impl Occluder for PlaneMet<f64> {
         let [end_above, end_below] = [stop - stop_error, -stop - stop_error];
         let blocked = above.min(end_below).max(below.min(end_above));
         let clear = above.min(end_above).max(below.min(end_below));
-        // What is 0 in f32 may have been less before.
-        if more > 0.0 {
-            return Verdict { blocked, clear };
-        }
         let both = |axis: usize| normal.0[axis].abs().min(ray.way.0[axis].abs());
         let runs_along = both(0).max(both(1)).max(both(2)).max(ray.from_point).le(zero);
         Verdict { blocked, clear: R::select(runs_along, lit(1.0), clear) }

@@ -35,7 +35,7 @@
 //! # In f32
 //! There operations take whole units, and numbers are rounded that come from f64 ([`Bounded`]), by ½: `c` and `L`,
 //! for which the `ε` of their differences stands; `r`, with `½εr` more in `E`; a sun's direction, which turns its ray by `ε`
-//! at most and moves it by `½ε|l|` up to the foot; a plane's normal, with `½ε|n|` times `|l|`, `|w|` or both. So with
+//! at most and moves it by `½ε|l|` up to the foot ([`Float::near_or_least`] adds `2⁻¹⁰⁰`); a plane's normal, with `½ε|n|` times `|l|`, `|w|` or both. So with
 //! [`Bounded::ROUNDED`] units more for each, and `OF_PLANE` and `OF_SLOPE` with as much again for what f64 has by its larger
 //! unit: at a plane's end `|l| + 4|l − w|`, with the normal `|l| + 4.5|l − w|`.
 //!
@@ -48,7 +48,7 @@ use glam::DVec3;
 use super::{In, PlaneMet, Record, SphereMet};
 use crate::guard::host::Bounded;
 use crate::guard::{ROOM, length_bound, steps};
-use crate::num::fields::fields;
+use crate::num::fields::{fields, words};
 use crate::num::{Float, Mask, Real, Scaled, V3};
 use crate::scene::{Object, Plane};
 
@@ -126,7 +126,7 @@ impl<R: Real<One: Bounded>> Aim<R> {
             }
             Origin::Sun(direction) => Aim {
                 from_point: zero,
-                to: V3::lit(-direction),
+                to: V3((-direction).to_array().map(|x| R::splat(R::One::near_or_least(x)))),
                 away: zero,
                 // No test sees it cut: [`OF_COSINE`] grants more.
                 turned: lit(2.0 * R::One::ROUNDED * R::One::ROUNDING),
@@ -277,6 +277,16 @@ impl<F: Bounded> Met<F> {
         match self {
             Met::Sphere(met) => SphereMet::occlude(&<SphereMet<f64> as Record>::splat(met), ray),
             Met::Plane(met) => PlaneMet::occlude(&<PlaneMet<f64> as Record>::splat(met), ray),
+        }
+    }
+}
+
+impl Met<f32> {
+    /// The place of its shape among all, and its words in a device's buffer.
+    pub fn words(&self) -> (usize, Vec<f32>) {
+        match self {
+            Met::Sphere(met) => (0, words::<8>(met).to_vec()),
+            Met::Plane(met) => (1, words::<12>(met).to_vec()),
         }
     }
 }

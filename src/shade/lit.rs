@@ -142,10 +142,15 @@ impl Job<'_> {
         self.row / self.n_samples()
     }
 
+    /// What the samples of consecutive pixels of a row see, row by row.
+    fn rows_of_samples(&self, first: usize, n_pixels: usize) -> impl Iterator<Item = &[u32]> {
+        let (n, start) = (self.n_samples(), self.first_sample(first));
+        (0..n).map(move |row| &self.ids[start + row * self.row..][..n_pixels * n])
+    }
+
     /// Whether no sample of consecutive pixels of a row sees an object.
     fn is_background(&self, first: usize, n_pixels: usize) -> bool {
-        let (n, start) = (self.n_samples(), self.first_sample(first));
-        let mut rows = (0..n).map(|row| &self.ids[start + row * self.row..][..n_pixels * n]);
+        let mut rows = self.rows_of_samples(first, n_pixels);
         rows.all(|ids| ids.iter().fold(0, |any, &id| any | id) == 0)
     }
 
@@ -264,25 +269,30 @@ impl<'a> Certified<'a> {
         Ok(())
     }
 
-    /// Takes a device's bytes for some pixels, and leaves those that are open. The device has looked at all lamps.
-    fn take<C: Written>(
-        &self,
-        pixels: &mut Vec<usize>,
-        (first, out): (usize, &mut [[C; 3]]),
-        counts: &mut StageCounts,
-    ) {
+    /// Takes a device's bytes for the pixels of a row from this one on, and puts those that are open into `work`. The device
+    /// has looked at all lamps.
+    fn take<C: Written>(&self, first: usize, out: &mut [[C; 3]], work: &mut Work<C>) {
         let n_lamps =
             self.job.lit.lighting.lamps.iter().filter(|lamp| lamp.casts_shadows()).count();
-        pixels.retain(|&pixel| {
-            let code = self.codes[pixel];
-            if code != OPEN {
-                let n_hits = self.job.samples(pixel).filter(|&at| self.job.ids[at] != 0).count();
-                counts.f32 += (n_hits * n_lamps) as u64;
-                let [red, green, blue, _] = code.to_le_bytes();
-                out[pixel - first] = [red, green, blue].map(C::of_byte);
+        let is_hit = |id: &&u32| **id != 0;
+        let mut n_hits: usize = self
+            .job
+            .rows_of_samples(first, out.len())
+            .map(|ids| ids.iter().filter(is_hit).count())
+            .sum();
+        for (pixel, out) in (first..).zip(out) {
+            match self.codes[pixel] {
+                OPEN => {
+                    n_hits -= self.job.samples(pixel).filter(|&at| self.job.ids[at] != 0).count();
+                    work.pixels.push(pixel);
+                }
+                code => {
+                    let [red, green, blue, _] = code.to_le_bytes();
+                    *out = [red, green, blue].map(C::of_byte);
+                }
             }
-            code == OPEN
-        });
+        }
+        work.counts.f32 += (n_hits * n_lamps) as u64;
     }
 
     /// Finds the colours of the pixels in `work` in f32, f64, and exactly, and puts them into `out`, which begins at the pixel
@@ -323,7 +333,7 @@ impl<'a> Certified<'a> {
     fn run<C: Written>(&self, control: &Control, out: &mut [[C; 3]]) -> Result<StageCounts> {
         let job = &self.job;
         let ([cells, rows], width) = (job.block(), job.n_columns().max(1));
-        let background = job.color(0).map(C::of);
+        let (background, is_proposed) = (job.color(0).map(C::of), !self.codes.is_empty());
         let paint = |work: &mut Work<C>, first: usize, out: &mut [[C; 3]]| -> Result<()> {
             for top in (0..out.len()).step_by(rows * width) {
                 for left in (0..width).step_by(cells * CELL) {
@@ -334,19 +344,24 @@ impl<'a> Certified<'a> {
                         for start in (top..out.len().min(top + rows * width)).step_by(width) {
                             let cell = start + column..start + width.min(column + CELL);
                             job.advance(control, cell.len());
-                            match job.is_background(first + cell.start, cell.len()) {
+                            if work.pixels.len() + cell.len() > cells * rows * CELL {
+                                self.find((first, out), control, work)?;
+                            }
+                            let at = first + cell.start;
+                            match job.is_background(at, cell.len()) {
                                 true => out[cell].fill(background),
-                                false => work.pixels.extend(first + cell.start..first + cell.end),
+                                false if is_proposed => self.take(at, &mut out[cell], work),
+                                false => work.pixels.extend(at..at + cell.len()),
                             }
                         }
                     }
-                    if !self.codes.is_empty() {
-                        self.take(&mut work.pixels, (first, out), &mut work.counts);
+                    // What a device leaves of several blocks goes together.
+                    if !is_proposed {
+                        self.find((first, out), control, work)?;
                     }
-                    self.find((first, out), control, work)?;
                 }
             }
-            Ok(())
+            self.find((first, out), control, work)
         };
         out.par_chunks_mut(width * STRIP_ROWS)
             .enumerate()

@@ -128,8 +128,12 @@ fn a_driver_that_rounds_badly_is_noticed() {
     assert!(plain.otherwise > 500, "{plain:?}");
 }
 
+/// A card whose own quotients are rounded otherwise shows that by itself; the stand-in's errors would come on top of these.
 #[test]
 fn a_driver_that_rounds_quotients_as_it_may_is_harmless() {
+    if gpu().arithmetic().unwrap().quotient_ulp > 0 {
+        return;
+    }
     let gpu = spoiled(spoiled::rounds_quotients_as_allowed);
     let found: Arithmetic = gpu.arithmetic().unwrap();
     assert!(found.quotient_ulp > 0 && found.reciprocal_ulp > 0 && found.root_ulp > 0, "{found}");

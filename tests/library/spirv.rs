@@ -109,6 +109,7 @@ fn key(kernel: Kernel, bundle: Bundle, spheres: SphereSearch) -> ShaderKey {
         n_planes: 2,
         surface: false,
         light: None,
+        unrolls: true,
     }
 }
 
@@ -161,7 +162,8 @@ fn keys_of_certified_light() -> Vec<ShaderKey> {
         for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (150, 2)] {
             for (n_lamps, n_samples) in [(0, 1), (3, 1), (3, 3), (100, 4)] {
                 for spheres in [SphereSearch::Listed, SphereSearch::Tree] {
-                    let light = LightKey::Certified { n_samples, n_lamps, n_spheres, n_planes };
+                    let light =
+                        LightKey::Certified { n_samples, n_lamps, n_met: [n_spheres, n_planes] };
                     let key = key(Kernel::Certified, bundle, spheres);
                     all.push(ShaderKey { n_spheres, n_planes, light: Some(light), ..key });
                     let close = n_spheres > 0 || spheres == SphereSearch::Tree;

@@ -190,21 +190,26 @@ fn planes_nearer_than_squares_tell_are_open() {
 /// A sun at the horizon of a floor, which is often exactly there.
 #[test]
 fn suns_along_a_plane_are_known() {
-    let floor = PlaneMet::new::<f64>(DVec3::new(0.0, -1.0, 3.0), DVec3::Y);
-    for (sun, known) in [
-        (DVec3::new(1.0, 0.0, -0.5), CLEAR),
-        (DVec3::new(1.0, 1e-300, -0.5), OPEN),
-        (DVec3::new(1.0, 1e-9, -0.5), BLOCKED),
-        (DVec3::new(1.0, -1e-9, -0.5), CLEAR),
-    ] {
+    /// Of a sun that stands so much below the horizon of a floor that leans as much.
+    fn found<F: Bounded>(below: f64, lean: f64) -> Verdict<f64> {
+        let point = DVec3::new(0.0, -1.0, 3.0);
+        let floor = PlaneMet::new::<F>(point, DVec3::new(lean, 1.0, 0.0)).round::<F>();
         // Its light comes from there.
-        let ray = ShadowRay::new(&Aim::<f64>::new(Origin::Sun(sun)), V3([0.1, 0.7, 0.3]), 1e-15);
-        assert_eq!(says(PlaneMet::occlude(&floor, &ray)), known, "{sun}");
+        let aim = Aim::<F>::new(Origin::Sun(DVec3::new(1.0, below, -0.5)));
+        let ray = ShadowRay::new(&aim, V3([0.1, 0.7, 0.3].map(F::near)), F::near(1e-6));
+        let Verdict { clear, blocked } = PlaneMet::occlude(&floor, &ray);
+        Verdict { clear: clear.to_f64(), blocked: blocked.to_f64() }
     }
-    // What is 0 in f32 may have been less before.
-    let sun = Aim::<f32>::new(Origin::Sun(DVec3::new(1.0, 0.0, -0.5)));
-    let ray = ShadowRay::new(&sun, V3([0.1, 0.7, 0.3]), 1e-6);
-    assert_eq!(says(PlaneMet::occlude(&floor.round(), &ray)), OPEN);
+    assert_eq!([found::<f32>(0.0, 0.0), found::<f64>(0.0, 0.0)].map(says), [CLEAR; 2]);
+    // What is nearly 0 is not, also where f32 does not have it.
+    for little in [1e-20, 1e-40, 1e-60, 1e-300, 1e-320] {
+        for (below, lean) in [(little, 0.0), (-little, 0.0), (0.0, little), (0.0, -little)] {
+            let says = [found::<f32>(below, lean), found::<f64>(below, lean)].map(says);
+            assert_eq!(says, [OPEN; 2], "{below:e} {lean:e}");
+        }
+    }
+    assert_eq!([1e-9, -1e-9].map(|below| says(found::<f64>(below, 0.0))), [BLOCKED, CLEAR]);
+    assert_eq!([1e-3, -1e-3].map(|below| says(found::<f32>(below, 0.0))), [BLOCKED, CLEAR]);
 }
 
 /// Wrong statements about spheres that touch rays, where lamp and centre are off by as much as their differences to the

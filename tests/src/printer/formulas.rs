@@ -119,7 +119,7 @@ fn light() -> String {
         declaration::<ShadowRay<W>>(),
         declaration::<Verdict<W>>(),
         declaration::<LightBounds<W>>(),
-        function!(sphere_surface(sphere: SphereSeen<W>, ray: Ray<W>, lengths: Lengths<W>)
+        function!(sphere_surface_far(sphere: SphereSeen<W>, ray: Ray<W>, lengths: Lengths<W>)
             SurfacePoint::from(SphereSeen::surface(&sphere, &ray, &lengths))),
         function!(sphere_surface_close(sphere: SphereSeen<W>, ray: Ray<W>, lengths: Lengths<W>)
             SurfacePoint::from(SphereSeen::surface_close(&sphere, &ray, &lengths))),
