@@ -6,7 +6,7 @@ use std::sync::Arc;
 use criterion::Throughput;
 use kugelblitz::Result;
 use kugelblitz::control::Control;
-use kugelblitz::picture::{Format, PictureOptions, PictureWriter};
+use kugelblitz::picture::{Format, Metadata, PictureOptions, PictureWriter};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::Scene;
@@ -22,8 +22,9 @@ fn write(format: Format, pixels: &Pixels, scene: &Scene, hits: &Hits) -> Result<
     let mut colors = Colors::new(encoding);
     Palette::new(scene, &Style::new(encoding)).shade(&hits.id, &mut colors)?;
     let sink = Cursor::new(Vec::new());
-    let mut writer = PictureWriter::create(format, options, pixels, sink, "memory")?;
-    writer.rows(&colors, hits, pixels.height)?;
+    let mut writer =
+        PictureWriter::create(format, options, pixels, &Metadata::default(), sink, "memory")?;
+    writer.rows(&colors, None, hits, pixels.height)?;
     Ok(writer.finish()?.into_inner())
 }
 

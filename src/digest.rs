@@ -35,7 +35,7 @@ use std::fmt::Write;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 
-use crate::error::{Error, Result};
+use crate::error::{Result, wrong_usage};
 use crate::rays::Pixels;
 use crate::render::Sink;
 use crate::scene::{Color, Light, Samples, Scene, Source};
@@ -88,7 +88,7 @@ impl Sink for Digest {
     /// Colours in sRGB with 8 bits a channel.
     fn band(&mut self, colors: &Colors, _: Option<&Coverage>, hits: &Hits, _: u32) -> Result<()> {
         let Colors::Srgb8(srgb8) = colors else {
-            return Err(Error::Usage("a digest is of colours in sRGB with 8 bits".into()));
+            return wrong_usage("a digest is of colours in sRGB with 8 bits");
         };
         self.rows(hits, srgb8);
         Ok(())

@@ -78,6 +78,14 @@ impl Error {
     }
 }
 
+/// Refuses an argument that can't be used as given.
+///
+/// # Errors
+/// [`Error::Usage`]
+pub fn wrong_usage<T>(message: impl Into<String>) -> Result<T> {
+    Err(Error::Usage(message.into()))
+}
+
 /// A fault of a scene file, and its place.
 #[derive(Debug)]
 pub struct SceneError {
@@ -97,17 +105,6 @@ pub struct SceneError {
     pub message: String,
     /// What was expected, the nearest known key, or the next step.
     pub help: String,
-    /// What alone is missing, where that is what is wrong.
-    pub lacks: Option<Lack>,
-}
-
-/// What a cloud has neither in its file nor in the scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Lack {
-    /// A radius.
-    Radius,
-    /// A colour.
-    Color,
 }
 
 impl fmt::Display for SceneError {

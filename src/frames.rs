@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, wrong_usage};
 use crate::input;
 use crate::memory;
 use crate::plain::Shown;
@@ -26,25 +26,24 @@ pub fn turntable(camera: &Camera, n_frames: u32) -> Vec<Camera> {
     (0..n_frames).map(of_frame).collect()
 }
 
-/// Sets one number of a camera.
-type Set = fn(&mut Camera, f64);
+/// The columns of a path: the camera's position, the point that it looks at, the direction upward, and its projection.
+const COLUMNS: [&str; 11] =
+    ["x", "y", "z", "look_at_x", "look_at_y", "look_at_z", "up_x", "up_y", "up_z", "fov", "height"];
 
-/// The columns of a path, each with its other name.
-const COLUMNS: [([&str; 2], Set); 11] = [
-    (["x", "position_x"], |camera, x| camera.position.x = x),
-    (["y", "position_y"], |camera, y| camera.position.y = y),
-    (["z", "position_z"], |camera, z| camera.position.z = z),
-    (["look_at_x", ""], |camera, x| camera.look_at.x = x),
-    (["look_at_y", ""], |camera, y| camera.look_at.y = y),
-    (["look_at_z", ""], |camera, z| camera.look_at.z = z),
-    (["up_x", ""], |camera, x| camera.up.x = x),
-    (["up_y", ""], |camera, y| camera.up.y = y),
-    (["up_z", ""], |camera, z| camera.up.z = z),
-    (["fov", ""], |camera, fov_degrees| {
-        camera.projection = Projection::Perspective { fov_degrees };
-    }),
-    (["height", ""], |camera, height| camera.projection = Projection::Orthographic { height }),
-];
+/// The names of the first three in other files.
+const POSITION: [&str; 3] = ["position_x", "position_y", "position_z"];
+
+/// Sets the number of a column.
+fn set(camera: &mut Camera, column: usize, number: f64) {
+    let axis = column % 3;
+    match column {
+        0..3 => camera.position[axis] = number,
+        3..6 => camera.look_at[axis] = number,
+        6..9 => camera.up[axis] = number,
+        9 => camera.projection = Projection::Perspective { fov_degrees: number },
+        _ => camera.projection = Projection::Orthographic { height: number },
+    }
+}
 
 /// Reads a camera path: a `.csv` file whose header names `x`, `y`, `z` (the camera's position) and any
 /// of `look_at_x`, `look_at_y`, `look_at_z`, `up_x`, `up_y`, `up_z`, and `fov` or `height`. What it does
@@ -81,9 +80,9 @@ pub fn read_path(path: &Path, camera: &Camera) -> Result<Vec<Camera>> {
             )));
         }
         let mut of_frame = camera.clone();
-        for (text, set) in cells.into_iter().zip(&columns) {
+        for (text, &column) in cells.into_iter().zip(&columns) {
             match text.parse::<f64>() {
-                Ok(number) if number.is_finite() => set(&mut of_frame, number),
+                Ok(number) if number.is_finite() => set(&mut of_frame, column, number),
                 _ => return Err(of_line(format!("{text:?} is not a finite number"))),
             }
         }
@@ -112,16 +111,16 @@ pub fn check_reach(cameras: &[Camera], scene: &Scene) -> Result<()> {
     let is_far = |camera: &Camera| !(largest(camera.position) + reach).is_finite();
     match cameras.iter().position(is_far) {
         None => Ok(()),
-        Some(frame) => Err(Error::Usage(format!(
+        Some(frame) => wrong_usage(format!(
             "frame {}: the camera is too far from the objects: sums of coordinates must stay below \
              1.8e308",
             frame + 1
-        ))),
+        )),
     }
 }
 
-/// What the columns of a path are, in the order of the file.
-fn columns_of(header: &[&str]) -> Result<Vec<Set>, String> {
+/// The places in [`COLUMNS`] of the columns of a path, in the order of the file.
+fn columns_of(header: &[&str]) -> Result<Vec<usize>, String> {
     let mut places = Vec::new();
     for name in header {
         let name = name.to_lowercase();
@@ -130,11 +129,12 @@ fn columns_of(header: &[&str]) -> Result<Vec<Set>, String> {
                         out, and give a line for each frame"
                 .into());
         }
-        let is_it = |(names, _): &([&str; 2], Set)| names.contains(&&*name) && !name.is_empty();
-        let Some(place) = COLUMNS.iter().position(is_it) else {
-            let near = did_you_mean(COLUMNS.iter().flat_map(|(names, _)| *names), &name);
+        let names = || COLUMNS.into_iter().chain(POSITION);
+        let place = names().position(|known| known == name);
+        let Some(place) = place.map(|place| place % COLUMNS.len()) else {
+            let near = did_you_mean(names(), &name);
             let hint = near.map_or(String::new(), |near| format!("did you mean `{near}`? "));
-            let known = names_of(&COLUMNS);
+            let known = COLUMNS.join(", ");
             return Err(format!("unknown column {name:?}; {hint}known columns: {known}"));
         };
         if places.contains(&place) {
@@ -159,14 +159,10 @@ fn columns_of(header: &[&str]) -> Result<Vec<Set>, String> {
         ("the direction upward", 6..9),
     ] {
         if ![0, 3].contains(&count(three.clone())) {
-            return Err(format!("{what} has three columns: {}", names_of(&COLUMNS[three])));
+            return Err(format!("{what} has three columns: {}", COLUMNS[three].join(", ")));
         }
     }
-    Ok(places.into_iter().map(|place| COLUMNS[place].1).collect())
-}
-
-fn names_of(columns: &[([&str; 2], Set)]) -> String {
-    columns.iter().map(|([name, _], _)| *name).collect::<Vec<_>>().join(", ")
+    Ok(places)
 }
 
 /// The file of a frame: `film/out-0007.png` for `film/out.png`. `n_frames` says how many digits the

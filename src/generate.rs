@@ -10,7 +10,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::control::Control;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, wrong_usage};
 use crate::memory;
 use crate::output::OutputFile;
 use crate::random::SplitMix;
@@ -103,9 +103,7 @@ impl Recipe {
         let count = self.count;
         match count {
             1..=MAX_COUNT => Ok(()),
-            _ => {
-                Err(Error::Usage(format!("a cloud of {count} spheres: give from 1 to {MAX_COUNT}")))
-            }
+            _ => wrong_usage(format!("a cloud of {count} spheres: give from 1 to {MAX_COUNT}")),
         }
     }
 

@@ -9,7 +9,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::TempPath;
 
 use crate::control::Control;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, wrong_usage};
 use crate::plain::Shown;
 use crate::system;
 
@@ -248,24 +248,23 @@ pub fn remove_unfinished() {
 ///
 /// # Errors
 /// [`Error::Usage`]
-pub fn refuse_overwriting(outputs: &[&Path], inputs: &[&Path]) -> Result<()> {
-    for (i, output) in outputs.iter().enumerate() {
+pub fn refuse_overwriting(
+    outputs: impl IntoIterator<Item: AsRef<Path>>,
+    inputs: impl IntoIterator<Item: AsRef<Path>>,
+) -> Result<()> {
+    let of_input = |input: &Path| {
+        Some((place_of(input)?, format!("the input {}", input.shown()), "the output"))
+    };
+    let mut known: Vec<_> =
+        inputs.into_iter().filter_map(|input| of_input(input.as_ref())).collect();
+    for output in outputs {
+        let output = output.as_ref();
         let Some(place) = place_of(output) else { continue };
-        let is_same = |other: &&&Path| place_of(other).as_ref() == Some(&place);
-        if let Some(input) = inputs.iter().find(is_same) {
-            return Err(Error::Usage(format!(
-                "{}: this is the input {}; name another file for the output",
-                output.shown(),
-                input.shown()
-            )));
+        let name = output.shown();
+        if let Some((_, is, other)) = known.iter().find(|(known, ..)| *known == place) {
+            return wrong_usage(format!("{name}: this is {is}; name another file for {other}"));
         }
-        if let Some(other) = outputs[..i].iter().find(is_same) {
-            return Err(Error::Usage(format!(
-                "{}: this is the output {} as well; name another file for one of them",
-                output.shown(),
-                other.shown()
-            )));
-        }
+        known.push((place, format!("the output {name} as well"), "one of them"));
     }
     Ok(())
 }

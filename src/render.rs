@@ -202,10 +202,7 @@ impl<W: Write + Seek> Sink for PictureWriter<W> {
         hits: &Hits,
         n_rows: u32,
     ) -> Result<()> {
-        match coverage {
-            None => self.rows(colors, hits, n_rows),
-            Some(coverage) => self.transparent_rows(colors, coverage, hits, n_rows),
-        }
+        self.rows(colors, coverage, hits, n_rows)
     }
 }
 
@@ -291,6 +288,7 @@ mod tests {
     use super::*;
     use crate::kernel::Kernel;
     use crate::memory::Limit;
+    use crate::picture::Metadata;
     use crate::prepare::Prepared;
     use crate::rays::View;
     use crate::scene::{Camera, Color, Plane, Scene};
@@ -389,7 +387,14 @@ mod tests {
             let mut tracer = Tracer::on(wall, Arc::clone(&prepared), Wants::default());
             let mut painter = Painter::new(style, &pixels, &mut tracer, None);
             let (options, sink) = (PictureOptions::default(), std::io::Cursor::new(Vec::new()));
-            let mut writer = PictureWriter::create(Format::Ppm, options, &pixels, sink, "memory")?;
+            let mut writer = PictureWriter::create(
+                Format::Ppm,
+                options,
+                &pixels,
+                &Metadata::default(),
+                sink,
+                "memory",
+            )?;
             let control = Control::default();
             let rendered = render(&mut painter, &pixels, 10, &mut writer, &control)?;
             writer.finish()?;

@@ -316,8 +316,7 @@ impl Session {
         let mut painter = self.painter(pixels, plan.style(), plan.wants(), control)?;
         let path = file.path().to_owned();
         let start = Instant::now();
-        let mut writer =
-            PictureWriter::create_with(format, options, pixels, &metadata, file, path)?;
+        let mut writer = PictureWriter::create(format, options, pixels, &metadata, file, path)?;
         let begin = start.elapsed();
         let mut rendered = render(&mut painter, pixels, n_band_rows, &mut writer, control)?;
         let start = Instant::now();

@@ -138,7 +138,7 @@ pub fn pixels_of(
     size: Option<Size>,
     crop: Option<Crop>,
 ) -> PyResult<Pixels> {
-    let of_scene = scene.image.map(|image| Size([image.width, image.height]));
+    let of_scene = scene.image.map(Size);
     let Size([width, height]) = size.or(of_scene).unwrap_or(Size([1280, 720]));
     let whole = Pixels::whole(View::new(camera_of(scene, camera)?), width, height);
     let Some(Crop(crop @ [x, y, width, height])) = crop else { return Ok(whole) };

@@ -4,7 +4,7 @@ use std::iter;
 use std::path::{Path, PathBuf};
 
 use kugelblitz::frames;
-use kugelblitz::scene::schema::{CameraKeys, Section};
+use kugelblitz::scene::schema::{CameraKeys, Section, Value as _};
 use kugelblitz::scene::{self, Framing, SceneOverrides, Viewpoint, place_camera};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -136,7 +136,7 @@ impl Camera {
     fn __repr__(&self) -> String {
         let mut keys = Vec::new();
         CameraKeys::from(&self.of_scene)
-            .each(&mut |key, value| keys.push(format!("{key}={value}")));
+            .each(&mut |key, value| keys.push(format!("{key}={}", value.toml())));
         format!("Camera({})", keys.join(", "))
     }
 }

@@ -2,7 +2,7 @@
 
 use std::mem;
 
-use kugelblitz::scene::{Color, Coloring, ImageSize, Scene, Spheres, schema};
+use kugelblitz::scene::{Color, Coloring, Scene, Spheres, schema};
 use numpy::PyReadonlyArray2;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -32,7 +32,7 @@ pub fn change(scene: &mut Scene, keys: &Keywords<'_>) -> PyResult<()> {
             }
             "size" => {
                 let size = keys.extract(name)?;
-                scene.image = size.map(|Size([width, height])| ImageSize { width, height });
+                scene.image = size.map(|Size(size)| size);
             }
             "samples" => scene.samples = keys.value(name, schema::samples)?,
             "planes" => scene.planes = mem::take(&mut said.planes),

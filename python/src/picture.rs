@@ -132,7 +132,7 @@ impl Picture {
         session.set_camera(self.camera.clone());
         let metadata = session.metadata(&self.pixels, plan);
         let mut writer =
-            PictureWriter::create_with(format, options, &self.pixels, &metadata, sink, name)?;
+            PictureWriter::create(format, options, &self.pixels, &metadata, sink, name)?;
         let Kept { colors, hits, coverage } = &self.kept;
         writer.band(colors, coverage.as_ref(), hits, self.pixels.height)?;
         writer.finish()

@@ -277,7 +277,7 @@ impl Scene {
     /// Columns and rows that the scene asks for, if it does.
     #[getter]
     fn size(&self) -> Option<(u32, u32)> {
-        self.of.image.map(|image| (image.width, image.height))
+        self.of.image.map(|[width, height]| (width, height))
     }
 
     /// Samples across and down a pixel that the scene asks for, if it does.

@@ -5,7 +5,6 @@
 //! What was hit is in `id`.
 
 use std::io::{self, Cursor};
-use std::ops::Range;
 
 use exr::block::chunk::CompressedBlock;
 use exr::block::{BlockIndex, UncompressedBlock};
@@ -32,33 +31,27 @@ const MAX_BLOCK_BYTES: u128 = i32::MAX as u128;
 /// Bytes of a channel's sample: all are f32 or u32.
 const SAMPLE_BYTES: usize = 4;
 
-/// The content of a channel.
-#[derive(Clone, Copy)]
-enum Channel {
-    Alpha,
-    Rgb(usize),
-    Normal(usize),
-    Depth,
-    Id,
-    Level,
-}
+/// Name, type and what gives the bits of a pixel's sample.
+type Channel = (&'static str, SampleType, fn(&Band, usize) -> u32);
 
-/// The channels with their names, sorted by name, as the format demands.
-const CHANNELS: [(&str, SampleType, Channel); 10] = [
-    ("A", SampleType::F32, Channel::Alpha),
-    ("B", SampleType::F32, Channel::Rgb(2)),
-    ("G", SampleType::F32, Channel::Rgb(1)),
-    ("N.X", SampleType::F32, Channel::Normal(0)),
-    ("N.Y", SampleType::F32, Channel::Normal(1)),
-    ("N.Z", SampleType::F32, Channel::Normal(2)),
-    ("R", SampleType::F32, Channel::Rgb(0)),
-    ("Z", SampleType::F32, Channel::Depth),
-    ("id", SampleType::U32, Channel::Id),
+/// The channels, sorted by name, as the format demands.
+const CHANNELS: [Channel; 10] = [
+    ("A", SampleType::F32, |band, i| {
+        band.coverage.map_or(1.0, |coverage| coverage.alpha(i)).to_bits()
+    }),
+    ("B", SampleType::F32, |band, i| linear(band.colors)[i][2].to_bits()),
+    ("G", SampleType::F32, |band, i| linear(band.colors)[i][1].to_bits()),
+    ("N.X", SampleType::F32, |band, i| band.hits.normal[i][0].to_bits()),
+    ("N.Y", SampleType::F32, |band, i| band.hits.normal[i][1].to_bits()),
+    ("N.Z", SampleType::F32, |band, i| band.hits.normal[i][2].to_bits()),
+    ("R", SampleType::F32, |band, i| linear(band.colors)[i][0].to_bits()),
+    ("Z", SampleType::F32, |band, i| band.hits.t[i].to_bits()),
+    ("id", SampleType::U32, |band, i| band.hits.id[i]),
     // Only with certificates.
-    ("level", SampleType::U32, Channel::Level),
+    ("level", SampleType::U32, |band, i| band.hits.level[i].into()),
 ];
 
-fn channels(options: PictureOptions) -> &'static [(&'static str, SampleType, Channel)] {
+fn channels(options: PictureOptions) -> &'static [Channel] {
     &CHANNELS[..CHANNELS.len() - usize::from(!options.certificates)]
 }
 
@@ -94,7 +87,7 @@ pub(super) fn n_bytes(
 
 struct Exr {
     header: Header,
-    channels: &'static [(&'static str, SampleType, Channel)],
+    channels: &'static [Channel],
     width: usize,
     height: usize,
     line_bytes: usize,
@@ -179,9 +172,18 @@ fn attributes(metadata: &Metadata) -> Vec<u8> {
 
 impl Encoder for Exr {
     fn rows(&mut self, band: &Band, out: &mut Vec<u8>) -> io::Result<()> {
-        for start in (0..band.hits.id.len()).step_by(self.width) {
-            self.append_line(band, start..start + self.width);
-        }
+        let (channels, width, before) = (self.channels, self.width, self.lines.len());
+        self.lines.resize(before + band.hits.id.len() / width * self.line_bytes, 0);
+        let lines = self.lines[before..].par_chunks_mut(self.line_bytes).enumerate();
+        lines.for_each(|(y, line)| {
+            // In the byte order of this machine, as the crate wants it.
+            let (samples, _) = line.as_chunks_mut::<SAMPLE_BYTES>();
+            for ((.., sample), samples) in channels.iter().zip(samples.chunks_mut(width)) {
+                for (bytes, i) in samples.iter_mut().zip(y * width..) {
+                    *bytes = sample(band, i).to_ne_bytes();
+                }
+            }
+        });
         let n_lines = self.lines.len() / self.line_bytes;
         let n_lines_done = self.table.len() * BLOCK_LINES;
         let is_end = n_lines_done + n_lines == self.height;
@@ -211,23 +213,6 @@ impl Encoder for Exr {
 }
 
 impl Exr {
-    /// Appends one line of all channels, in the byte order of this machine, as the crate wants it.
-    fn append_line(&mut self, band: &Band, line: Range<usize>) {
-        let (hits, rgb) = (band.hits, linear(band.colors));
-        let alpha = |pixel| band.coverage.map_or(1.0, |coverage| coverage.alpha(pixel));
-        for &(_, _, channel) in self.channels {
-            let (out, line) = (&mut self.lines, line.clone());
-            match channel {
-                Channel::Alpha => push(out, line, |i| alpha(i).to_ne_bytes()),
-                Channel::Rgb(part) => push(out, line, |i| rgb[i][part].to_ne_bytes()),
-                Channel::Normal(axis) => push(out, line, |i| hits.normal[i][axis].to_ne_bytes()),
-                Channel::Depth => push(out, line, |i| hits.t[i].to_ne_bytes()),
-                Channel::Id => push(out, line, |i| hits.id[i].to_ne_bytes()),
-                Channel::Level => push(out, line, |i| u32::from(hits.level[i]).to_ne_bytes()),
-            }
-        }
-    }
-
     /// The bytes of one block as they stand in the file; `first_line` counts from the top of the
     /// data window.
     fn encode_block(&self, first_line: usize, lines: &[u8]) -> exr::error::Result<Vec<u8>> {
@@ -249,15 +234,6 @@ impl Exr {
             }
         }
         Ok(bytes)
-    }
-}
-
-fn push(out: &mut Vec<u8>, line: Range<usize>, sample: impl Fn(usize) -> [u8; SAMPLE_BYTES]) {
-    let start = out.len();
-    out.resize(start + line.len() * SAMPLE_BYTES, 0);
-    let (places, _) = out[start..].as_chunks_mut::<SAMPLE_BYTES>();
-    for (place, i) in places.iter_mut().zip(line) {
-        *place = sample(i);
     }
 }
 

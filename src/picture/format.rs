@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, wrong_usage};
 use crate::output::OutputFile;
 use crate::plain::Shown;
 use crate::shade::Encoding;
@@ -44,27 +44,21 @@ impl Format {
     /// [`Error::Usage`] for another ending, for none, and for `-` (standard output).
     pub fn from_path(path: &Path) -> Result<Format> {
         if path == Path::new(OutputFile::STDOUT) {
-            return Err(Error::Usage(format!(
+            return wrong_usage(format!(
                 "standard output has no ending that tells the format; add --format {}",
                 Format::ALL.map(Format::name).join("|")
-            )));
+            ));
         }
         let Some(ending) = path.extension() else {
-            return Err(Error::Usage(format!(
+            return wrong_usage(format!(
                 "{}: the name has no ending that tells the format; use {}",
                 path.shown(),
                 names(".")
-            )));
+            ));
         };
         let ending = ending.to_string_lossy();
-        find(&ending).ok_or_else(|| {
-            Error::Usage(format!(
-                "{}: no picture format has the ending .{ending}; use {}{}",
-                path.shown(),
-                names("."),
-                suggestion(&ending, "."),
-            ))
-        })
+        let wrong = || format!("{}: no picture format has the ending .{ending}", path.shown());
+        find(&ending, ".", wrong)
     }
 
     /// The part of [`Hits`](crate::trace::Hits) that this format writes. `certificates` adds the
@@ -108,30 +102,24 @@ impl FromStr for Format {
     type Err = Error;
 
     fn from_str(name: &str) -> Result<Format> {
-        find(name).ok_or_else(|| {
-            Error::Usage(format!(
-                "no picture format is called “{name}”; use {}{}",
-                names(""),
-                suggestion(name, ""),
-            ))
-        })
+        find(name, "", || format!("no picture format is called “{name}”"))
     }
 }
 
-fn find(name: &str) -> Option<Format> {
-    Format::ALL.into_iter().find(|format| format.name().eq_ignore_ascii_case(name))
+/// The format of this name; `wrong` is what is said where there is none, and names have `prefix` before them.
+fn find(name: &str, prefix: &str, wrong: impl FnOnce() -> String) -> Result<Format> {
+    let found = Format::ALL.into_iter().find(|format| format.name().eq_ignore_ascii_case(name));
+    found.ok_or_else(|| {
+        let near = did_you_mean(Format::ALL.map(Format::name), name);
+        let hint = near.map_or(String::new(), |format| format!("; did you mean {prefix}{format}?"));
+        Error::Usage(format!("{}; use {}{hint}", wrong(), names(prefix)))
+    })
 }
 
 /// `png, exr, ppm or npy`, each behind a prefix.
 fn names(prefix: &str) -> String {
     let [first @ .., last] = Format::ALL.map(|format| format!("{prefix}{format}"));
     format!("{} or {last}", first.join(", "))
-}
-
-/// `; did you mean png?`, or nothing where no name is near.
-fn suggestion(name: &str, prefix: &str) -> String {
-    did_you_mean(Format::ALL.map(Format::name), name)
-        .map_or_else(String::new, |format| format!("; did you mean {prefix}{format}?"))
 }
 
 /// Bits a colour channel in PNG and PPM; EXR and NPY always hold f32.

@@ -20,7 +20,7 @@ use std::fmt::Display;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, wrong_usage};
 use crate::plain::Shown;
 use crate::rays::Pixels;
 use crate::shade::{Colors, Encoding};
@@ -56,9 +56,7 @@ impl PictureOptions {
     /// [`Error::Usage`] for a transparent PPM.
     pub fn check(self, format: Format) -> Result<()> {
         if self.transparent && format == Format::Ppm {
-            return Err(Error::Usage(
-                "ppm has no alpha for --transparent; write .png, .exr or .npy".into(),
-            ));
+            return wrong_usage("ppm has no alpha for --transparent; write .png, .exr or .npy");
         }
         Ok(())
     }
@@ -79,15 +77,15 @@ pub fn writer_bytes(
     options.check(format)?;
     let Pixels { image_width, image_height, x, y, width, height, .. } = *pixels;
     if width == 0 || height == 0 {
-        return Err(Error::Usage(format!(
+        return wrong_usage(format!(
             "a picture of {width}x{height} pixels is empty; give it at least one column and row"
-        )));
+        ));
     }
     if !pixels.is_in_picture() {
-        return Err(Error::Usage(format!(
+        return wrong_usage(format!(
             "the rectangle {x},{y},{width},{height} is not inside the picture of \
              {image_width}x{image_height} pixels"
-        )));
+        ));
     }
 
     let n_bytes = match format {
@@ -118,17 +116,16 @@ pub fn writer_bytes(
 /// let view = View::new(&Camera::new(DVec3::Z, DVec3::ZERO));
 /// let pixels = Pixels::whole(view, 2, 1);
 /// let (options, sink) = (PictureOptions::default(), std::io::Cursor::new(Vec::new()));
-/// let mut writer = PictureWriter::create(Format::Ppm, options, &pixels, sink, "memory")?;
+/// let metadata = Metadata::default();
+/// let mut writer =
+///     PictureWriter::create(Format::Ppm, options, &pixels, &metadata, sink, "memory")?;
 /// let hits = Hits { id: vec![0, 1], ..Hits::default() };
-/// writer.rows(&Colors::Srgb8(vec![[0; 3], [255, 0, 0]]), &hits, 1)?;
+/// writer.rows(&Colors::Srgb8(vec![[0; 3], [255, 0, 0]]), None, &hits, 1)?;
 /// let bytes = writer.finish()?.into_inner();
 /// assert_eq!(bytes, b"P6\n2 1\n255\n\0\0\0\xff\0\0");
 /// # Ok(())
 /// # }
 /// ```
-///
-/// A transparent picture takes [`PictureWriter::transparent_rows`] in place of
-/// [`PictureWriter::rows`].
 ///
 /// The encoders do no input or output of their own: they append to a buffer, which goes to the
 /// sink after each band. So a full disk is met in one place, whatever a codec does with errors.
@@ -174,26 +171,12 @@ trait Encoder: Send {
 }
 
 impl<W: Write + Seek> PictureWriter<W> {
-    /// Begins a picture that says nothing of how it was made; see [`PictureWriter::create_with`].
-    ///
-    /// # Errors
-    /// As [`PictureWriter::create_with`].
-    pub fn create(
-        format: Format,
-        options: PictureOptions,
-        pixels: &Pixels,
-        sink: W,
-        path: impl Into<PathBuf>,
-    ) -> Result<PictureWriter<W>> {
-        PictureWriter::create_with(format, options, pixels, &Metadata::default(), sink, path)
-    }
-
     /// Begins a picture: writes its header to `sink`, which stands at the beginning of its file
     /// and which errors call `path`. PNG and OpenEXR have a place for `metadata`.
     ///
     /// # Errors
     /// Those of [`writer_bytes`], and [`Error::Io`] from the sink.
-    pub fn create_with(
+    pub fn create(
         format: Format,
         options: PictureOptions,
         pixels: &Pixels,
@@ -226,35 +209,23 @@ impl<W: Write + Seek> PictureWriter<W> {
         Ok(writer)
     }
 
-    /// Writes the next `n_rows` rows: `colors` and `hits` have one entry a pixel, row by row.
+    /// Writes the next `n_rows` rows: `colors`, `hits` and, of a transparent picture, `coverage` have one entry a pixel, row
+    /// by row. A transparent picture's colour is the mean over the samples that hit in PNG; in EXR and NPY it is the mean
+    /// over all samples, those that hit nothing being black: premultiplied, as OpenEXR wants it.
     ///
     /// # Errors
     /// [`Error::Io`] from the sink. [`Error::Usage`] when `colors` has not `n_rows` rows in the
     /// format's [`Encoding`], when `hits` has not as many with the fields that [`Format::wants`],
-    /// when the rows are more than the picture has, or when it is transparent. After an error the
-    /// picture is lost.
-    pub fn rows(&mut self, colors: &Colors, hits: &Hits, n_rows: u32) -> Result<()> {
-        self.band(Band { hits, colors, coverage: None }, n_rows)
-    }
-
-    /// Writes the next `n_rows` rows as [`PictureWriter::rows`] does, of a transparent picture. A colour is the mean over the
-    /// samples that hit in PNG; in EXR and NPY it is the mean over all samples, those that hit nothing being black:
-    /// premultiplied, as OpenEXR wants it.
-    ///
-    /// # Errors
-    /// As [`PictureWriter::rows`], and [`Error::Usage`] when `coverage` has not one entry a pixel,
-    /// or more hits than samples.
-    pub fn transparent_rows(
+    /// when the rows are more than the picture has, when there is a coverage and the picture is not transparent or the
+    /// reverse, and when that has more hits than samples. After an error the picture is lost.
+    pub fn rows(
         &mut self,
         colors: &Colors,
-        coverage: &Coverage,
+        coverage: Option<&Coverage>,
         hits: &Hits,
         n_rows: u32,
     ) -> Result<()> {
-        self.band(Band { hits, colors, coverage: Some(coverage) }, n_rows)
-    }
-
-    fn band(&mut self, band: Band, n_rows: u32) -> Result<()> {
+        let band = Band { hits, colors, coverage };
         self.check(&band, n_rows)?;
         if n_rows == 0 {
             return Ok(());
@@ -290,7 +261,7 @@ impl<W: Write + Seek> PictureWriter<W> {
     }
 
     fn wrong<T>(&self, usage: impl Display) -> Result<T> {
-        Err(Error::Usage(format!("{}: {usage}", self.path.shown())))
+        wrong_usage(format!("{}: {usage}", self.path.shown()))
     }
 
     fn check(&self, &Band { hits, colors, coverage }: &Band, n_rows: u32) -> Result<()> {
@@ -307,12 +278,10 @@ impl<W: Write + Seek> PictureWriter<W> {
             ));
         }
         if coverage.is_some() != self.is_transparent {
-            let (is, other) = if self.is_transparent {
-                ("is transparent", "transparent_rows")
-            } else {
-                ("is not transparent", "rows")
-            };
-            return self.wrong(format!("the picture {is}; give it its rows with `{other}`"));
+            return self.wrong(match self.is_transparent {
+                true => "the picture is transparent; give its rows with their coverage",
+                false => "the picture is not transparent; give its rows without a coverage",
+            });
         }
         if let Some(Coverage { n_hits, n_samples }) = coverage
             && n_hits.iter().any(|n_hits| n_hits > n_samples || *n_samples == 0)
@@ -350,26 +319,22 @@ impl<W: Write + Seek> PictureWriter<W> {
 /// Colours of whole numbers, and their alpha where the picture is transparent, as bytes of a file, the high byte
 /// first; empty for linear ones.
 fn be_bytes<'c>(band: &Band<'c>) -> Cow<'c, [u8]> {
-    let bytes = match (band.colors, band.coverage) {
+    fn with_alpha<T: Copy>(pixels: &[[T; 3]], alpha: impl Fn(usize) -> T) -> Vec<T> {
+        let pixels = pixels.iter().enumerate();
+        pixels.flat_map(|(pixel, &[r, g, b])| [r, g, b, alpha(pixel)]).collect()
+    }
+    let swapped = |numbers: &[u16]| numbers.iter().flat_map(|n| n.to_be_bytes()).collect();
+    Cow::Owned(match (band.colors, band.coverage) {
         (Colors::Srgb8(pixels), None) => return Cow::Borrowed(pixels.as_flattened()),
-        (Colors::Srgb16(pixels), None) => {
-            let channels = pixels.as_flattened().iter();
-            channels.flat_map(|channel| channel.to_be_bytes()).collect()
-        }
         (Colors::Srgb8(pixels), Some(coverage)) => {
-            let alpha = |pixel| coverage.whole_alpha(pixel, u8::MAX.into()) as u8;
-            let pixels = pixels.iter().enumerate();
-            pixels.flat_map(|(pixel, &[r, g, b])| [r, g, b, alpha(pixel)]).collect()
+            with_alpha(pixels, |pixel| coverage.whole_alpha(pixel, u8::MAX.into()) as u8)
         }
+        (Colors::Srgb16(pixels), None) => swapped(pixels.as_flattened()),
         (Colors::Srgb16(pixels), Some(coverage)) => {
-            let alpha = |pixel| coverage.whole_alpha(pixel, u16::MAX);
-            let channels = |(pixel, &[r, g, b]): (usize, &[u16; 3])| [r, g, b, alpha(pixel)];
-            let channels = pixels.iter().enumerate().flat_map(channels);
-            channels.flat_map(u16::to_be_bytes).collect()
+            swapped(&with_alpha(pixels, |pixel| coverage.whole_alpha(pixel, u16::MAX)))
         }
         (Colors::Linear(_), _) => Vec::new(),
-    };
-    Cow::Owned(bytes)
+    })
 }
 
 /// The colours of a file that holds floats; empty for others.

@@ -1,13 +1,12 @@
 //! Lists of rays from a file, and what they hit into one.
 
 use std::fs::File;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
 use crate::control::Control;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, wrong_usage};
 use crate::npy::{Array, Record};
 use crate::output::OutputFile;
 use crate::plain::Shown;
@@ -39,9 +38,17 @@ pub fn read_rays(path: &Path, control: &Control) -> Result<Vec<WorldRay>> {
 }
 
 fn read(path: &Path, control: &Control) -> Result<Vec<WorldRay>> {
-    let (path, file, n_bytes) = open(path).map_err(Error::io(path))?;
+    let is_stdin = path == Path::new(STDIN);
+    let open = || {
+        let file = if is_stdin { system::stdin()? } else { File::open(path)? };
+        let file = Watched::new(file, control);
+        // What is read of standard input may begin behind the beginning of a file.
+        let n_bytes = if is_stdin { None } else { file.n_bytes()? };
+        Ok((file, n_bytes))
+    };
+    let (file, n_bytes) = open().map_err(Error::io(path))?;
+    let path = if is_stdin { PathBuf::from(STDIN_IN_WORDS) } else { path.to_owned() };
     control.expect_bytes(n_bytes.unwrap_or(0));
-    let file = Watched::new(file, control);
     let table = Array::new(file, n_bytes, &path, EXPECTED)?.floats(|n| n == 6, EXPECTED)?;
     let mut rays = table.rows_of(WorldRay { origin: DVec3::ZERO, direction: DVec3::ZERO })?;
     table.read(&[0, 1, 2, 3, 4, 5].map(|column| (column, column)), |row, column, value| {
@@ -65,16 +72,6 @@ fn read(path: &Path, control: &Control) -> Result<Vec<WorldRay>> {
     Ok(rays)
 }
 
-/// The file's name for messages, the file, and its length where it has one.
-fn open(path: &Path) -> io::Result<(PathBuf, File, Option<u64>)> {
-    if path == Path::new(STDIN) {
-        return Ok((STDIN_IN_WORDS.into(), system::stdin()?, None));
-    }
-    let file = File::open(path)?;
-    let metadata = file.metadata()?;
-    Ok((path.into(), file, metadata.is_file().then_some(metadata.len())))
-}
-
 /// Hits as the records that [`write_hits`] writes, one after the other, in this machine's byte order. `hits`
 /// must have surfaces and levels.
 pub fn hit_records(hits: &Hits) -> Vec<u8> {
@@ -95,10 +92,10 @@ pub fn write_hits(file: &mut OutputFile, hits: &Hits, control: &Control) -> Resu
     let level = !hits.level.is_empty();
     if hits.t.len() != n_hits || hits.normal.len() != n_hits || level && hits.level.len() != n_hits
     {
-        return Err(Error::Usage(format!(
+        return wrong_usage(format!(
             "{}: the {n_hits} hits must have `t` and `normal` each, and `level` each or not at all",
             file.path().shown()
-        )));
+        ));
     }
     let record = Record { rgb: false, alpha: false, level };
     let append =

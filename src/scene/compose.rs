@@ -10,17 +10,16 @@ use glam::DVec3;
 
 use super::clouds::is_cloud_file;
 use super::document::{
-    COLOR, OF_DATA, SIZE, SceneDocument, file_of, folder_of, seen_from, set_file,
+    OF_DATA, SIZE, SceneDocument, file_of, folder_of, seen_from, set_file, usual,
 };
 use super::framing::bounds;
 use super::neighbours::usual_radius;
-use super::open::Files;
+use super::open::Reader;
 use super::overrides::usual_up;
-use super::read::{parse_scene_from, text_of};
-use super::schema::CloudKeys;
-use super::{Camera, Color, Framing, ImageSize, Samples, Scene, SceneOverrides};
+use super::schema::{CloudKeys, ImageKeys};
+use super::{Camera, Framing, MAX_SIDE, Scene, SceneOverrides};
 use crate::control::Control;
-use crate::error::{Error, Lack, Result, SceneError};
+use crate::error::{Error, Result, SceneError};
 use crate::plain::Shown;
 
 /// A scene as it was put together.
@@ -33,8 +32,7 @@ pub struct Composed {
     /// The file that it came from.
     path: PathBuf,
     text: String,
-    size: Option<[u32; 2]>,
-    samples: Option<Samples>,
+    image: ImageKeys,
 }
 
 /// Reads the scene or the data at `path` with these options. Where there is no camera, one is placed so
@@ -47,7 +45,7 @@ pub fn compose_scene(
     overrides: &SceneOverrides,
     control: &Control,
 ) -> Result<Composed> {
-    compose(Files::All, path, overrides, control)
+    compose(Reader::new(control), path, overrides)
 }
 
 /// Reads the scene or the data at `path` as [`compose_scene`] does, for those who do it again while they watch the file: what is no
@@ -60,36 +58,34 @@ pub fn recompose_scene(
     overrides: &SceneOverrides,
     control: &Control,
 ) -> Result<Composed> {
-    compose(Files::Regular, path, overrides, control)
+    compose(Reader { only_regular: true, ..Reader::new(control) }, path, overrides)
 }
 
-fn compose(
-    files: Files,
-    path: &Path,
-    overrides: &SceneOverrides,
-    control: &Control,
-) -> Result<Composed> {
+fn compose(reader: Reader, path: &Path, overrides: &SceneOverrides) -> Result<Composed> {
     let of_data = is_cloud_file(path);
-    let text = if of_data { OF_DATA.to_owned() } else { text_of(files, path)? };
-    let read = |text: &str| parse_scene_from(files, text, path, control);
-    let is_as_written = !of_data && overrides.leave_the_text();
-    let (mut scene, mut notes, mut text) = if is_as_written {
-        (read(&text)?, Vec::new(), text)
+    let mut text = if of_data { OF_DATA.to_owned() } else { reader.text(path)? };
+    let mut notes = Vec::new();
+    let mut scene = if !of_data && overrides.leave_the_text() {
+        reader.parse(&text, path)?.0
     } else {
         // What is wrong in the text itself, the reader tells.
-        let mut document =
-            SceneDocument::new(&text, path).or_else(|odd| read(&text).and(Err(odd)))?;
+        let mut document = SceneDocument::new(&text, path)
+            .or_else(|odd| reader.parse(&text, path).and(Err(odd)))?;
         document.apply(overrides, path, of_data)?;
-        let (scene, notes) = completed(&mut document, of_data, read)
-            .map_err(|error| of_document(error, path, of_data))?;
-        (scene, notes, document.text())
+        let usual = usual();
+        let reader = Reader { usual: of_data.then_some(&usual), ..reader };
+        let read = reader.parse(&document.text_so_far(), path);
+        let (mut scene, chosen) = read.map_err(|error| of_document(error, path, of_data))?;
+        notes.extend(choose(&mut scene, chosen, &mut document));
+        text = document.text();
+        scene
     };
     if of_data && scene.spheres.is_empty() {
         let help = "give a row or a line for each sphere";
         return Err(SceneError::whole_file(path, "there is no sphere in it", help).into());
     }
     if scene.camera.is_none() || overrides.frame() {
-        let camera = place_camera(&scene, overrides, path, control)?;
+        let camera = place_camera(&scene, overrides, path, reader.control)?;
         let mut document = SceneDocument::new(&text, path)?;
         document.set_camera(&camera);
         text = document.text();
@@ -102,13 +98,12 @@ fn compose(
         scene.camera = Some(camera);
     }
     // As the text will have them.
-    let is_possible = |size: &[u32; 2]| size.iter().all(|s| (1..=ImageSize::MAX_SIDE).contains(s));
+    let is_possible = |size: &[u32; 2]| size.iter().all(|side| (1..=MAX_SIDE).contains(side));
     let size = overrides.size.filter(is_possible);
-    if let Some([width, height]) = size {
-        scene.image = Some(ImageSize { width, height });
-    }
+    scene.image = size.or(scene.image);
     scene.samples = overrides.samples.or(scene.samples);
-    Ok(Composed { scene, notes, path: path.to_owned(), text, size, samples: overrides.samples })
+    let image = ImageKeys::new(size, overrides.samples);
+    Ok(Composed { scene, notes, path: path.to_owned(), text, image })
 }
 
 impl Composed {
@@ -120,7 +115,7 @@ impl Composed {
     /// text.
     pub fn text(&self, place: Option<&Path>) -> Result<String> {
         let mut document = SceneDocument::new(&self.text, &self.path)?;
-        document.set_image(self.size, self.samples);
+        document.set_image(&self.image);
         let here = folder_of(&self.path)?;
         for cloud in document.clouds() {
             let Some(name) = file_of(cloud) else { continue };
@@ -171,7 +166,7 @@ pub fn place_camera(
         up: up(from),
         projection,
         fits_height: overrides.camera.height.is_none(),
-        size: overrides.size.or(scene.image.map(|i| [i.width, i.height])).unwrap_or(SIZE),
+        size: overrides.size.or(scene.image).unwrap_or(SIZE),
         margin: overrides.margin.unwrap_or(Framing::MARGIN),
         look_at: overrides.camera.look_at,
         n_turns: overrides.n_turns,
@@ -180,38 +175,22 @@ pub fn place_camera(
     framing.camera(&scene.spheres, control)?.check()
 }
 
-/// The scene of a document, with what data may lack: it is chosen, written into the text, and told.
-fn completed(
+/// Writes down what was chosen for data, where spheres without a radius get theirs. What is to be told of it is returned.
+fn choose(
+    scene: &mut Scene,
+    mut chosen: CloudKeys,
     document: &mut SceneDocument,
-    of_data: bool,
-    read: impl Fn(&str) -> Result<Scene>,
-) -> Result<(Scene, Vec<String>)> {
-    let with_radius = |radius| CloudKeys { radius: Some(radius), ..CloudKeys::default() };
-    let (mut lacks_radius, mut notes) = (false, Vec::new());
-    let mut scene = loop {
-        match read(&document.text_so_far()) {
-            Err(Error::Scene(error)) if of_data && error.lacks == Some(Lack::Radius) => {
-                // Any, until the spheres are there.
-                lacks_radius = true;
-                document.set_of_cloud(&with_radius(1.0));
-            }
-            Err(Error::Scene(error)) if of_data && error.lacks == Some(Lack::Color) => {
-                let color = Color::parse(COLOR);
-                document.set_of_cloud(&CloudKeys { color, ..CloudKeys::default() });
-            }
-            read => break read?,
-        }
-    };
-    if lacks_radius {
-        let radius = with_three_digits(usual_radius(&scene.spheres));
-        document.set_of_cloud(&with_radius(radius));
-        scene.spheres.iter_mut().for_each(|sphere| sphere.radius = radius);
-        notes.push(format!(
-            "the data have no radius: each sphere gets {radius:?}, half the median distance \
-             between neighbours; --radius says another"
-        ));
+) -> Option<String> {
+    if let Some(radius) = &mut chosen.radius {
+        *radius = with_three_digits(usual_radius(&scene.spheres));
+        scene.spheres.iter_mut().for_each(|sphere| sphere.radius = *radius);
     }
-    Ok((scene, notes))
+    document.set_of_cloud(&chosen);
+    let radius = chosen.radius?;
+    Some(format!(
+        "the data have no radius: each sphere gets {radius:?}, half the median distance between \
+         neighbours; --radius says another"
+    ))
 }
 
 /// An error in a text that the user never saw.

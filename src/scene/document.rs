@@ -7,8 +7,8 @@ use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
 use super::overrides::usual_up;
 use super::schema::{CameraKeys, CloudKeys, ImageKeys, SceneKeys, Section};
-use super::{Camera, Samples, SceneOverrides};
-use crate::error::{Error, Result};
+use super::{Camera, Color, Samples, SceneOverrides};
+use crate::error::{Error, Result, wrong_usage};
 use crate::output;
 use crate::plain::Shown;
 
@@ -40,8 +40,10 @@ directions = 16
 [[spheres]]
 ";
 
-/// The colour of spheres that have none.
-pub(super) const COLOR: &str = "#8fb4d9";
+/// The keys of data that lack a radius, for which another is found once all spheres are there, or a colour.
+pub(super) fn usual() -> CloudKeys {
+    CloudKeys { radius: Some(1.0), color: Color::from_hex("#8fb4d9"), ..CloudKeys::default() }
+}
 
 /// A scene file while it is changed.
 pub(super) struct SceneDocument {
@@ -85,17 +87,16 @@ impl SceneDocument {
         of_data: bool,
     ) -> Result<()> {
         if options.frame() && options.camera.position.is_some() {
-            return Err(Error::Usage(
+            return wrong_usage(
                 "a position says where the camera is, but a view, a margin or an automatic height \
-                 choose it so that everything is in the picture; leave one of them out"
-                    .into(),
-            ));
+                 choose it so that everything is in the picture; leave one of them out",
+            );
         }
         if of_data {
             let name = path.file_name().map(PathBuf::from).unwrap_or_default();
             self.clouds().into_iter().try_for_each(|cloud| set_file(cloud, &name))?;
-            self.set_image(Some(SIZE), Some(SAMPLES));
-            self.set_image(options.size, options.samples);
+            self.set_image(&ImageKeys::new(Some(SIZE), Some(SAMPLES)));
+            self.set_image(&ImageKeys::new(options.size, options.samples));
         }
         self.apply_to_camera(options, of_data)?;
         let top = SceneKeys {
@@ -141,12 +142,12 @@ impl SceneDocument {
         let mut clouds = self.clouds();
         let n_clouds = clouds.len();
         let [cloud] = &mut clouds[..] else {
-            return Err(Error::Usage(format!(
+            return wrong_usage(format!(
                 "{}: --radius, --color, --color-by, --colormap, --range, --columns and --frame are for \
                  data, or for a scene with one [[spheres]], but this one has {n_clouds}; change the \
                  scene itself",
                 path.shown()
-            )));
+            ));
         };
         if options.cloud.color.is_some() {
             for key in ["colormap", "range", "missing_color"] {
@@ -163,10 +164,9 @@ impl SceneDocument {
     }
 
     /// Writes the picture's columns and rows, and the samples across and down a pixel.
-    pub(super) fn set_image(&mut self, size: Option<[u32; 2]>, samples: Option<Samples>) {
-        let keys = ImageKeys::new(size, samples);
-        if keys != ImageKeys::default() {
-            self.table("image").into_iter().for_each(|image| lay(image, &keys));
+    pub(super) fn set_image(&mut self, keys: &ImageKeys) {
+        if *keys != ImageKeys::default() {
+            self.table("image").into_iter().for_each(|image| lay(image, keys));
         }
     }
 
@@ -207,7 +207,8 @@ impl SceneDocument {
 
 /// Writes keys into a table: the spaces and the comments beside them stay, and what they exclude goes.
 fn lay<S: Section>(table: &mut dyn TableLike, keys: &S) {
-    keys.each(&mut |key, text| {
+    keys.each(&mut |key, value| {
+        let text = value.toml();
         for (one, other, _) in S::INFO.exclusive {
             match key {
                 key if key == *one => drop(table.remove(other)),

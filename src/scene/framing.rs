@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::{Camera, Projection, Sphere};
 use crate::control::Control;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, wrong_usage};
 use crate::rays::View;
 
 /// Where a camera is placed, but for how far away.
@@ -271,10 +271,9 @@ pub(crate) fn bounds(spheres: &[Sphere]) -> Result<(DVec3, f64)> {
         high = high.max(*center + *radius);
     }
     if spheres.is_empty() {
-        return Err(Error::Usage(
-            "there is no sphere that a camera could be placed for; give --position and --look-at"
-                .into(),
-        ));
+        return wrong_usage(
+            "there is no sphere that a camera could be placed for; give --position and --look-at",
+        );
     }
     let (middle, size) = (0.5 * low + 0.5 * high, (high - low).length());
     // Products of two lengths are formed, and distances are many times the size.

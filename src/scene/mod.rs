@@ -28,7 +28,6 @@ use glam::DVec3;
 
 use crate::error::{Result, SceneError};
 
-pub(crate) use clouds::Watched;
 pub use clouds::is_cloud_file;
 pub use color::{Color, hex, linear_from_srgb, srgb_from_linear};
 pub use colormap::ColorMap;
@@ -40,8 +39,9 @@ pub use framing::Framing;
 pub(crate) use framing::turned;
 pub use legend::Coloring;
 pub use light::{Light, Sky, Source};
+pub(crate) use open::Watched;
 pub use overrides::{SceneOverrides, Viewpoint};
-pub use read::{parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with};
+pub use read::{parse_scene, read_scene, read_scene_text, read_scene_with};
 pub use samples::Samples;
 pub(crate) use save::{CloudRow, write_rows};
 pub use shipped::SHIPPED_SCENES;
@@ -93,20 +93,9 @@ impl Camera {
     }
 }
 
-/// Picture size in pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ImageSize {
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-}
-
-impl ImageSize {
-    /// The largest width and height: what picture viewers and GPU textures commonly take, and
-    /// small enough that products of two pixel coordinates fit in 32 bits.
-    pub const MAX_SIDE: u32 = 32768;
-}
+/// The largest width and height of a picture, pixels: what picture viewers and GPU textures commonly take, and small enough
+/// that products of two pixel coordinates fit in 32 bits.
+pub const MAX_SIDE: u32 = 32768;
 
 /// The set of points `p` with `(p − point)·normal = 0`.
 #[derive(Clone, Debug, PartialEq)]
@@ -142,8 +131,8 @@ pub struct Scene {
     pub background: Color,
     /// The camera, where the file has one; lists of rays need none.
     pub camera: Option<Camera>,
-    /// The picture size that the file asks for.
-    pub image: Option<ImageSize>,
+    /// The columns and rows of the picture that the file asks for.
+    pub image: Option<[u32; 2]>,
     /// The samples across and down a pixel that the file asks for.
     pub samples: Option<Samples>,
     /// Lights, in file order.

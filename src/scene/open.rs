@@ -1,23 +1,32 @@
-//! Opening the files of a scene.
+//! How the files of a scene are opened.
 
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
+use super::schema::CloudKeys;
+use crate::control::Control;
 use crate::system;
 
-/// Which files are read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Files {
-    /// Pipes and devices as well: opening and reading one may wait for as long as it likes.
-    All,
-    /// Only those whose opening and reading wait for nobody.
-    Regular,
+/// How a scene and the files that it names are read.
+#[derive(Clone, Copy)]
+pub(super) struct Reader<'r> {
+    /// Counts the bytes of clouds, and can stop the reading.
+    pub control: &'r Control,
+    /// True where pipes and devices are refused: opening and reading one may wait for as long as it likes.
+    pub only_regular: bool,
+    /// What is chosen for a cloud where neither its file nor the scene says it; without, that is an error.
+    pub usual: Option<&'r CloudKeys>,
 }
 
-impl Files {
+impl<'r> Reader<'r> {
+    /// Reads any file, and chooses nothing.
+    pub fn new(control: &'r Control) -> Reader<'r> {
+        Reader { control, only_regular: false, usual: None }
+    }
+
     pub fn open(self, path: &Path) -> io::Result<File> {
-        if self == Files::All {
+        if !self.only_regular {
             return File::open(path);
         }
         // Else a pipe that nobody writes to would keep its reader here.
@@ -30,32 +39,58 @@ impl Files {
             ))
         }
     }
+}
 
-    /// The first `n_most` bytes of a file.
-    pub fn read(self, path: &Path, n_most: u64) -> io::Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        self.open(path)?.take(n_most).read_to_end(&mut bytes)?;
-        Ok(bytes)
+/// A file that counts what is read from it into a [`Control`], and fails once that is cancelled.
+pub(crate) struct Watched<'c> {
+    file: File,
+    control: &'c Control,
+}
+
+impl<'c> Watched<'c> {
+    pub fn new(file: File, control: &'c Control) -> Watched<'c> {
+        Watched { file, control }
+    }
+
+    /// Bytes of the file, where it tells them.
+    pub fn n_bytes(&self) -> io::Result<Option<u64>> {
+        let metadata = self.file.metadata()?;
+        Ok(metadata.is_file().then_some(metadata.len()))
     }
 }
 
-#[cfg(all(test, unix))]
-mod tests {
-    use super::*;
+impl Read for Watched<'_> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        // Not as `ErrorKind::Interrupted`, upon which callers would read again.
+        self.control.check().map_err(io::Error::other)?;
+        let n = self.file.read(bytes)?;
+        self.control.advance_bytes(n as u64);
+        Ok(n)
+    }
+}
 
+#[cfg(test)]
+mod tests {
     #[test]
+    #[cfg(unix)]
     fn a_pipe_keeps_nobody_who_wants_regular_files() {
+        use super::*;
+
         let folder = tempfile::tempdir().unwrap();
         let [pipe, file] = ["pipe", "file"].map(|name| folder.path().join(name));
         let mode = rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR;
         let kind = rustix::fs::FileType::Fifo;
         rustix::fs::mknodat(rustix::fs::CWD, &pipe, kind, mode, 0).unwrap();
         std::fs::write(&file, "text").unwrap();
+        let control = Control::default();
+        let any = Reader::new(&control);
+        let regular = Reader { only_regular: true, ..any };
         for path in [&pipe, &"/dev/zero".into(), &folder.path().into()] {
-            let error = Files::Regular.read(path, 9).unwrap_err();
+            let error = regular.open(path).unwrap_err();
             assert!(error.to_string().contains("regular file"), "{error}");
         }
-        assert_eq!(Files::Regular.read(&file, 9).unwrap(), b"text");
-        assert_eq!(Files::All.read(&file, 3).unwrap(), b"tex");
+        for reader in [any, regular] {
+            assert_eq!(io::read_to_string(reader.open(&file).unwrap()).unwrap(), "text");
+        }
     }
 }

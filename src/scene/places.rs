@@ -2,89 +2,48 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Lack, SceneError};
+use crate::error::SceneError;
 use crate::words::cut;
 
-/// An error in a text that is still being read: the span is enough, the place is found later.
-#[derive(Debug)]
-pub struct Fault {
-    pub span: Range<usize>,
-    pub message: String,
-    pub help: String,
-    pub lacks: Option<Lack>,
-}
-
-impl Fault {
-    pub fn new(span: Range<usize>, message: impl Into<String>, help: impl Into<String>) -> Fault {
-        Fault { span, message: message.into(), help: help.into(), lacks: None }
+impl SceneError {
+    /// An error in a text that is still being read: the span is enough, [`SceneError::in_text`] finds the place.
+    pub(super) fn new(
+        span: Range<usize>,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Box<SceneError> {
+        let (path, text, message, help) =
+            (PathBuf::new(), String::new(), message.into(), help.into());
+        Box::new(SceneError { path, text, span, line: 0, column: 0, message, help })
     }
 
     /// The error with its place in `text`.
-    pub fn in_text(self, text: &str, path: &Path) -> Box<SceneError> {
+    pub(super) fn in_text(self, text: &str, path: &Path) -> Box<SceneError> {
         let start = char_start(text, self.span.start);
         let mut end = self.span.end.clamp(start, text.len());
         while !text.is_char_boundary(end) {
             end += 1;
         }
         let (line, column) = line_and_column(text, start);
-        Box::new(SceneError {
-            path: path.to_owned(),
-            text: text.to_owned(),
-            span: start..end,
-            line,
-            column,
-            message: self.message,
-            help: self.help,
-            lacks: self.lacks,
-        })
+        let (path, text, span) = (path.to_owned(), text.to_owned(), start..end);
+        Box::new(SceneError { path, text, span, line, column, ..self })
     }
-}
 
-/// The part of a key or a value that a message quotes, however much of it there is in the file.
-pub(super) fn quoted(text: &str) -> Cow<'_, str> {
-    cut(text, 60)
-}
-
-/// Why a scene can't be read: a fault at a place of its text, or a failure that has none.
-pub(super) enum Stop {
-    Fault(Fault),
-    Failure(Error),
-}
-
-impl From<Fault> for Stop {
-    fn from(fault: Fault) -> Stop {
-        Stop::Fault(fault)
-    }
-}
-
-impl From<Error> for Stop {
-    fn from(error: Error) -> Stop {
-        Stop::Failure(error)
-    }
-}
-
-impl Stop {
-    /// The error; a fault has its place in `text`.
-    pub fn in_text(self, text: &str, path: &Path) -> Error {
-        match self {
-            Stop::Fault(fault) => fault.in_text(text, path).into(),
-            Stop::Failure(error) => error,
-        }
-    }
-}
-
-impl SceneError {
     /// An error about the file as a whole, which has no place in its text.
     pub(super) fn whole_file(
         path: &Path,
         message: impl Into<String>,
         help: impl Into<String>,
     ) -> Box<SceneError> {
-        let error = Fault::new(0..0, message, help).in_text("", path);
-        Box::new(SceneError { line: 0, column: 0, ..*error })
+        Box::new(SceneError { path: path.to_owned(), ..*SceneError::new(0..0, message, help) })
     }
+}
+
+/// The part of a key or a value that a message quotes, however much of it there is in the file.
+pub(super) fn quoted(text: &str) -> Cow<'_, str> {
+    cut(text, 60)
 }
 
 /// The start of the character that `byte` lies in, or the end of the text.
@@ -126,10 +85,10 @@ mod tests {
 
     #[test]
     fn spans_are_cut_to_characters_of_the_text() {
-        let error = Fault::new(1..99, "m", "h").in_text("é", Path::new("p"));
+        let error = SceneError::new(1..99, "m", "h").in_text("é", Path::new("p"));
         assert_eq!(error.span, 0..2);
         assert_eq!(error.to_string(), "p:1:1: m");
-        let error = Fault::new(7..9, "m", "h").in_text("éa", Path::new("p"));
+        let error = SceneError::new(7..9, "m", "h").in_text("éa", Path::new("p"));
         assert_eq!((error.span, error.column), (3..3, 3));
     }
 }

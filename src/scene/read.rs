@@ -1,22 +1,20 @@
 //! Scene files: what a valid scene is.
 
+use std::io::Read;
 use std::path::Path;
 
 use glam::DVec3;
 use toml::de::DeTable;
 
 use super::clouds::{is_cloud_file, read_clouds};
-use super::open::Files;
-use super::places::{Fault, Stop};
+use super::open::Reader;
 use super::schema::{
     CameraKeys, CloudKeys, FOV, HEIGHT, ImageKeys, LightKeys, PlaneKeys, SceneKeys, Section,
     SkyKeys, SphereKeys,
 };
 use super::sniff::look_of_bytes;
 use super::table::{Checked, lacks, read_table, syntax_fault};
-use super::{
-    Camera, Color, ImageSize, Light, Plane, Projection, Scene, Sky, Source, Sphere, Spheres,
-};
+use super::{Camera, Color, Light, Plane, Projection, Scene, Sky, Source, Sphere, Spheres};
 use crate::control::Control;
 use crate::error::{Error, Result, SceneError};
 use crate::input::MAX_BYTES;
@@ -38,7 +36,8 @@ pub fn read_scene(path: &Path) -> Result<Scene> {
 /// # Errors
 /// [`Error::Interrupted`](crate::Error::Interrupted) as well.
 pub fn read_scene_with(path: &Path, control: &Control) -> Result<Scene> {
-    parse_scene_with(&read_scene_text(path)?, path, control)
+    let reader = Reader::new(control);
+    Ok(reader.parse(&reader.text(path)?, path)?.0)
 }
 
 /// Bytes of memory for each byte of a scene file while it is parsed. Measured for TOML alone: 45 for spheres, 95 for
@@ -52,39 +51,7 @@ const PARSE_BYTES: u64 = 100;
 /// [`MAX_BYTES`](crate::input::MAX_BYTES); [`Error::TooLarge`](crate::Error::TooLarge) where there is not the memory to
 /// parse it.
 pub fn read_scene_text(path: &Path) -> Result<String> {
-    text_of(Files::All, path)
-}
-
-pub(super) fn text_of(files: Files, path: &Path) -> Result<String> {
-    let bytes = files.read(path, MAX_BYTES + 1).map_err(|error| {
-        let message = format!("cannot read the scene: {error}");
-        SceneError::whole_file(path, message, "give the path of a scene file (TOML)")
-    })?;
-    const CLOUD: &str = "give many spheres as a cloud, in a file of their own: [[spheres]]";
-    if is_cloud_file(path) {
-        return Err(no_scene(path, "data of spheres, by its name"));
-    }
-    if bytes.len() as u64 > MAX_BYTES {
-        let message =
-            format!("the scene is larger than {} MiB, the most that is read", MAX_BYTES >> 20);
-        return Err(SceneError::whole_file(path, message, CLOUD).into());
-    }
-    if let Some(found) = look_of_bytes(&bytes) {
-        return Err(no_scene(path, found));
-    }
-    let what = format!("{}: parsing the scene", path.shown());
-    memory::require(what, bytes.len() as u64 * PARSE_BYTES, CLOUD)?;
-    String::from_utf8(bytes).map_err(|error| {
-        let start = error.utf8_error().valid_up_to();
-        let text = String::from_utf8_lossy(error.as_bytes());
-        let message = format!(
-            "byte 0x{:02x} is not UTF-8 text",
-            error.as_bytes()[start..].first().copied().unwrap_or(0)
-        );
-        let help = "a scene file is TOML, saved as UTF-8";
-        let span = start..start + char::REPLACEMENT_CHARACTER.len_utf8();
-        Fault::new(span, message, help).in_text(&text, path).into()
-    })
+    Reader::new(&Control::default()).text(path)
 }
 
 /// The error of a file that is something else.
@@ -103,30 +70,60 @@ fn no_scene(path: &Path, found: &str) -> Error {
 /// # Errors
 /// As [`read_scene`].
 pub fn parse_scene(text: &str, path: &Path) -> Result<Scene> {
-    parse_scene_with(text, path, &Control::default())
+    Ok(Reader::new(&Control::default()).parse(text, path)?.0)
 }
 
-/// Reads and checks the text of a scene file as [`parse_scene`] does; `control` counts the bytes of the clouds and can stop the
-/// reading.
-///
-/// # Errors
-/// As [`read_scene_with`].
-pub fn parse_scene_with(text: &str, path: &Path, control: &Control) -> Result<Scene> {
-    parse_scene_from(Files::All, text, path, control)
-}
+impl Reader<'_> {
+    /// The text of a scene file, as [`read_scene_text`] has it.
+    pub(super) fn text(self, path: &Path) -> Result<String> {
+        let mut bytes = Vec::new();
+        let file = self.open(path);
+        file.and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes)).map_err(
+            |error| {
+                let message = format!("cannot read the scene: {error}");
+                SceneError::whole_file(path, message, "give the path of a scene file (TOML)")
+            },
+        )?;
+        const CLOUD: &str = "give many spheres as a cloud, in a file of their own: [[spheres]]";
+        if is_cloud_file(path) {
+            return Err(no_scene(path, "data of spheres, by its name"));
+        }
+        if bytes.len() as u64 > MAX_BYTES {
+            let message =
+                format!("the scene is larger than {} MiB, the most that is read", MAX_BYTES >> 20);
+            return Err(SceneError::whole_file(path, message, CLOUD).into());
+        }
+        if let Some(found) = look_of_bytes(&bytes) {
+            return Err(no_scene(path, found));
+        }
+        let what = format!("{}: parsing the scene", path.shown());
+        memory::require(what, bytes.len() as u64 * PARSE_BYTES, CLOUD)?;
+        String::from_utf8(bytes).map_err(|error| {
+            let start = error.utf8_error().valid_up_to();
+            let text = String::from_utf8_lossy(error.as_bytes());
+            let message = format!(
+                "byte 0x{:02x} is not UTF-8 text",
+                error.as_bytes()[start..].first().copied().unwrap_or(0)
+            );
+            let help = "a scene file is TOML, saved as UTF-8";
+            let span = start..start + char::REPLACEMENT_CHARACTER.len_utf8();
+            SceneError::new(span, message, help).in_text(&text, path).into()
+        })
+    }
 
-pub(super) fn parse_scene_from(
-    files: Files,
-    text: &str,
-    path: &Path,
-    control: &Control,
-) -> Result<Scene> {
-    let read = || -> Result<Scene, Stop> {
-        let (mut scene, clouds) = read_document(text)?;
-        read_clouds(&clouds, path.parent().unwrap_or(path), files, &mut scene, control)?;
-        Ok(scene)
-    };
-    read().map_err(|stop| stop.in_text(text, path))
+    /// The scene of such a text, and what was chosen of [`Reader::usual`].
+    pub(super) fn parse(self, text: &str, path: &Path) -> Result<(Scene, CloudKeys)> {
+        let read = || {
+            let (mut scene, clouds) = read_document(text)?;
+            let folder = path.parent().unwrap_or(path);
+            let chosen = read_clouds(&clouds, folder, self, &mut scene)?;
+            Ok((scene, chosen))
+        };
+        read().map_err(|error| match error {
+            Error::Scene(error) => error.in_text(text, path).into(),
+            error => error,
+        })
+    }
 }
 
 /// The scene without its clouds, and what the file says about them.
@@ -186,7 +183,7 @@ impl CameraKeys {
         let (position, look_at) = (*need!(self.position), *need!(self.look_at));
         let axis = from_eye(self, "look_at", look_at, position)?;
         if axis == DVec3::ZERO {
-            return Err(Fault::new(
+            return Err(SceneError::new(
                 self.span("look_at"),
                 "`look_at` is the same point as `position`",
                 "the camera looks from `position` towards `look_at`; move one of them",
@@ -196,13 +193,13 @@ impl CameraKeys {
         let span_of_up = self.span(if self.up.is_some() { "up" } else { "look_at" });
         if up == DVec3::ZERO {
             let help = "choose a direction across the view, of any length but zero";
-            return Err(Fault::new(span_of_up, "`up` is the zero vector", help));
+            return Err(SceneError::new(span_of_up, "`up` is the zero vector", help));
         }
         if !(direction(axis).cross(direction(up)).length() > MIN_UP_SINE) {
             let default = if self.up.is_none() { "default " } else { "" };
             let other =
                 if direction(axis).abs().y > 0.5 { "[0.0, 0.0, 1.0]" } else { "[0.0, 1.0, 0.0]" };
-            return Err(Fault::new(
+            return Err(SceneError::new(
                 span_of_up,
                 format!(
                     "the {default}`up` {:?} is parallel to the view from `position` to `look_at`",
@@ -223,7 +220,7 @@ impl CameraKeys {
             return Ok(camera);
         }
         let found = format!("`{key}` is {number:?}");
-        Err(Fault::new(self.span(key), found, format!("expected {expected}")))
+        Err(SceneError::new(self.span(key), found, format!("expected {expected}")))
     }
 }
 
@@ -234,19 +231,18 @@ impl Camera {
     /// [`Error::Usage`] in the words of the scene's reader.
     pub fn check(self) -> Result<Camera> {
         let checked = CameraKeys::from(&self).camera();
-        checked.map_err(|Fault { message, help, .. }| {
-            Error::Usage(format!("the camera: {message}; {help}"))
-        })
+        checked
+            .map_err(|error| Error::Usage(format!("the camera: {}; {}", error.message, error.help)))
     }
 }
 
 impl ImageKeys {
     /// The size, of which a file gives both sides or none.
-    fn size(&self) -> Checked<Option<ImageSize>> {
+    fn size(&self) -> Checked<Option<[u32; 2]>> {
         if self.width.is_none() && self.height.is_none() {
             return Ok(None);
         }
-        Ok(Some(ImageSize { width: *need!(self.width), height: *need!(self.height) }))
+        Ok(Some([*need!(self.width), *need!(self.height)]))
     }
 }
 
@@ -313,7 +309,7 @@ impl CloudKeys {
             ("missing_color", self.missing_color.is_some()),
         ];
         match of_map.into_iter().find(|(_, is_given)| *is_given) {
-            Some((key, _)) if self.color_by.is_none() => Err(Fault::new(
+            Some((key, _)) if self.color_by.is_none() => Err(SceneError::new(
                 self.span(key),
                 format!("`{key}` is given without `color_by`"),
                 "it says how a column is coloured: name the column, e.g. `color_by = \"speed\"`",
@@ -329,8 +325,8 @@ fn from_eye(section: &impl Section, key: &str, point: DVec3, eye: DVec3) -> Chec
     if difference.is_finite() { Ok(difference) } else { Err(too_far(section, key)) }
 }
 
-fn too_far(section: &impl Section, key: &str) -> Fault {
-    Fault::new(
+fn too_far(section: &impl Section, key: &str) -> Box<SceneError> {
+    SceneError::new(
         section.span(key),
         format!("`{key}` reaches too far from the eye or the origin"),
         "sums and differences of coordinates must stay below 1.8e308, the largest 64-bit float",

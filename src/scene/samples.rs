@@ -1,6 +1,6 @@
 //! How many samples a pixel has.
 
-use crate::error::{Error, Result};
+use crate::error::{Result, wrong_usage};
 
 /// The samples of a pixel: as many down as across, from 1 to [`Samples::MOST`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -22,7 +22,7 @@ impl Samples {
             Ok(Samples(across))
         } else {
             let most = Samples::MOST;
-            Err(Error::Usage(format!("{across} samples across a pixel: give 1 to {most}")))
+            wrong_usage(format!("{across} samples across a pixel: give 1 to {most}"))
         }
     }
 

@@ -10,7 +10,7 @@ use super::document::in_utf8;
 use super::schema::{CloudKeys, ImageKeys, SceneKeys, SphereKeys};
 use super::{Color, Scene, Sphere};
 use crate::control::Control;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, wrong_usage};
 use crate::npy;
 use crate::output::{self, OutputFile};
 use crate::plain::Shown;
@@ -30,7 +30,7 @@ impl Scene {
         let path = path.as_ref();
         if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
             let message = format!("{}: a scene is a file that ends in .toml", path.shown());
-            return Err(Error::Usage(message));
+            return wrong_usage(message);
         }
         let n_single = self.n_spheres_in_file();
         let cloud_path = path.with_extension("npy");
@@ -65,7 +65,6 @@ impl Scene {
     }
 
     fn text(&self, n_single: usize, cloud_file: Option<&str>) -> String {
-        let image = self.image.map(|image| [image.width, image.height]);
         let sphere = |(index, sphere): (usize, &Sphere)| SphereKeys {
             name: self.spheres.name(index).map(Into::into),
             center: Some(sphere.center),
@@ -78,7 +77,7 @@ impl Scene {
             background: Some(self.background),
             ambient: self.ambient,
             camera: self.camera.as_ref().map(Into::into),
-            image: Some(ImageKeys::new(image, self.samples))
+            image: Some(ImageKeys::new(self.image, self.samples))
                 .filter(|image| *image != ImageKeys::default()),
             light: Some(self.lights.iter().map(Into::into).collect()),
             sky: self.sky.as_ref().map(Into::into),
@@ -117,9 +116,7 @@ pub(crate) fn write_rows(
 mod tests {
     use super::*;
     use crate::random::SplitMix;
-    use crate::scene::{
-        Camera, ImageSize, Light, Plane, Projection, Samples, Sky, Source, read_scene,
-    };
+    use crate::scene::{Camera, Light, Plane, Projection, Samples, Sky, Source, read_scene};
 
     fn scene(n_spheres: usize) -> Scene {
         let mut random = SplitMix::new(17);
@@ -159,7 +156,7 @@ mod tests {
         Scene {
             background: Color::from_srgb8([0x20, 0x24, 0x2c]),
             camera: Some(camera),
-            image: Some(ImageSize { width: 320, height: 200 }),
+            image: Some([320, 200]),
             samples: Some(Samples::nearest(4)),
             lights: vec![point, sun, light(Source::Eye)],
             sky: Some(Sky { intensity: 0.5, directions: 64 }),

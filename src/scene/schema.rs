@@ -2,7 +2,6 @@
 
 mod value;
 
-use std::fmt::Write as _;
 use std::ops::Range;
 
 use glam::DVec3;
@@ -41,8 +40,8 @@ pub trait Section: Default {
     /// What it is called, and its keys.
     const INFO: SectionInfo;
 
-    /// Calls `write` with each key that is there and its value in TOML, in the order of the schema.
-    fn each(&self, write: &mut dyn FnMut(&'static str, String));
+    /// Calls `write` with each key that is there and its value, in the order of the schema.
+    fn each(&self, write: &mut dyn FnMut(&'static str, &dyn Value));
 
     /// Where the header stands, or all of an inline table, and then each value; at the beginning of the text what
     /// comes from elsewhere.
@@ -80,9 +79,9 @@ macro_rules! section {
                 exclusive: &[$($exclusive),*],
             };
 
-            fn each(&self, write: &mut dyn FnMut(&'static str, String)) {
+            fn each(&self, write: &mut dyn FnMut(&'static str, &dyn Value)) {
                 $(if let Some(value) = &self.$key {
-                    write(stringify!($key), value.toml());
+                    write(stringify!($key), value);
                 })*
             }
 
@@ -228,44 +227,27 @@ pub const SECTIONS: [&SectionInfo; 9] = [
 impl SceneKeys {
     /// The text of a scene file that says this.
     pub fn document(&self) -> String {
-        let SceneKeys {
-            background,
-            ambient,
-            camera,
-            image,
-            light,
-            sky,
-            sphere,
-            spheres,
-            plane,
-            ..
-        } = self;
-        let top = SceneKeys { background: *background, ambient: *ambient, ..SceneKeys::default() };
-        let mut text = lines(&top);
-        sections(camera, &mut text);
-        sections(image, &mut text);
-        sections(light.iter().flatten(), &mut text);
-        sections(sky, &mut text);
-        sections(sphere.iter().flatten(), &mut text);
-        sections(spheres.iter().flatten(), &mut text);
-        sections(plane.iter().flatten(), &mut text);
-        text
+        let (mut keys, mut parts) = (Vec::new(), Vec::new());
+        self.each(&mut |key, value| match value.tables() {
+            None => keys.push((key, value.toml())),
+            Some(tables) => parts.extend(tables),
+        });
+        if !keys.is_empty() {
+            parts.insert(0, lines(&keys));
+        }
+        parts.join("\n")
     }
 }
 
-/// Each of these under its header.
-fn sections<'s, S: Section + 's>(sections: impl IntoIterator<Item = &'s S>, text: &mut String) {
-    for section in sections {
-        let gap = if text.is_empty() { "" } else { "\n" };
-        // A String takes all that is written to it.
-        let _ = write!(text, "{gap}{}\n{}", S::INFO.header, lines(section));
-    }
+/// The keys of a table with their values in TOML.
+fn keys_of(section: &impl Section) -> Vec<(&'static str, String)> {
+    let mut keys = Vec::new();
+    section.each(&mut |key, value| keys.push((key, value.toml())));
+    keys
 }
 
 /// The keys of a table, a line each.
-fn lines(section: &impl Section) -> String {
-    let mut keys = Vec::new();
-    section.each(&mut |key, value| keys.push((key, value)));
+fn lines(keys: &[(&'static str, String)]) -> String {
     let width = keys.iter().map(|(key, _)| key.len()).max().unwrap_or(0);
     keys.iter().map(|(key, value)| format!("{key:<width$} = {value}\n")).collect()
 }

@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use super::{Color, ColorMap, Coloring};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, wrong_usage};
 
 /// The set of points at distance `radius` from `center`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -47,11 +47,8 @@ impl Spheres {
     /// radius greater than 0.
     pub fn from_rows(rows: impl Into<Vec<[f64; 4]>>) -> Result<Spheres> {
         let spheres: Vec<Sphere> = bytemuck::cast_vec(rows.into());
-        let problem = |s: &Sphere| problem_of(s, Spheres::COLOR, DVec3::ZERO);
-        match spheres.iter().enumerate().find_map(|(row, s)| Some((row, problem(s)?))) {
-            Some((row, problem)) => Err(wrong_row(row, problem)),
-            None => Ok(spheres.into()),
-        }
+        check_rows(&spheres, |sphere| problem_of(sphere, DVec3::ZERO))?;
+        Ok(spheres.into())
     }
 
     /// Returns these spheres with every colour set to `color`.
@@ -61,7 +58,7 @@ impl Spheres {
     pub fn with_color(self, color: impl Into<Color>) -> Result<Spheres> {
         let color = color.into();
         match color_problem(color) {
-            Some((found, help)) => Err(Error::Usage(format!("{found}; {help}"))),
+            Some((found, help)) => wrong_usage(format!("{found}; {help}")),
             None => Ok(Spheres { color, colors: Arc::default(), ..self }),
         }
     }
@@ -78,15 +75,12 @@ impl Spheres {
         let colors: Vec<Color> = colors.into_iter().map(Into::into).collect();
         let (n_colors, n_spheres) = (colors.len(), self.len());
         if n_colors != n_spheres {
-            return Err(Error::Usage(format!(
+            return wrong_usage(format!(
                 "{n_colors} colours for {n_spheres} spheres; give one for each, or one for all"
-            )));
+            ));
         }
-        let problem = |(row, &color)| Some((row, color_problem(color)?));
-        match colors.iter().enumerate().find_map(problem) {
-            Some((row, problem)) => Err(wrong_row(row, problem)),
-            None => Ok(Spheres { colors: Arc::new(colors), ..self }),
-        }
+        check_rows(&colors, |color| color_problem(*color))?;
+        Ok(Spheres { colors: Arc::new(colors), ..self })
     }
 
     /// Returns these spheres with a colour for each that a map makes of its number; `column` is what the legend calls
@@ -104,24 +98,24 @@ impl Spheres {
         missing_color: Color,
     ) -> Result<(Spheres, Coloring)> {
         let (n_numbers, n_spheres) = (numbers.len(), self.len());
-        let usage = |message: String| Err(Error::Usage(message));
         if n_numbers != n_spheres {
-            return usage(format!(
+            return wrong_usage(format!(
                 "{n_numbers} numbers for {n_spheres} spheres; give one for each"
             ));
         }
-        if let Some([low, high]) =
-            range.filter(|[low, high]| !(low < high && low.is_finite() && high.is_finite()))
+        if let Some([low, high]) = range
+            && !(low < high && low.is_finite() && high.is_finite())
         {
-            return usage(format!(
+            return wrong_usage(format!(
                 "the range goes from {low:?} to {high:?}; its first number is the lesser one"
             ));
         }
         let mut colors: Vec<Color> = numbers.iter().map(|&number| Color([number; 3])).collect();
-        match Coloring::paint(column.to_owned(), map, range, missing_color, &mut colors) {
-            None => usage("no number is finite; give the range that they would have".into()),
-            Some(coloring) => Ok((Spheres { colors: Arc::new(colors), ..self }, coloring)),
-        }
+        let coloring = Coloring::paint(column.to_owned(), map, range, missing_color, &mut colors);
+        let coloring = coloring.ok_or_else(|| {
+            Error::Usage("no number is finite; give the range that they would have".into())
+        })?;
+        Ok((Spheres { colors: Arc::new(colors), ..self }, coloring))
     }
 
     /// Adds a sphere behind the others.
@@ -277,12 +271,11 @@ impl FromIterator<(Sphere, Color)> for Spheres {
 pub(super) type Problem = (String, &'static str);
 
 /// Why this is no sphere of a scene seen from `eye`.
-pub(super) fn problem_of(sphere: &Sphere, color: Color, eye: DVec3) -> Option<Problem> {
+pub(super) fn problem_of(sphere: &Sphere, eye: DVec3) -> Option<Problem> {
     let &Sphere { center, radius } = sphere;
     let reach = center.abs() + DVec3::splat(radius);
-    let is_far = !(reach.is_finite() && (center - eye).is_finite());
-    if !is_far && radius > 0.0 {
-        return color_problem(color);
+    if reach.is_finite() && (center - eye).is_finite() && radius > 0.0 {
+        return None;
     }
     Some(if !center.is_finite() || !radius.is_finite() {
         let [x, y, z] = center.to_array();
@@ -310,8 +303,14 @@ fn color_problem(Color([red, green, blue]): Color) -> Option<Problem> {
     })
 }
 
-fn wrong_row(row: usize, (found, help): Problem) -> Error {
-    Error::Usage(format!("row {row} (counted from 0): {found}; {help}"))
+/// Refuses the first row with a problem.
+fn check_rows<T>(rows: &[T], problem: impl Fn(&T) -> Option<Problem>) -> Result<()> {
+    match rows.iter().enumerate().find_map(|(row, it)| Some((row, problem(it)?))) {
+        Some((row, (found, help))) => {
+            wrong_usage(format!("row {row} (counted from 0): {found}; {help}"))
+        }
+        None => Ok(()),
+    }
 }
 
 #[cfg(test)]

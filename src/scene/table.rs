@@ -5,15 +5,16 @@ use std::ops::{Range, RangeInclusive};
 
 use toml::de::{DeTable, DeValue};
 
-use super::places::{Fault, char_start, quoted};
+use super::places::{char_start, quoted};
 use super::schema::{
     CloudKeys, Key, PlaneKeys, SECTIONS, SceneKeys, Section, SectionInfo, SphereKeys,
 };
 use super::sniff::look_of_text;
+use crate::error::SceneError;
 use crate::plain::Shown;
 use crate::words::did_you_mean;
 
-pub type Checked<T> = std::result::Result<T, Fault>;
+pub type Checked<T> = std::result::Result<T, Box<SceneError>>;
 
 /// Reads a table whose header stands there, or all of it where it is an inline table.
 pub(super) fn read_table<S: Section>(table: &DeTable, span: Range<usize>) -> Checked<S> {
@@ -37,7 +38,7 @@ pub(super) fn read_table<S: Section>(table: &DeTable, span: Range<usize>) -> Che
     }
     for (one, other, which) in info.exclusive {
         if let (true, Some(value)) = (table.contains_key(*one), table.get(*other)) {
-            return Err(Fault::new(
+            return Err(SceneError::new(
                 value.span(),
                 format!("both `{one}` and `{other}` are given"),
                 format!("{which}; remove one of them"),
@@ -48,11 +49,11 @@ pub(super) fn read_table<S: Section>(table: &DeTable, span: Range<usize>) -> Che
 }
 
 /// The fault of a table that has none of these keys.
-pub(super) fn lacks<S: Section>(section: &S, names: &[&str]) -> Fault {
+pub(super) fn lacks<S: Section>(section: &S, names: &[&str]) -> Box<SceneError> {
     let known = |name: &&str| S::INFO.keys.iter().find(|key| key.name == *name);
     let keys: Vec<&Key> = names.iter().filter_map(known).collect();
     let listed = |each: fn(&&Key) -> String| keys.iter().map(each).collect::<Vec<_>>().join(" or ");
-    Fault::new(
+    SceneError::new(
         section.span(""),
         format!(
             "{} is missing in this {}",
@@ -79,7 +80,7 @@ impl<'t> Field<'t> {
         self.value.get_ref()
     }
 
-    pub fn wrong_type(&self, expected: impl Display) -> Fault {
+    pub fn wrong_type(&self, expected: impl Display) -> Box<SceneError> {
         let found = match self.value() {
             DeValue::String(_) => "a string",
             DeValue::Integer(_) => "an integer",
@@ -92,16 +93,16 @@ impl<'t> Field<'t> {
         self.wrong(format!("found {found} in `{}`", self.key.name), expected)
     }
 
-    pub fn wrong_value(&self, found: impl Debug, expected: impl Display) -> Fault {
+    pub fn wrong_value(&self, found: impl Debug, expected: impl Display) -> Box<SceneError> {
         self.wrong(format!("`{}` is {found:?}", self.key.name), expected)
     }
 
-    pub fn wrong(&self, found: impl Into<String>, expected: impl Display) -> Fault {
+    pub fn wrong(&self, found: impl Into<String>, expected: impl Display) -> Box<SceneError> {
         let help = match self.key.example {
             "" => format!("expected {expected}"),
             example => format!("expected {expected}, e.g. `{} = {example}`", self.key.name),
         };
-        Fault::new(self.span(), found, help)
+        SceneError::new(self.span(), found, help)
     }
 
     /// The fault of a name that is none of the `known` ones of `what`.
@@ -111,7 +112,7 @@ impl<'t> Field<'t> {
         name: &str,
         known: impl Iterator<Item = &'static str>,
         expected: &str,
-    ) -> Fault {
+    ) -> Box<SceneError> {
         let mut fault = self.wrong(format!("{:?} is not {what}", quoted(name)), expected);
         if let Some(near) = did_you_mean(known, name) {
             fault.help = format!("did you mean {near:?}? {}", fault.help);
@@ -189,7 +190,12 @@ impl<'t> Field<'t> {
 }
 
 /// `is_table` says whether a table or several stand under it.
-fn unknown_key(info: &SectionInfo, key: &str, is_table: bool, span: Range<usize>) -> Fault {
+fn unknown_key(
+    info: &SectionInfo,
+    key: &str,
+    is_table: bool,
+    span: Range<usize>,
+) -> Box<SceneError> {
     let known: Vec<_> = info.keys.iter().map(|key| key.name).collect();
     let home = SECTIONS.iter().find(|other| other.keys.iter().any(|known| known.name == key));
     let key_shown = quoted(key).shown();
@@ -202,7 +208,7 @@ fn unknown_key(info: &SectionInfo, key: &str, is_table: bool, span: Range<usize>
         }
         (None, None) => String::new(),
     };
-    Fault::new(
+    SceneError::new(
         span,
         format!("unknown key `{key_shown}` in {}", info.header),
         format!("{hint}known keys here: {}", known.join(", ")),
@@ -213,12 +219,12 @@ fn unknown_key(info: &SectionInfo, key: &str, is_table: bool, span: Range<usize>
 const OBJECTS: [&str; 3] =
     [SphereKeys::INFO.header, CloudKeys::INFO.header, PlaneKeys::INFO.header];
 
-pub(super) fn syntax_fault(text: &str, error: &toml::de::Error) -> Fault {
+pub(super) fn syntax_fault(text: &str, error: &toml::de::Error) -> Box<SceneError> {
     let span = error.span().unwrap_or(text.len()..text.len());
     if let Some(found) = look_of_text(text) {
         let help = "a scene is a text in TOML; data have a name that ends in .npy, .csv or .xyz, and then \
                     `kugelblitz render` takes them as they are";
-        return Fault::new(span, format!("this is no scene: it looks like {found}"), help);
+        return SceneError::new(span, format!("this is no scene: it looks like {found}"), help);
     }
     let (found, expected) = match error.message().split_once(", expected ") {
         Some((found, expected)) => (found, format!("expected {expected}")),
@@ -234,5 +240,5 @@ pub(super) fn syntax_fault(text: &str, error: &toml::de::Error) -> Fault {
     } else {
         "lines are `key = value` under [table] headers; see https://toml.io".to_owned()
     };
-    Fault::new(span, format!("not valid TOML: {found}"), help)
+    SceneError::new(span, format!("not valid TOML: {found}"), help)
 }

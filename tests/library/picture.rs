@@ -10,7 +10,9 @@ use glam::DVec3;
 use image::DynamicImage;
 use kugelblitz::control::Control;
 use kugelblitz::output::{OutputFile, commit};
-use kugelblitz::picture::{ChannelBits, Format, PictureOptions, PictureWriter, write_hits};
+use kugelblitz::picture::{
+    ChannelBits, Format, Metadata, PictureOptions, PictureWriter, write_hits,
+};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Color, Plane, Scene};
 use kugelblitz::shade::{Colors, Encoding, Palette, Style};
@@ -30,6 +32,16 @@ const SIXTEEN: PictureOptions = PictureOptions { bits: ChannelBits::Sixteen, ..E
 const CERTIFICATES: PictureOptions = PictureOptions { certificates: true, ..EIGHT };
 const TRANSPARENT: [PictureOptions; 3] =
     [with_alpha(EIGHT), with_alpha(SIXTEEN), with_alpha(CERTIFICATES)];
+
+/// Begins a picture that says nothing of how it was made.
+fn writer<W: std::io::Write + std::io::Seek>(
+    format: Format,
+    options: PictureOptions,
+    pixels: &Pixels,
+    sink: W,
+) -> Result<PictureWriter<W>> {
+    PictureWriter::create(format, options, pixels, &Metadata::default(), sink, "memory")
+}
 
 const fn with_alpha(options: PictureOptions) -> PictureOptions {
     PictureOptions { transparent: true, ..options }
@@ -103,10 +115,8 @@ impl Made {
         options: PictureOptions,
         n_rows: u32,
     ) -> Result<()> {
-        match options.transparent {
-            true => writer.transparent_rows(&self.colors, &self.coverage, &self.hits, n_rows),
-            false => writer.rows(&self.colors, &self.hits, n_rows),
-        }
+        let coverage = options.transparent.then_some(&self.coverage);
+        writer.rows(&self.colors, coverage, &self.hits, n_rows)
     }
 
     /// A file of these pixels, written in bands.
@@ -118,7 +128,7 @@ impl Made {
         n_band_rows: u32,
     ) -> Result<Vec<u8>> {
         let sink = Cursor::new(Vec::new());
-        let mut writer = PictureWriter::create(format, options, pixels, sink, "memory")?;
+        let mut writer = writer(format, options, pixels, sink)?;
         for first in (0..pixels.height).step_by(n_band_rows as usize) {
             let n = n_band_rows.min(pixels.height - first);
             let [first, end] = [first, first + n].map(|row| (row * pixels.width) as usize);
@@ -411,12 +421,10 @@ fn hits_of_rays_hold_every_value_bit_for_bit() {
 fn what_does_not_fit_is_refused() {
     let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
     for format in Format::ALL {
-        let begin = |options| {
-            PictureWriter::create(format, options, &whole(4, 2), Cursor::new(Vec::new()), "m")
-        };
+        let begin = |options| writer(format, options, &whole(4, 2), Cursor::new(Vec::new()));
         let made = Made::new(rng, format.encoding(ChannelBits::Eight), 8, 4);
         let rows = |made: &Made, n_rows| {
-            begin(CERTIFICATES).unwrap().rows(&made.colors, &made.hits, n_rows)
+            begin(CERTIFICATES).unwrap().rows(&made.colors, None, &made.hits, n_rows)
         };
         let other = match &made.colors {
             Colors::Linear(_) => Colors::Srgb8(vec![[0; 3]; 8]),
@@ -467,7 +475,7 @@ fn a_picture_without_its_last_rows_is_refused() {
         let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
         let made = Made::new(rng, format.encoding(ChannelBits::Eight), 8 * 8, 1);
         let sink = Cursor::new(Vec::new());
-        let mut writer = PictureWriter::create(format, EIGHT, &whole(8, 8), sink, "m").unwrap();
+        let mut writer = writer(format, EIGHT, &whole(8, 8), sink).unwrap();
         made.part(0, 32).put(&mut writer, EIGHT, 4).unwrap();
         assert!(matches!(writer.finish(), Err(Error::Usage(_))), "{format}");
     }

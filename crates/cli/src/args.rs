@@ -16,7 +16,7 @@ use crate::options::{
     DEFAULT_KERNEL, parse_crop, parse_epsilon, parse_number, parse_pixel, parse_ray, parse_size,
     parser_of,
 };
-use crate::show::show_parser;
+use crate::show::name_of_show;
 use crate::{compare, digest, figure, film, info, judge, man, new, picture, version};
 
 /// What each exit code of the programs means.
@@ -131,6 +131,18 @@ pub struct SizeArgs {
     pub crop: Option<[u32; 4]>,
 }
 
+/// A scene, and which pixels of it.
+#[derive(Args)]
+pub struct SceneArgs {
+    /// Scene file (TOML), or data: .npy, .csv, .xyz
+    #[arg(value_name = "SCENE")]
+    pub path: PathBuf,
+    #[command(flatten)]
+    pub size: SizeArgs,
+    #[command(flatten)]
+    pub picture: picture::PictureArgs,
+}
+
 /// Render a picture, or a film of several, of a scene or straight from data
 ///
 /// Where there is no camera, one is placed so that it frames all spheres. Data are lit from the eye and
@@ -162,7 +174,7 @@ pub struct RenderArgs {
     pub epsilon: Option<f64>,
     /// What the picture shows of each pixel: numbers as colours, with a legend on standard error, or in
     /// --json under `legend` (PNG and PPM)
-    #[arg(long, value_name = "WHAT", default_value = Show::Color.name(), value_parser = show_parser())]
+    #[arg(long, value_name = "WHAT", default_value = Show::Color.name(), value_parser = parser_of(Show::ALL, name_of_show))]
     pub show: Show,
     /// Trace N times more and add their times to --json as `ms_runs`
     #[arg(long, value_name = "N", requires = "json", conflicts_with = "film")]
@@ -187,8 +199,6 @@ pub struct RenderArgs {
 /// light. Exit code 6 where a kernel breaks what it promises.
 #[derive(Args)]
 pub struct VerifyArgs {
-    /// Scene file (TOML), or data: .npy, .csv, .xyz
-    pub scene: PathBuf,
     /// Pixels to compare with exact arithmetic, drawn at random [default: all up to 65536,
     /// fewer where there are very many objects, lights or samples]
     #[arg(long, value_name = "N", value_parser = parse_number)]
@@ -204,20 +214,14 @@ pub struct VerifyArgs {
     #[command(flatten)]
     pub device: DeviceArgs,
     #[command(flatten)]
-    pub size: SizeArgs,
-    #[command(flatten)]
-    pub picture: picture::PictureArgs,
+    pub scene: SceneArgs,
 }
 
 /// Read a scene and say what it costs, without rendering
 #[derive(Args)]
 pub struct CheckArgs {
-    /// Scene file (TOML), or data: .npy, .csv, .xyz
-    pub scene: PathBuf,
     #[command(flatten)]
-    pub size: SizeArgs,
-    #[command(flatten)]
-    pub picture: picture::PictureArgs,
+    pub scene: SceneArgs,
 }
 
 /// Trace any rays of a NumPy file
@@ -253,8 +257,6 @@ pub struct TraceArgs {
 #[derive(Args)]
 #[command(group(ArgGroup::new("of").args(["pixel", "ray"]).required(true)))]
 pub struct ExplainArgs {
-    /// Scene file (TOML), or data: .npy, .csv, .xyz
-    pub scene: PathBuf,
     /// The pixel, counted from 0 at the top left of the whole picture
     #[arg(
         long,
@@ -287,9 +289,7 @@ pub struct ExplainArgs {
     #[command(flatten)]
     pub device: DeviceArgs,
     #[command(flatten)]
-    pub size: SizeArgs,
-    #[command(flatten)]
-    pub picture: picture::PictureArgs,
+    pub scene: SceneArgs,
 }
 
 /// Measure speed against error: every kernel on every device

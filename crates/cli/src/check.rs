@@ -25,11 +25,8 @@ pub struct Summary {
 
 /// Reads a scene and says what it costs.
 pub fn run(args: &CheckArgs, run: &Run) -> Result<Done<Summary>> {
-    let scene = args.picture.scene(&args.scene, args.size.whole.size, run)?;
-    let pixels = match scene.camera {
-        Some(_) => Some(args.size.pixels(&scene, &args.scene)?),
-        None => None,
-    };
+    let scene = args.scene.scene(run)?;
+    let pixels = scene.camera.as_ref().map(|_| args.scene.pixels(&scene)).transpose()?;
     let progress = scene::preparing(&scene, Kernel::Certified, run);
     let cost = progress.during(|| Cost::new(&scene, pixels.as_ref(), &run.control))?;
     let words = in_words(args, &scene, &cost);
@@ -37,7 +34,7 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<Done<Summary>> {
 }
 
 fn in_words(args: &CheckArgs, scene: &Scene, cost: &Cost) -> String {
-    let mut text = format!("{}: {}\n", args.scene.shown(), objects(scene));
+    let mut text = format!("{}: {}\n", args.scene.path.shown(), objects(scene));
     for cloud in &scene.clouds {
         let spheres = count(cloud.n_spheres, "sphere");
         let _ = writeln!(text, "{}: {spheres}, from id {}", cloud.path.shown(), cloud.first_id);

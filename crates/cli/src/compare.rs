@@ -1,6 +1,6 @@
 //! `kugelblitz compare`
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use kugelblitz::output::{self, OutputFile};
@@ -36,7 +36,7 @@ pub struct CompareArgs {
 /// Compares two pictures.
 pub fn run(args: &CompareArgs, run: &Run) -> Result<Done<PictureDifference>> {
     let CompareArgs { a: path_a, b: path_b, output, allow } = args;
-    let begin = |output: &PathBuf| begin_picture(output, &[path_a, path_b], run);
+    let begin = |output: &PathBuf| begin_picture(output, [path_a, path_b], run);
     let file = output.as_ref().map(begin).transpose()?;
     let (a, b) = (read_image(path_a)?, read_image(path_b)?);
     run.control.check()?;
@@ -53,10 +53,14 @@ pub fn run(args: &CompareArgs, run: &Run) -> Result<Done<PictureDifference>> {
 }
 
 /// Begins the file for a picture of errors or differences, before the work.
-pub fn begin_picture(output: &Path, inputs: &[&Path], run: &Run) -> Result<OutputFile> {
-    run.refuse_json_beside(&[output], "the picture")?;
+pub fn begin_picture<'p>(
+    output: &PathBuf,
+    inputs: impl IntoIterator<Item = &'p PathBuf>,
+    run: &Run,
+) -> Result<OutputFile> {
+    run.refuse_sharing_stdout([(output, "the picture")])?;
     check_ending(output, "png", "this picture is")?;
-    output::refuse_overwriting(&[output], inputs)?;
+    output::refuse_overwriting([output], inputs)?;
     OutputFile::create(output, false)
 }
 

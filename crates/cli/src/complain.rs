@@ -150,7 +150,6 @@ mod tests {
             column: 1,
             message: String::new(),
             help: String::new(),
-            lacks: None,
         };
         let shown = |(number, [before, place, behind]): (usize, Line)| match number == error.line {
             true => format!("{before}‹{place}›{behind}"),

@@ -16,7 +16,7 @@ use kugelblitz_judge::markup::{document, escaped};
 use serde::Serialize;
 
 use crate::args::{DeviceArgs, SizeArgs, WholeArgs};
-use crate::head::{Done, On, failed};
+use crate::head::{Done, On};
 use crate::options::{parse_size, samples_parser};
 use crate::output::filled;
 use crate::picture::PictureArgs;
@@ -101,40 +101,36 @@ impl Digested {
 
 /// Prints the digests of pictures, or compares them with those of a file.
 pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
-    let outputs: Vec<&Path> = args.write.iter().chain(&args.junit).map(PathBuf::as_path).collect();
-    let inputs: Vec<&Path> = args.scenes.iter().chain(&args.check).map(PathBuf::as_path).collect();
-    run.refuse_json_beside(&outputs, "the digests")?;
-    output::refuse_overwriting(&outputs, &inputs)?;
-    let create = |path: &PathBuf| OutputFile::create(path, false);
-    let write = args.write.as_ref().map(create).transpose()?;
-    let report = args.junit.as_ref().map(create).transpose()?;
+    // With --check there is no --write, and --junit is for --check alone.
+    let output = args.write.as_ref().or(args.junit.as_ref());
+    run.refuse_sharing_stdout(output.map(|output| (output, "the digests")))?;
+    output::refuse_overwriting(output, args.scenes.iter().chain(&args.check))?;
+    let file = output.map(|path| OutputFile::create(path, false)).transpose()?;
     let DigestArgs { size, samples, .. } = *args;
     let picture = |scene: PathBuf| Picture { scene, size, samples, expected: None };
     let pictures = match &args.check {
         Some(path) => pictures_of(path)?,
         None => args.scenes.iter().cloned().map(picture).collect(),
     };
-    let digested = |picture: &Picture| digest(picture, args, &outputs, run);
+    let digested = |picture: &Picture| digest(picture, args, output, run);
     let mut digests = pictures.iter().map(digested).collect::<Result<Vec<_>>>()?;
     let lines: String = digests.iter().map(Digested::to_string).collect();
-    let write = write.map(|file| filled(file, lines.as_bytes()));
-    let report = report.map(|file| filled(file, junit(&digests).as_bytes()));
-    let files = write.into_iter().chain(report).collect::<Result<_>>()?;
+    let text = if args.junit.is_some() { &junit(&digests) } else { &lines };
+    let files =
+        file.map(|file| filled(file, text.as_bytes())).into_iter().collect::<Result<_>>()?;
     let faults: Vec<String> = digests.iter().filter_map(Digested::fault).collect();
-    let words = match (&args.check, &digests[..]) {
-        (Some(path), _) => {
+    let (n, n_wrong) = (digests.len(), faults.len());
+    let failure =
+        (n_wrong > 0).then(|| Error::Comparison(format!("{n_wrong} of {n} digests differ")));
+    let words = match &args.check {
+        Some(path) => {
             let wrong: String = faults.iter().map(|fault| format!("{fault}\n")).collect();
-            let (n, n_equal) = (digests.len(), digests.len() - faults.len());
-            format!("{wrong}{n_equal} of {n} digests are those of {}\n", path.shown())
+            format!("{wrong}{} of {n} digests are those of {}\n", n - n_wrong, path.shown())
         }
-        (None, [one]) => format!("{}\n", one.digest),
-        (None, _) => lines,
+        None if n == 1 => format!("{}\n", digests[0].digest),
+        None => lines,
     };
-    let failure = match faults.len() {
-        0 => None,
-        n => failed(&[format!("{n} of {} digests differ", digests.len())]),
-    };
-    let summary = match args.check.is_none() && digests.len() == 1 {
+    let summary = match args.check.is_none() && n == 1 {
         true => Summary::One(digests.remove(0)),
         false => Summary::Many { digests },
     };
@@ -170,10 +166,15 @@ fn pictures_of(path: &Path) -> Result<Vec<Picture>> {
     }
 }
 
-fn digest(picture: &Picture, args: &DigestArgs, outputs: &[&Path], run: &Run) -> Result<Digested> {
+fn digest(
+    picture: &Picture,
+    args: &DigestArgs,
+    output: Option<&PathBuf>,
+    run: &Run,
+) -> Result<Digested> {
     let Picture { scene: path, size, samples, expected } = picture;
     let scene = args.picture.scene(path, size.whole.size, run)?;
-    scene::refuse_overwriting(outputs, &[path], &scene)?;
+    scene::refuse_overwriting(output, [path], &scene)?;
     let pixels = size.pixels(&scene, path)?;
     let samples = samples.or(scene.samples).unwrap_or_default();
     let mut session = device::session(&args.device, Kernel::Certified, &scene, pixels.len(), run)?;

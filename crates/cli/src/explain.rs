@@ -12,11 +12,10 @@ use kugelblitz_judge::compare::ObjectCounts;
 use kugelblitz_judge::explain::{DEFAULT_OBJECTS, ExplainStyle, Explanation, explain, latex, text};
 use serde::Serialize;
 
-use crate::Run;
 use crate::args::ExplainArgs;
 use crate::device;
 use crate::head::{Done, On};
-use crate::wrong_usage;
+use crate::{Run, wrong_usage};
 
 /// An explanation, and the device that it asked.
 #[derive(Serialize)]
@@ -29,10 +28,10 @@ pub struct Summary {
 
 /// Shows the formulas of one ray with its numbers in them.
 pub fn run(args: &ExplainArgs, run: &Run) -> Result<Done<Summary>> {
-    let scene = args.picture.scene(&args.scene, args.size.whole.size, run)?;
+    let scene = args.scene.scene(run)?;
     let rays = match (args.ray, args.pixel.unwrap_or_default()) {
         (Some(ray), _) => Rays::List(vec![usable(ray)?]),
-        (None, pixel) => Rays::Pixels(one_pixel(args.size.pixels(&scene, &args.scene)?, pixel)?),
+        (None, pixel) => Rays::Pixels(one_pixel(args.scene.pixels(&scene)?, pixel)?),
     };
     let style = ExplainStyle {
         limit: (!args.all).then_some(DEFAULT_OBJECTS),

@@ -1,7 +1,5 @@
 //! `kugelblitz export`
 
-use std::path::Path;
-
 use kugelblitz::output::OutputFile;
 use kugelblitz::rays::Pixels;
 use kugelblitz::{Error, Result};
@@ -12,6 +10,7 @@ use serde::Serialize;
 use crate::args::ExportArgs;
 use crate::head::Done;
 use crate::output::{is_stdout, name, objects, shell_quoted};
+use crate::picture::read_composed;
 use crate::{Run, scene};
 
 #[derive(Serialize)]
@@ -23,19 +22,21 @@ pub struct Summary {
     run: String,
 }
 
-/// Writes a scene for another renderer.
-pub fn run(args: &ExportArgs, run: &Run) -> Result<Done<Summary>> {
-    let (picture, size) = (&args.picture, args.size.size);
+/// Writes a scene for another renderer, or only prints the scene.
+pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
+    let picture = &args.picture;
+    let overrides = picture.overrides(args.size.size)?;
     if args.output.is_none() && picture.print_scene.is_some() {
-        return Ok(Done::scene_alone(picture.print_alone(&args.scene, size, 0, run)?));
+        return picture.print_alone(&args.scene, &overrides, run);
     }
-    let output = args.output.as_deref().unwrap_or(Path::new(OutputFile::STDOUT));
-    picture.check_outputs(Some(output), "the scene for the other renderer", run)?;
-    let (scene, composed) = picture.read(&args.scene, size, 0, run)?;
+    let output = &args.output.clone().unwrap_or(OutputFile::STDOUT.into());
+    let outputs = [(output, "the scene for the other renderer")];
+    run.refuse_sharing_stdout(outputs.into_iter().chain(picture.printed()))?;
+    let (scene, composed) = read_composed(&args.scene, &overrides, run)?;
     let printed = picture.print(&composed, &scene, &args.scene)?;
     let Pixels { view, width, height, .. } = args.size.pixels(&scene, &args.scene)?;
     let palette: Vec<_> = scene.colors().collect();
-    scene::refuse_overwriting(&[output], &[&args.scene], &scene)?;
+    scene::refuse_overwriting([output], [&args.scene], &scene)?;
     let mut file = OutputFile::create(output, false)?;
     let (language, size) = (args.language, [width, height]);
     let path = file.path().to_path_buf();
@@ -50,5 +51,5 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<Done<Summary>> {
     let line = format!("{name}: {} for {renderer}{next}", objects(&scene));
     let objects = ObjectCounts::of(&scene);
     let summary = Summary { language: language.name(), size, objects, run: command };
-    Ok(Done::with_files(summary, printed.into_iter().chain([file]), line))
+    Done::with_files(summary, printed.into_iter().chain([file]), line).finish("export", run)
 }

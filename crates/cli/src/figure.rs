@@ -56,7 +56,7 @@ pub struct Summary {
 
 /// Draws a figure.
 pub fn run(args: &FigureArgs, run: &Run) -> Result<Done<Summary>> {
-    run.refuse_json_beside(&[&args.output], "the figure")?;
+    run.refuse_sharing_stdout([(&args.output, "the figure")])?;
     if !is_stdout(&args.output) {
         check_ending(&args.output, "svg", "a figure is")?;
     }
@@ -69,8 +69,7 @@ pub fn run(args: &FigureArgs, run: &Run) -> Result<Done<Summary>> {
             (Path::new(name), parse_scene(text, Path::new(name))?.into())
         }
     };
-    let inputs: Vec<&Path> = args.scene.iter().map(PathBuf::as_path).collect();
-    scene::refuse_overwriting(&[&args.output], &inputs, &scene)?;
+    scene::refuse_overwriting([&args.output], &args.scene, &scene)?;
     let pixels = args.size.pixels(&scene, path)?;
     let object = figure.object(&scene, args.object)?;
     let drawn = figure.draw(&scene, object, &pixels, lang)?;

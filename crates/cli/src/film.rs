@@ -19,13 +19,12 @@ use kugelblitz::words::{count, duration};
 use kugelblitz::{Error, Result, Session};
 use serde::Serialize;
 
-use crate::Run;
 use crate::args::RenderArgs;
 use crate::head::{Done, Drawn, Times, Work};
 use crate::output::{is_stdout, name, objects, shell_quoted};
 use crate::progress::Progress;
 use crate::render::{Begun, size};
-use crate::wrong_usage;
+use crate::{Run, wrong_usage};
 
 /// Several frames in place of one picture.
 #[derive(Args)]
@@ -127,7 +126,7 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     let mut frames: Vec<Frame> = Vec::new();
     for frame in first..=last.min(n_frames) {
         let path = path_of(frame);
-        begun.refuse_overwriting(&[&path])?;
+        begun.refuse_overwriting(args, &path)?;
         let skipped = args.film.resume && fs::metadata(&path).is_ok_and(|found| found.is_file());
         frames.push(Frame { frame, file: path.display().to_string(), skipped, drawn: None });
     }

@@ -1,7 +1,7 @@
 //! `kugelblitz generate`
 
 use std::iter::once;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use kugelblitz::Result;
 use kugelblitz::generate::{Recipe, write_cloud, write_scene};
@@ -9,12 +9,11 @@ use kugelblitz::output::{self, OutputFile};
 use kugelblitz::words::{count, duration};
 use serde::Serialize;
 
-use crate::Run;
 use crate::args::GenerateCloudArgs;
 use crate::head::{Done, Times};
 use crate::output::{check_ending, is_stdout, name};
 use crate::progress::Progress;
-use crate::wrong_usage;
+use crate::{Run, wrong_usage};
 
 #[derive(Serialize)]
 pub struct Summary {
@@ -66,7 +65,7 @@ fn refuse_wrong_outputs(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
             "--scene needs the name of the cloud's file; write the cloud to a file",
         );
     }
-    let outputs: Vec<&Path> = once(&*args.output).chain(args.scene.as_deref()).collect();
-    run.refuse_json_beside(&outputs, "a file")?;
-    output::refuse_overwriting(&outputs, &[])
+    let outputs = || once(&args.output).chain(&args.scene);
+    run.refuse_sharing_stdout(outputs().map(|output| (output, "a file")))?;
+    output::refuse_overwriting(outputs(), None::<&PathBuf>)
 }

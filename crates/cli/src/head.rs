@@ -54,8 +54,8 @@ static IS_PRINTED: AtomicBool = AtomicBool::new(false);
 
 /// What is done, and is still to be told and put in its place.
 pub struct Done<S> {
-    /// What --json tells; `None` where there is nothing to tell.
-    pub summary: Option<S>,
+    /// What --json tells.
+    pub summary: S,
     /// What people read on standard output in its place.
     pub words: String,
     /// Outputs, whole but not yet in their places.
@@ -66,17 +66,10 @@ pub struct Done<S> {
     pub failure: Option<Error>,
 }
 
-impl<S> Default for Done<S> {
-    fn default() -> Done<S> {
-        let (words, files, said) = Default::default();
-        Done { summary: None, words, files, said, failure: None }
-    }
-}
-
 impl<S: Serialize> Done<S> {
     /// Work that `words` tell of on standard output.
     pub fn in_words(summary: S, words: String) -> Done<S> {
-        Done { summary: Some(summary), words, ..Done::default() }
+        Done { summary, words, files: Vec::new(), said: Vec::new(), failure: None }
     }
 
     /// Work that made these files, of which `line` tells.
@@ -86,12 +79,7 @@ impl<S: Serialize> Done<S> {
         line: String,
     ) -> Done<S> {
         let files = files.into_iter().collect();
-        Done { summary: Some(summary), files, said: vec![line], ..Done::default() }
-    }
-
-    /// The scene of --print-scene alone, which tells of nothing.
-    pub fn scene_alone(file: Option<OutputFile>) -> Done<S> {
-        Done { files: Vec::from_iter(file), ..Done::default() }
+        Done { files, said: vec![line], ..Done::in_words(summary, String::new()) }
     }
 
     /// Tells of the work of `command`, and puts its outputs in their places.
@@ -100,13 +88,11 @@ impl<S: Serialize> Done<S> {
     /// As [`print`] and [`output::commit`]; what the work has found to be wrong.
     pub fn finish(self, command: &'static str, run: &Run) -> Result<()> {
         let Done { summary, words, files, said, failure } = self;
-        match summary {
-            Some(summary) if run.talk.json => {
-                IS_PRINTED.store(true, Ordering::Relaxed);
-                print(&self::summary(Some(command), Some(&summary), failure.as_ref())?)?;
-            }
-            _ if words.is_empty() => {}
-            _ => print_text(&words)?,
+        if run.talk.json {
+            IS_PRINTED.store(true, Ordering::Relaxed);
+            print(&self::summary(Some(command), Some(&summary), failure.as_ref())?)?;
+        } else if !words.is_empty() {
+            print_text(&words)?;
         }
         output::commit(files, &run.control)?;
         said.iter().for_each(|line| run.say(line));

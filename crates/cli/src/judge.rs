@@ -25,8 +25,7 @@ use crate::output::{objects, shell_quoted};
 use crate::picture::{CameraArgs, DataArgs, PictureArgs};
 use crate::progress::Progress;
 use crate::render::size;
-use crate::wrong_usage;
-use crate::{Run, device};
+use crate::{Run, device, wrong_usage};
 
 /// Hold another renderer's picture or hits against exact arithmetic
 ///
@@ -145,9 +144,8 @@ pub struct Summary {
 
 /// Judges another renderer's results.
 pub fn run(args: &JudgeArgs, run: &Run) -> Result<Done<Summary>> {
-    let inputs = [Some(&args.scene), Some(&args.against), args.rays.as_ref()];
-    let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
-    let begin = |output: &PathBuf| begin_picture(output, &inputs, run);
+    let inputs = [&args.scene, &args.against].into_iter().chain(&args.rays);
+    let begin = |output: &PathBuf| begin_picture(output, inputs, run);
     let file = args.output.as_ref().map(begin).transpose()?;
     let conventions = conventions(args)?;
     let image = read_image(&args.against)?;

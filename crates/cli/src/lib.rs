@@ -45,11 +45,13 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use kugelblitz::control::Control;
+use kugelblitz::error::wrong_usage;
 use kugelblitz::{Error, Result};
 
 pub use args::{Cli, EXIT_CODES, TalkArgs, ViewArgs};
 pub use options::check_size;
 pub use output::{print_text, printed_line, talk};
+pub use picture::read_composed;
 pub use version::long as long_version;
 
 use args::{Command, Generate, GenerateArgs};
@@ -146,7 +148,7 @@ impl CommandLine for Cli {
             Command::Compare(args) => compare::run(&args, run)?.finish("compare", run),
             Command::Info(args) => info::run(&args)?.finish("info", run),
             Command::Report(args) => report::run(&args, run)?.finish("report", run),
-            Command::Export(args) => export::run(&args, run)?.finish("export", run),
+            Command::Export(args) => export::run(&args, run),
             Command::Figure(args) => figure::run(&args, run)?.finish("figure", run),
             Command::View(_) => view::run(),
             Command::Generate(GenerateArgs { what: Generate::Cloud(args) }) => {
@@ -162,11 +164,6 @@ impl CommandLine for Cli {
             Command::Man(args) => man::run(&args, run),
         }
     }
-}
-
-/// Refuses a command line that can't be.
-fn wrong_usage<T>(message: impl Into<String>) -> Result<T> {
-    Err(Error::Usage(message.into()))
 }
 
 /// True once the command is known and has output files.

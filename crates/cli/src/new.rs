@@ -27,7 +27,7 @@ const SCENE: &str = include_str!("new.toml");
 /// Writes the scene.
 pub fn run(args: &NewArgs, run: &Run) -> Result<Done<Summary>> {
     let path = &*args.scene;
-    run.refuse_json_beside(&[path], "the scene")?;
+    run.refuse_sharing_stdout([(&args.scene, "the scene")])?;
     if !is_stdout(path) {
         check_ending(path, "toml", "a scene is")?;
         if path.symlink_metadata().is_ok() {

@@ -3,16 +3,18 @@
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::str::FromStr;
+use std::sync::Arc;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::value_parser;
 use glam::DVec3;
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{ImageSize, Samples, Scene};
+use kugelblitz::scene::{MAX_SIDE, Samples, Scene};
 use kugelblitz::trace::{Kernel, WorldRay};
 use kugelblitz::{Error, Result};
 
-use crate::args::{SizeArgs, WholeArgs};
+use crate::Run;
+use crate::args::{SceneArgs, SizeArgs, WholeArgs};
 
 /// The kernel without --kernel.
 pub const DEFAULT_KERNEL: Kernel = Kernel::Certified;
@@ -21,12 +23,17 @@ pub const DEFAULT_KERNEL: Kernel = Kernel::Certified;
 const DEFAULT_SIZE: [u32; 2] = [1280, 720];
 
 /// Takes the names of `all`.
-pub fn parser_of<T: Copy + Send + Sync + 'static, const N: usize>(
+pub fn parser_of<
+    T: Copy + Send + Sync + 'static,
+    V: Into<PossibleValue> + 'static,
+    const N: usize,
+>(
     all: [T; N],
-    name_of: fn(T) -> &'static str,
+    name_of: fn(T) -> V,
 ) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(all.map(name_of)).try_map(move |name| {
-        all.into_iter().find(|&one| name_of(one) == name).ok_or(format!("there is no {name}"))
+        let is_it = |one: &T| name_of(*one).into().matches(&name, false);
+        all.into_iter().find(is_it).ok_or(format!("there is no {name}"))
     })
 }
 
@@ -93,11 +100,10 @@ pub fn numbers<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
 /// # Errors
 /// [`Error::TooLarge`]
 pub fn check_size([width, height]: [u32; 2]) -> Result<[u32; 2]> {
-    if width.max(height) > ImageSize::MAX_SIDE {
+    if width.max(height) > MAX_SIDE {
         return Err(Error::TooLarge(format!(
-            "--size {width}x{height}: a picture has at most {} pixels a side; render several \
-             with different cameras",
-            ImageSize::MAX_SIDE
+            "--size {width}x{height}: a picture has at most {MAX_SIDE} pixels a side; render several \
+             with different cameras"
         )));
     }
     Ok([width, height])
@@ -110,18 +116,19 @@ impl WholeArgs {
     /// [`Error::Scene`] without a camera in the scene at `path`, [`Error::TooLarge`].
     pub fn pixels(&self, scene: &Scene, path: &Path) -> Result<Pixels> {
         let view = View::new(scene.require_camera(path)?);
-        let of_scene = scene.image.map(|image| [image.width, image.height]);
-        let [width, height] = check_size(self.size.or(of_scene).unwrap_or(DEFAULT_SIZE))?;
+        let [width, height] = check_size(self.size.or(scene.image).unwrap_or(DEFAULT_SIZE))?;
         Ok(Pixels::whole(view, width, height))
     }
 }
 
 impl SizeArgs {
-    /// Cuts `pixels` down to --crop.
+    /// The pixels that the options, else the scene at `path`, ask for.
     ///
     /// # Errors
-    /// [`Error::Usage`] when it reaches beyond the picture.
-    fn cut(&self, pixels: Pixels) -> Result<Pixels> {
+    /// [`Error::Scene`] without a camera, [`Error::TooLarge`] and [`Error::Usage`] for a size or
+    /// crop that can't be.
+    pub fn pixels(&self, scene: &Scene, path: &Path) -> Result<Pixels> {
+        let pixels = self.whole.pixels(scene, path)?;
         let Some(crop @ [x, y, width, height]) = self.crop else { return Ok(pixels) };
         pixels.part(crop).ok_or_else(|| {
             Error::Usage(format!(
@@ -130,13 +137,22 @@ impl SizeArgs {
             ))
         })
     }
+}
 
-    /// The pixels that the options, else the scene at `path`, ask for.
+impl SceneArgs {
+    /// The scene as these options have it.
     ///
     /// # Errors
-    /// [`Error::Scene`] without a camera, [`Error::TooLarge`] and [`Error::Usage`] for a size or
-    /// crop that can't be.
-    pub fn pixels(&self, scene: &Scene, path: &Path) -> Result<Pixels> {
-        self.cut(self.whole.pixels(scene, path)?)
+    /// Those of [`PictureArgs::scene`](crate::picture::PictureArgs::scene).
+    pub fn scene(&self, run: &Run) -> Result<Arc<Scene>> {
+        self.picture.scene(&self.path, self.size.whole.size, run)
+    }
+
+    /// The pixels that are asked for of this scene.
+    ///
+    /// # Errors
+    /// Those of [`SizeArgs::pixels`].
+    pub fn pixels(&self, scene: &Scene) -> Result<Pixels> {
+        self.size.pixels(scene, &self.path)
     }
 }

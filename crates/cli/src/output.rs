@@ -1,7 +1,7 @@
 //! Data to standard output, talk to standard error.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use kugelblitz::output::OutputFile;
@@ -11,8 +11,7 @@ use kugelblitz::words::count;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
-use crate::Run;
-use crate::wrong_usage;
+use crate::{Run, wrong_usage};
 
 /// Standard output as errors call it.
 pub const STDOUT: &str = OutputFile::STDOUT_IN_WORDS;
@@ -157,17 +156,22 @@ impl Run {
         talk(&format!("warning: {line}"));
     }
 
-    /// Refuses --json where an output, `the picture` for one, goes to standard output too.
+    /// Refuses two of these outputs on standard output, or one beside --json. Each has a name, `the picture` for one.
     ///
     /// # Errors
     /// [`Error::Usage`]
-    pub fn refuse_json_beside(&self, outputs: &[&Path], what: &str) -> Result<()> {
-        if self.talk.json && outputs.iter().any(|output| is_stdout(output)) {
-            return wrong_usage(format!(
-                "{what} and --json can't both go to standard output; write to a file"
-            ));
+    pub fn refuse_sharing_stdout<'o>(
+        &self,
+        outputs: impl IntoIterator<Item = (&'o PathBuf, &'o str)>,
+    ) -> Result<()> {
+        let there = outputs.into_iter().filter(|(output, _)| is_stdout(output));
+        let mut there = there.map(|(_, what)| what).chain(self.talk.json.then_some("--json"));
+        match (there.next(), there.next()) {
+            (Some(one), Some(other)) => wrong_usage(format!(
+                "{one} and {other} can't both go to standard output; write to a file"
+            )),
+            _ => Ok(()),
         }
-        Ok(())
     }
 }
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use clap::{Args, Command, CommandFactory};
 use glam::DVec3;
-use kugelblitz::output::OutputFile;
+use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::plain_json;
 use kugelblitz::scene::schema::{
     self, CameraKeys, CloudKeys, ColumnKeys, LightKeys, SkyKeys, Value as _, option, read_value,
@@ -18,13 +18,12 @@ use kugelblitz::scene::{
 };
 use kugelblitz::{Error, Result};
 
-use crate::Run;
 use crate::args::Cli;
 use crate::options::{check_size, number, parser_of, samples_parser};
 use crate::output::{filled, is_stdout, print, text_quoted};
 use crate::progress::Progress;
 use crate::scene::{refuse_overwriting, say_notes};
-use crate::wrong_usage;
+use crate::{Run, wrong_usage};
 
 /// What a picture shows: the options win over the scene.
 #[derive(Args, Clone, Default)]
@@ -222,7 +221,10 @@ impl PictureArgs {
 }
 
 /// Reads the scene or the data at `path`, shows how far it is, and says what was chosen.
-fn read_composed(
+///
+/// # Errors
+/// Those of [`compose_scene`].
+pub fn read_composed(
     path: &Path,
     overrides: &SceneOverrides,
     run: &Run,
@@ -238,59 +240,27 @@ fn read_composed(
 }
 
 impl DrawArgs {
-    /// The keys of these options for a picture of this size, and of a turntable of `n_turns` pictures.
+    /// The keys of these options for a picture of this size.
     ///
     /// # Errors
     /// Those of [`PictureArgs::overrides`].
-    pub fn overrides(&self, size: Option<[u32; 2]>, n_turns: u32) -> Result<SceneOverrides> {
-        let overrides = self.picture.overrides(size)?;
-        Ok(SceneOverrides { n_turns, samples: self.samples, ..overrides })
+    pub fn overrides(&self, size: Option<[u32; 2]>) -> Result<SceneOverrides> {
+        Ok(SceneOverrides { samples: self.samples, ..self.picture.overrides(size)? })
     }
 
-    /// Reads the scene or the data at `path`, shows how far it is, and says what was chosen.
-    ///
-    /// # Errors
-    /// Those of [`DrawArgs::overrides`] and [`compose_scene`].
-    pub fn read(
-        &self,
-        path: &Path,
-        size: Option<[u32; 2]>,
-        n_turns: u32,
-        run: &Run,
-    ) -> Result<(Arc<Scene>, Composed)> {
-        read_composed(path, &self.overrides(size, n_turns)?, run)
-    }
-
-    /// Refuses two outputs on standard output. `what` is the one beside the scene: `the picture`.
-    ///
-    /// # Errors
-    /// [`Error::Usage`]
-    pub fn check_outputs(&self, output: Option<&Path>, what: &str, run: &Run) -> Result<()> {
-        let printed = self.print_scene.as_deref();
-        run.refuse_json_beside(&Vec::from_iter(output), what)?;
-        run.refuse_json_beside(&Vec::from_iter(printed), "the scene")?;
-        match output.zip(printed) {
-            Some((a, b)) if is_stdout(a) && is_stdout(b) => wrong_usage(format!(
-                "{what} and --print-scene can't both go to standard output; write to a file"
-            )),
-            _ => Ok(()),
-        }
+    /// The place of --print-scene, with its name.
+    pub fn printed(&self) -> Option<(&PathBuf, &'static str)> {
+        self.print_scene.as_ref().map(|place| (place, "--print-scene"))
     }
 
     /// Writes the scene alone.
     ///
     /// # Errors
-    /// Those of [`DrawArgs::check_outputs`], [`DrawArgs::read`] and [`DrawArgs::print`].
-    pub fn print_alone(
-        &self,
-        path: &Path,
-        size: Option<[u32; 2]>,
-        n_turns: u32,
-        run: &Run,
-    ) -> Result<Option<OutputFile>> {
-        self.check_outputs(None, "the picture", run)?;
-        let (scene, composed) = self.read(path, size, n_turns, run)?;
-        self.print(&composed, &scene, path)
+    /// [`Error::Usage`] beside --json; those of [`read_composed`], [`DrawArgs::print`] and [`output::commit`].
+    pub fn print_alone(&self, path: &PathBuf, overrides: &SceneOverrides, run: &Run) -> Result<()> {
+        run.refuse_sharing_stdout(self.printed())?;
+        let (scene, composed) = read_composed(path, overrides, run)?;
+        output::commit(self.print(&composed, &scene, path)?, &run.control)
     }
 
     /// Writes what --print-scene asks for. A file is returned, to be put in its place at the end.
@@ -301,13 +271,13 @@ impl DrawArgs {
         &self,
         composed: &Composed,
         scene: &Scene,
-        input: &Path,
+        input: &PathBuf,
     ) -> Result<Option<OutputFile>> {
         let Some(place) = &self.print_scene else { return Ok(None) };
         if is_stdout(place) {
             return print(plain_json(&composed.text(None)?).as_bytes()).map(|()| None);
         }
-        refuse_overwriting(&[place], &[input], scene)?;
+        refuse_overwriting([place], [input], scene)?;
         let file = OutputFile::create(place, false)?;
         filled(file, composed.text(Some(place))?.as_bytes()).map(Some)
     }

@@ -6,7 +6,6 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use indicatif::style::TemplateError;
 use indicatif::{ProgressBar, ProgressStyle};
 use kugelblitz::control::Control;
 
@@ -47,8 +46,7 @@ impl Progress {
 
     /// Says what goes on, where nobody knows how far it is.
     pub fn of_step(run: &Run, what: String) -> Progress {
-        let style = ProgressStyle::with_template("{spinner} {elapsed} {msg}");
-        Progress::show(run, style, move |bar| {
+        Progress::show(run, "{spinner} {elapsed} {msg}".into(), move |bar| {
             bar.set_message(what.clone());
             bar.tick();
             true
@@ -66,11 +64,9 @@ impl Progress {
         what: &str,
         look: impl Fn(&Control, &ProgressBar) -> (u64, u64) + Send + 'static,
     ) -> Progress {
-        let style = ProgressStyle::with_template(&format!(
-            "{{bar:40}} {{percent:>3}} %, {what}, {{eta}} left"
-        ));
+        let template = format!("{{bar:40}} {{percent:>3}} %, {what}, {{eta}} left");
         let control = Arc::clone(&run.control);
-        Progress::show(run, style, move |bar| {
+        Progress::show(run, template, move |bar| {
             let (n_done, n_all) = look(&control, bar);
             bar.set_length(n_all);
             bar.set_position(n_done.min(n_all));
@@ -78,10 +74,10 @@ impl Progress {
         })
     }
 
-    /// `draw` brings the bar up to date, and says whether there is anything to show at all.
+    /// `template` is indicatif's; `draw` brings the bar up to date, and says whether there is anything to show at all.
     fn show(
         run: &Run,
-        style: Result<ProgressStyle, TemplateError>,
+        template: String,
         draw: impl Fn(&ProgressBar) -> bool + Send + 'static,
     ) -> Progress {
         if run.talk.quiet || !std::io::stderr().is_terminal() {
@@ -94,7 +90,7 @@ impl Progress {
                 return;
             }
             let bar = ProgressBar::new(0);
-            if let Ok(style) = style {
+            if let Ok(style) = ProgressStyle::with_template(&template) {
                 bar.set_style(style);
             }
             while draw(&bar) && goes_on(STEP) {}

@@ -12,7 +12,7 @@ use kugelblitz::plain::Shown;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::{self, Plan};
-use kugelblitz::scene::{Samples, Scene};
+use kugelblitz::scene::{Samples, Scene, SceneOverrides};
 use kugelblitz::trace::{Kernel, Rays};
 use kugelblitz::{Error, Result, Session};
 use kugelblitz_judge::figure::legend_svg;
@@ -22,19 +22,20 @@ use crate::args::RenderArgs;
 use crate::device;
 use crate::head::{Done, Drawn, Times, Traced, Work, stages, traced_in_words};
 use crate::output::{check_ending, name, written};
+use crate::picture::read_composed;
 use crate::progress::Progress;
 use crate::show::{LegendEntry, check, legend};
-use crate::wrong_usage;
-use crate::{Run, film, scene};
+use crate::{Run, film, scene, wrong_usage};
 
 /// Renders one picture or several, or only prints the scene.
 pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
+    let n_turns = args.film.n_turns();
+    let overrides = args.picture.overrides(args.size.whole.size)?;
+    let overrides = SceneOverrides { n_turns, ..overrides };
     let Some(output) = &args.output else {
-        let (size, n_turns) = (args.size.whole.size, args.film.n_turns());
-        let scene = args.picture.print_alone(&args.scene, size, n_turns, run)?;
-        return Done::<Traced>::scene_alone(scene).finish("render", run);
+        return args.picture.print_alone(&args.scene, &overrides, run);
     };
-    let begun = Begun::new(args, output, run)?;
+    let begun = Begun::new(args, output, &overrides, run)?;
     if args.film.is_film() {
         film::run(args, output, begun, run)?.finish("render", run)
     } else {
@@ -44,7 +45,7 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
 
 fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<Done<Traced>> {
     let pixels = begun.pixels;
-    begun.refuse_overwriting(&[output])?;
+    begun.refuse_overwriting(args, output)?;
     // Early, so that a folder that isn't there is told before the work and not after it.
     let file = OutputFile::create(output, begun.format.needs_seek())?;
 
@@ -121,17 +122,25 @@ pub struct Begun {
     pub beside: Vec<OutputFile>,
     options: PictureOptions,
     epsilon: f64,
-    inputs: Vec<PathBuf>,
 }
 
 impl Begun {
     /// Reads the scene and checks all that is asked for.
-    fn new(args: &RenderArgs, output: &Path, run: &Run) -> Result<Begun> {
+    fn new(
+        args: &RenderArgs,
+        output: &PathBuf,
+        overrides: &SceneOverrides,
+        run: &Run,
+    ) -> Result<Begun> {
         let (format, options) = what_to_write(args, output, run)?;
-        let epsilon = epsilon(args)?;
+        if args.epsilon.is_some() && args.kernel.kernel == Kernel::Certified {
+            return wrong_usage(
+                "--epsilon is for kernels without a proof: certified decides exactly what is in a light's \
+                 way, and needs none; leave it out, or choose another --kernel",
+            );
+        }
         let start = Instant::now();
-        let (size, n_turns) = (args.size.whole.size, args.film.n_turns());
-        let (scene, composed) = args.picture.read(&args.scene, size, n_turns, run)?;
+        let (scene, composed) = read_composed(&args.scene, overrides, run)?;
         let pixels = args.size.pixels(&scene, &args.scene)?;
         let read = start.elapsed();
         if args.epsilon.is_some() && !scene.is_lit() {
@@ -141,7 +150,6 @@ impl Begun {
             Show::Color => scene.samples.unwrap_or_default(),
             _ => Samples::ONE,
         };
-        let inputs = [&args.scene].into_iter().chain(&args.film.camera_path).cloned().collect();
         let mut begun = Begun {
             scene,
             read,
@@ -150,8 +158,7 @@ impl Begun {
             format,
             beside: Vec::new(),
             options,
-            epsilon,
-            inputs,
+            epsilon: args.epsilon.unwrap_or(0.0),
         };
         begun.plan()?;
         begun.beside.extend(args.picture.print(&composed, &begun.scene, &args.scene)?);
@@ -161,15 +168,14 @@ impl Begun {
         Ok(begun)
     }
 
-    /// Refuses outputs that would replace what they are made from, or each other.
+    /// Refuses an output that would replace what it is made from, or what is beside it.
     ///
     /// # Errors
     /// [`Error::Usage`]
-    pub fn refuse_overwriting(&self, outputs: &[&Path]) -> Result<()> {
-        let inputs: Vec<&Path> = self.inputs.iter().map(PathBuf::as_path).collect();
-        let beside = self.beside.iter().map(OutputFile::path);
-        let outputs: Vec<&Path> = outputs.iter().copied().chain(beside).collect();
-        scene::refuse_overwriting(&outputs, &inputs, &self.scene)
+    pub fn refuse_overwriting(&self, args: &RenderArgs, output: &Path) -> Result<()> {
+        let outputs = [output].into_iter().chain(self.beside.iter().map(OutputFile::path));
+        let inputs = [&args.scene].into_iter().chain(&args.film.camera_path);
+        scene::refuse_overwriting(outputs, inputs, &self.scene)
     }
 
     /// The bands that fit the memory as it is.
@@ -209,19 +215,12 @@ fn write_legend(path: &Path, args: &RenderArgs, scene: &Scene) -> Result<OutputF
     written(path, svg.as_bytes())
 }
 
-/// How far from a surface shadow rays start.
-fn epsilon(args: &RenderArgs) -> Result<f64> {
-    match args.epsilon {
-        Some(_) if args.kernel.kernel == Kernel::Certified => wrong_usage(
-            "--epsilon is for kernels without a proof: certified decides exactly what is in a light's \
-             way, and needs none; leave it out, or choose another --kernel",
-        ),
-        epsilon => Ok(epsilon.unwrap_or(0.0)),
-    }
-}
-
 /// The format and its options, checked against each other.
-fn what_to_write(args: &RenderArgs, output: &Path, run: &Run) -> Result<(Format, PictureOptions)> {
+fn what_to_write(
+    args: &RenderArgs,
+    output: &PathBuf,
+    run: &Run,
+) -> Result<(Format, PictureOptions)> {
     let by_ending = Format::from_path(output);
     let format = match (args.format, by_ending) {
         (None, by_ending) => by_ending?,
@@ -234,7 +233,8 @@ fn what_to_write(args: &RenderArgs, output: &Path, run: &Run) -> Result<(Format,
         }
         (Some(format), _) => format,
     };
-    args.picture.check_outputs(Some(output), "the picture", run)?;
+    let outputs = [(output, "the picture")].into_iter().chain(args.picture.printed());
+    run.refuse_sharing_stdout(outputs)?;
     let holds_colours_only = matches!(format, Format::Png | Format::Ppm);
     if args.certificates && holds_colours_only {
         return wrong_usage(format!(

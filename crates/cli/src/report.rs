@@ -22,8 +22,7 @@ use crate::head::{Done, summary};
 use crate::output::filled;
 use crate::progress::Progress;
 use crate::quiet::{self, quietly};
-use crate::wrong_usage;
-use crate::{Run, device, version};
+use crate::{Run, device, version, wrong_usage};
 
 /// Measures and shows.
 pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
@@ -84,10 +83,9 @@ fn outputs(paths: &[PathBuf]) -> Result<Vec<(OutputFile, Form)>> {
 }
 
 fn refuse_overwriting(args: &ReportArgs, cases: &[ReportScene]) -> Result<()> {
-    let outputs: Vec<&Path> = args.output.iter().map(PathBuf::as_path).collect();
-    let scenes = args.scenes.iter().chain(&args.baseline).map(PathBuf::as_path);
-    let clouds = cases.iter().flat_map(|case| &case.scene.clouds).map(|cloud| &*cloud.path);
-    output::refuse_overwriting(&outputs, &scenes.chain(clouds).collect::<Vec<_>>())
+    let clouds = cases.iter().flat_map(|case| &case.scene.clouds).map(|cloud| &cloud.path);
+    let inputs = args.scenes.iter().chain(&args.baseline).chain(clouds);
+    output::refuse_overwriting(&args.output, inputs)
 }
 
 /// The report of --baseline, with its name.

@@ -1,6 +1,6 @@
 //! Reading and preparing the scene, which take a while where it has large clouds.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use kugelblitz::Result;
@@ -39,8 +39,11 @@ pub fn preparing(scene: &Scene, kernel: Kernel, run: &Run) -> Progress {
 ///
 /// # Errors
 /// [`kugelblitz::Error::Usage`]
-pub fn refuse_overwriting(outputs: &[&Path], inputs: &[&Path], scene: &Scene) -> Result<()> {
-    let clouds = scene.clouds.iter().map(|cloud| &*cloud.path);
-    let inputs: Vec<&Path> = inputs.iter().copied().chain(clouds).collect();
-    output::refuse_overwriting(outputs, &inputs)
+pub fn refuse_overwriting<'p>(
+    outputs: impl IntoIterator<Item: AsRef<Path>>,
+    inputs: impl IntoIterator<Item = &'p PathBuf>,
+    scene: &'p Scene,
+) -> Result<()> {
+    let clouds = scene.clouds.iter().map(|cloud| &cloud.path);
+    output::refuse_overwriting(outputs, inputs.into_iter().chain(clouds))
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::builder::PossibleValue;
 use kugelblitz::Result;
 use kugelblitz::picture::{Format, PictureOptions};
 use kugelblitz::scene::hex;
@@ -16,16 +16,10 @@ use crate::wrong_usage;
 /// Most pixels of a meaning that are told one by one.
 const MOST_TOLD: usize = 4;
 
-/// Takes the names of [`Show::ALL`].
-pub fn show_parser() -> impl TypedValueParser<Value = Show> {
-    let value = |show: Show| {
-        let value = PossibleValue::new(show.name());
-        if show == Show::Color { value.alias("color") } else { value }
-    };
-    PossibleValuesParser::new(Show::ALL.map(value)).try_map(|name| {
-        let named = |show: &Show| show.name() == name || (*show, &*name) == (Show::Color, "color");
-        Show::ALL.into_iter().find(named).ok_or(format!("there is no {name}"))
-    })
+/// The name on the command line.
+pub fn name_of_show(show: Show) -> PossibleValue {
+    let value = PossibleValue::new(show.name());
+    if show == Show::Color { value.alias("color") } else { value }
 }
 
 /// Refuses options that the shown numbers have no use for.

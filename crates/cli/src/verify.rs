@@ -25,8 +25,8 @@ pub struct Summary {
 
 /// Compares the devices with each other and with exact arithmetic.
 pub fn run(args: &VerifyArgs, run: &Run) -> Result<Done<Summary>> {
-    let scene = args.picture.scene(&args.scene, args.size.whole.size, run)?;
-    let pixels = args.size.pixels(&scene, &args.scene)?;
+    let scene = args.scene.scene(run)?;
+    let pixels = args.scene.pixels(&scene)?;
     let verification = Verification::new(&scene, &pixels, args.samples, args.seed)?;
     let only = (!args.all_kernels).then_some(args.kernel.kernel);
     let device = device::open(&args.device.device, only, run)?;
@@ -46,7 +46,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<Done<Summary>> {
     };
     let head = format!(
         "{}: {}, {}, on {}; {share} against exact arithmetic\n",
-        args.scene.shown(),
+        args.scene.path.shown(),
         size(&pixels),
         objects(&scene),
         device.label()

@@ -24,7 +24,4 @@ pub mod markup;
 pub mod show;
 pub mod verify;
 
-/// Refuses something that can't be asked for.
-pub(crate) fn wrong_usage<T>(message: impl Into<String>) -> kugelblitz::Result<T> {
-    Err(kugelblitz::Error::Usage(message.into()))
-}
+pub(crate) use kugelblitz::error::wrong_usage;

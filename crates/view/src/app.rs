@@ -372,7 +372,7 @@ impl<'a> App<'a> {
 
     /// The size of a saved picture; `None` for that of the window.
     fn full_size(&self) -> Option<[u32; 2]> {
-        self.options.size.or(self.state.scene.image.map(|image| [image.width, image.height]))
+        self.options.size.or(self.state.scene.image)
     }
 
     fn fail(&mut self, context: &Context, error: Error) {

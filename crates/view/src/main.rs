@@ -6,18 +6,18 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::Parser;
+use kugelblitz::Result;
 use kugelblitz::device::DeviceChoice;
 use kugelblitz::gpu::{Pick, has_software_alone};
 use kugelblitz::plain::Shown;
 use kugelblitz::prepare::FEW_SPHERES;
 use kugelblitz::scene::{Scene, recompose_scene};
 use kugelblitz::trace::Kernel;
-use kugelblitz::{Result, output};
 use kugelblitz_cli::{
     CommandLine, EXIT_CODES, Run, TalkArgs, ViewArgs, check_size, long_version, main_of,
     print_text, printed_line,
     quiet::{self, Quiet},
-    talk,
+    read_composed, talk,
 };
 use kugelblitz_view::{Notice, Options};
 
@@ -58,13 +58,11 @@ impl CommandLine for Window {
 
 /// Opens the window.
 fn open(args: &ViewArgs, run: &Run) -> Result<()> {
-    let picture = &args.picture;
-    if picture.print_scene.is_some() {
-        let scene = picture.print_alone(&args.scene, args.size.size, 0, run)?;
-        return output::commit(scene, &run.control);
+    let overrides = args.picture.overrides(args.size.size)?;
+    if args.picture.print_scene.is_some() {
+        return args.picture.print_alone(&args.scene, &overrides, run);
     }
-    let overrides = picture.overrides(args.size.size, 0)?;
-    let (scene, _) = picture.read(&args.scene, args.size.size, 0, run)?;
+    let (scene, _) = read_composed(&args.scene, &overrides, run)?;
     let size = args.size.size.map(check_size).transpose()?;
     let options = Options {
         path: args.scene.clone(),

@@ -227,17 +227,11 @@ impl Image {
     /// Puts the last row first: for pictures whose rows come from below.
     pub fn turn_over(&mut self) {
         for channel in &mut self.channels {
-            of_numbers!(&mut channel.samples, all => turn_over(all, self.width));
+            of_numbers!(&mut channel.samples, all => {
+                *all = all.chunks(self.width.max(1)).rev().flatten().copied().collect();
+            });
         }
     }
-}
-
-fn turn_over<T>(all: &mut [T], width: usize) {
-    let height = all.len().checked_div(width).unwrap_or(0);
-    let (top, bottom) = all.split_at_mut(height / 2 * width);
-    let rows = top.chunks_exact_mut(width.max(1));
-    let opposite = bottom.rchunks_exact_mut(width.max(1));
-    rows.zip(opposite).for_each(|(a, b)| a.swap_with_slice(b));
 }
 
 /// Reads a picture: PNG, PPM, OpenEXR and NPY, by this program or another one. The content tells the

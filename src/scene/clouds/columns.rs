@@ -7,22 +7,28 @@
 use std::ops::Range;
 
 use super::CloudFile;
+use crate::error::{Error, Result};
 use crate::plain::Shown;
-use crate::scene::places::{Stop, quoted};
+use crate::scene::places::quoted;
 use crate::scene::schema::{ColumnKeys, Section};
 use crate::scene::{Color, Sphere};
 use crate::words::{cut, did_you_mean};
 
-/// What a column may be: what a scene names under this key, if it does; `None` in place of a name is its
-/// `false`, no column is that.
-type Part = (&'static str, fn(&ColumnKeys) -> &Option<Option<String>>);
+/// What a column may be: the place of its key in [`ColumnKeys`].
+type Part = usize;
 
-const RADIUS: Part = ("radius", |keys| &keys.radius);
-const DIAMETER: Part = ("diameter", |keys| &keys.diameter);
-const ELEMENT: Part = ("element", |keys| &keys.element);
-const CENTER: [Part; 3] = [("x", |keys| &keys.x), ("y", |keys| &keys.y), ("z", |keys| &keys.z)];
-const COLOR: [Part; 3] =
-    [("red", |keys| &keys.red), ("green", |keys| &keys.green), ("blue", |keys| &keys.blue)];
+const X: Part = 0;
+const RADIUS: Part = 3;
+const DIAMETER: Part = 4;
+const RED: Part = 5;
+const ELEMENT: Part = 8;
+
+/// What the scene says of each part: the name of its column, `None` in place of one where there is none.
+fn said(columns: &ColumnKeys) -> [Option<Option<&str>>; 9] {
+    let ColumnKeys { x, y, z, radius, diameter, red, green, blue, element, .. } = columns;
+    [x, y, z, radius, diameter, red, green, blue, element]
+        .map(|said| said.as_ref().map(Option::as_deref))
+}
 
 /// A file's columns, and how its kind calls them.
 pub(super) struct Header<'h> {
@@ -43,8 +49,10 @@ pub(super) struct Header<'h> {
 pub(super) enum Target {
     /// A coordinate of the centre.
     Center(usize),
-    /// The radius, when it is multiplied by this: a diameter by ½.
-    Radius(f64),
+    /// The radius.
+    Radius,
+    /// Twice the radius.
+    Diameter,
     /// A channel of the colour.
     Color(usize),
     /// A part of what the colour is made from, the length of a vector where there are several.
@@ -55,7 +63,8 @@ impl Target {
     pub fn put(self, number: f64, sphere: &mut Sphere, color: &mut Color) {
         match self {
             Target::Center(axis) => sphere.center[axis] = number,
-            Target::Radius(factor) => sphere.radius = factor * number,
+            Target::Radius => sphere.radius = number,
+            Target::Diameter => sphere.radius = 0.5 * number,
             Target::Color(part) | Target::ColorBy(part) => color.0[part] = number,
         }
     }
@@ -68,6 +77,12 @@ pub(super) struct Layout {
     pub element: Option<(usize, [bool; 2])>,
     /// What the file calls that which spheres are coloured by.
     pub color_by: String,
+    /// True where the file gives a radius, by itself or by the element.
+    pub has_radius: bool,
+    /// True where there are columns of colours.
+    pub has_colors: bool,
+    /// True where spheres are coloured by the length of a vector.
+    pub has_vector: bool,
 }
 
 /// Names of centres; the first are those of an error.
@@ -106,6 +121,7 @@ fn plain_name(name: &str) -> String {
 struct Finder<'f> {
     source: &'f CloudFile<'f>,
     columns: &'f ColumnKeys,
+    said: [Option<Option<&'f str>>; 9],
     header: &'f Header<'f>,
     plain: Vec<String>,
 }
@@ -113,76 +129,65 @@ struct Finder<'f> {
 impl Layout {
     /// Finds the columns. What lacks, what could be two things, and a radius that nobody would read
     /// are errors.
-    pub fn find(source: &CloudFile, header: &Header) -> Result<Layout, Stop> {
+    pub fn find(source: &CloudFile, header: &Header) -> Result<Layout> {
         let keys = source.keys;
         let columns = &keys.columns.clone().unwrap_or_default();
         let plain = header.names.iter().map(|name| plain_name(name)).collect();
-        let finder = Finder { source, columns, header, plain };
+        let finder = Finder { source, columns, said: said(columns), header, plain };
         let center = finder.center()?;
         let color = finder.color()?;
         let radius = finder.radius(color)?;
         let color = color.filter(|_| keys.color_by.is_none());
         let gives = [
             radius.is_none() && !finder.denies(RADIUS),
-            color.is_none() && keys.color_by.is_none() && !finder.denies(COLOR[0]),
+            color.is_none() && keys.color_by.is_none() && !finder.denies(RED),
         ];
         let element = finder.element()?.filter(|_| gives.contains(&true));
+        let (mut vector, mut color_by) = (Vec::new(), String::new());
+        if let Some(name) = &keys.color_by {
+            vector = finder.color_by(name, center, radius)?;
+            color_by = match vector[..] {
+                [column] => header.names[column].clone(),
+                _ => name.clone(),
+            };
+        }
         let numbered = |columns: &[usize], target: fn(usize) -> Target| {
             let parts = columns.iter().enumerate();
             parts.map(|(part, column)| (*column, target(part))).collect::<Vec<_>>()
         };
-        let mut targets = numbered(&center, Target::Center);
-        targets.extend(radius.map(|(column, factor)| (column, Target::Radius(factor))));
-        targets.extend(numbered(color.as_slice().as_flattened(), Target::Color));
-        let mut color_by = String::new();
-        if let Some(name) = &keys.color_by {
-            let columns = finder.color_by(name, center, radius)?;
-            color_by = match columns[..] {
-                [column] => header.names[column].clone(),
-                _ => name.clone(),
-            };
-            targets.extend(numbered(&columns, Target::ColorBy));
-        }
-        Ok(Layout { targets, element: element.map(|column| (column, gives)), color_by })
-    }
-
-    fn has(&self, is_it: impl Fn(Target) -> bool) -> bool {
-        self.targets.iter().any(|(_, target)| is_it(*target))
-    }
-
-    pub fn has_radius(&self) -> bool {
-        self.has(|target| matches!(target, Target::Radius(_)))
-            || self.element.is_some_and(|(_, [radius, _])| radius)
-    }
-
-    /// True where there are columns of colours.
-    pub fn has_colors(&self) -> bool {
-        self.has(|target| matches!(target, Target::Color(_)))
-    }
-
-    /// True where spheres are coloured by the length of a vector.
-    pub fn has_vector(&self) -> bool {
-        self.has(|target| target == Target::ColorBy(1))
+        let targets = [
+            numbered(&center, Target::Center),
+            Vec::from_iter(radius),
+            numbered(color.as_slice().as_flattened(), Target::Color),
+            numbered(&vector, Target::ColorBy),
+        ];
+        Ok(Layout {
+            targets: targets.concat(),
+            element: element.map(|column| (column, gives)),
+            color_by,
+            has_radius: radius.is_some() || element.is_some() && gives[0],
+            has_colors: color.is_some(),
+            has_vector: vector.len() > 1,
+        })
     }
 }
 
 impl Finder<'_> {
     /// True where the scene says that no column is that.
     fn denies(&self, part: Part) -> bool {
-        part.1(self.columns) == &Some(None)
+        self.said[part] == Some(None)
     }
 
     /// The one column that is called so by its plain name.
-    fn find(&self, name: &str) -> Result<Option<usize>, Stop> {
+    fn find(&self, name: &str) -> Result<Option<usize>> {
         let mut places = (0..self.plain.len()).filter(|&column| self.plain[column] == name);
-        match (places.next(), places.next()) {
-            (_, Some(_)) => {
-                let message = format!("{} names the column `{name}` twice", self.header.what);
-                let help = "rename one of them, or name another under `columns`";
-                Err(self.source.wrong(message, help))
-            }
-            (place, None) => Ok(place),
+        let place = places.next();
+        if places.next().is_some() {
+            let message = format!("{} names the column `{name}` twice", self.header.what);
+            let help = "rename one of them, or name another under `columns`";
+            return Err(self.source.wrong(message, help));
         }
+        Ok(place)
     }
 
     fn is_there(&self, name: &str) -> bool {
@@ -191,34 +196,32 @@ impl Finder<'_> {
 
     /// The columns that the user calls so: as it stands, by its plain name, by its place, or as a
     /// vector.
-    fn called(&self, name: &str) -> Result<Vec<usize>, Stop> {
-        let at = |name: &str| self.header.names.iter().position(|other| other == name);
-        if let Some(column) =
-            at(name).map_or_else(|| self.find(&plain_name(name)), |c| Ok(Some(c)))?
-        {
+    fn called(&self, name: &str) -> Result<Vec<usize>> {
+        let plain = plain_name(name);
+        let is_place = |place: &usize| self.header.has_places && *place < self.plain.len();
+        let found = match self.header.names.iter().position(|other| other == name) {
+            Some(column) => Some(column),
+            None => self.find(&plain)?.or_else(|| name.parse().ok().filter(is_place)),
+        };
+        if let Some(column) = found {
             return Ok(vec![column]);
         }
-        if let Ok(place) = name.parse::<usize>()
-            && self.header.has_places
-            && place < self.plain.len()
-        {
-            return Ok(vec![place]);
-        }
-        let parts = (0..).map(|i| self.find(&format!("{}:{i}", plain_name(name))));
+        let parts = (0..).map(|i| self.find(&format!("{plain}:{i}")));
         parts.map_while(Result::transpose).collect()
     }
 
     /// The column that the scene names for a part.
-    fn named(&self, (key, name): Part) -> Result<Option<usize>, Stop> {
-        let Some(Some(name)) = name(self.columns) else { return Ok(None) };
+    fn named(&self, part: Part) -> Result<Option<usize>> {
+        let Some(Some(name)) = self.said[part] else { return Ok(None) };
+        let span = self.columns.span(ColumnKeys::INFO.keys[part].name);
         match self.called(name)?[..] {
             [column] => Ok(Some(column)),
-            [] => Err(self.unknown(self.columns.span(key), name)),
-            _ => Err(self.vector(self.columns.span(key), name)),
+            [] => Err(self.unknown(span, name)),
+            _ => Err(self.vector(span, name)),
         }
     }
 
-    fn unknown(&self, span: Range<usize>, name: &str) -> Stop {
+    fn unknown(&self, span: Range<usize>, name: &str) -> Error {
         let names = || self.header.names.iter().map(String::as_str);
         let known = names().chain(self.plain.iter().map(String::as_str));
         let hint = match did_you_mean(known, name) {
@@ -228,19 +231,19 @@ impl Finder<'_> {
         let all = names().collect::<Vec<_>>().join(", ");
         let found = format!("{} has no column {:?}", self.header.what, quoted(name));
         let help = format!("{hint}its columns are {}", cut(&all, 300).shown());
-        self.source.wrong_at(span, found, help).into()
+        self.source.wrong_at(span, found, help)
     }
 
-    fn vector(&self, span: Range<usize>, name: &str) -> Stop {
+    fn vector(&self, span: Range<usize>, name: &str) -> Error {
         let name = quoted(name);
         let help = format!("choose one of them, \"{}:0\" for the first", name.shown());
-        self.source.wrong_at(span, format!("{name:?} has several numbers"), help).into()
+        self.source.wrong_at(span, format!("{name:?} has several numbers"), help)
     }
 
-    /// Three columns: those that the scene names, and the others by these names.
-    fn three(&self, parts: [Part; 3], names: [&str; 3]) -> Result<[usize; 3], Stop> {
+    /// Three columns from this part on: those that the scene names, and the others by these names.
+    fn three(&self, first: Part, names: &[&str; 3]) -> Result<[usize; 3]> {
         let mut columns = [0; 3];
-        for ((column, part), name) in columns.iter_mut().zip(parts).zip(names) {
+        for ((column, part), name) in columns.iter_mut().zip(first..).zip(names) {
             *column = match self.named(part)? {
                 Some(column) => column,
                 None => self.find(name)?.ok_or_else(|| {
@@ -255,72 +258,60 @@ impl Finder<'_> {
         Ok(columns)
     }
 
-    fn is_any_named(&self, parts: [Part; 3]) -> bool {
-        parts.into_iter().any(|(_, name)| name(self.columns).is_some())
+    fn is_any_named(&self, first: Part) -> bool {
+        self.said[first..first + 3].iter().any(Option::is_some)
     }
 
-    fn center(&self) -> Result<[usize; 3], Stop> {
-        let is_there = |names: &&[&str; 3]| names.iter().all(|name| self.is_there(name));
-        let names = if self.is_any_named(CENTER) {
-            CENTERS[0]
-        } else {
-            *CENTERS.iter().find(is_there).unwrap_or(&CENTERS[0])
-        };
-        self.three(CENTER, names)
+    fn center(&self) -> Result<[usize; 3]> {
+        let is_named = self.is_any_named(X);
+        let is_there =
+            |names: &&[&str; 3]| !is_named && names.iter().all(|name| self.is_there(name));
+        self.three(X, CENTERS.iter().find(is_there).unwrap_or(&CENTERS[0]))
     }
 
-    fn color(&self) -> Result<Option<[usize; 3]>, Stop> {
-        if COLOR.into_iter().any(|part| self.denies(part)) {
+    fn color(&self) -> Result<Option<[usize; 3]>> {
+        if (RED..RED + 3).any(|part| self.denies(part)) {
             return Ok(None);
         }
         // `r` may be named as the radius.
         let radius = self.named(RADIUS)?;
+        let is_named = self.is_any_named(RED);
         let is_free = |name: &&str| self.find(name).is_ok_and(|c| c.is_some() && c != radius);
-        let is_there = |names: &&[&str; 3]| names.iter().all(is_free);
-        let names = match COLORS.iter().find(is_there) {
-            Some(names) if !self.is_any_named(COLOR) => names,
-            // One or two of them.
-            _ if self.is_any_named(COLOR) || COLORS[0].iter().any(|name| self.is_there(name)) => {
-                &COLORS[0]
-            }
-            _ => return Ok(None),
-        };
-        self.three(COLOR, *names).map(Some)
+        let is_there = |names: &&[&str; 3]| !is_named && names.iter().all(is_free);
+        // One or two of them lack the others.
+        let is_begun = is_named || COLORS[0].iter().any(|name| self.is_there(name));
+        let names = COLORS.iter().find(is_there).or(is_begun.then_some(&COLORS[0]));
+        names.map(|names| self.three(RED, names)).transpose()
     }
 
-    /// The radius or the diameter, and what to multiply it with.
-    fn radius(&self, color: Option<[usize; 3]>) -> Result<Option<(usize, f64)>, Stop> {
+    /// The radius or the diameter.
+    fn radius(&self, color: Option<[usize; 3]>) -> Result<Option<(usize, Target)>> {
         if self.denies(RADIUS) {
             return Ok(None);
         }
-        match (self.named(RADIUS)?, self.named(DIAMETER)?) {
-            (Some(_), Some(_)) => {
+        let of = |target| move |column| (column, target);
+        match [self.named(RADIUS)?, self.named(DIAMETER)?] {
+            [Some(_), Some(_)] => {
                 let message = "both a radius and a diameter are named under `columns`";
                 return Err(self.source.wrong(message, "name the one that is to be used"));
             }
-            (Some(radius), None) => return Ok(Some((radius, 1.0))),
-            (None, Some(diameter)) => return Ok(Some((diameter, 0.5))),
-            (None, None) => {}
+            [None, None] => {}
+            [radius, diameter] => {
+                let diameter = diameter.map(of(Target::Diameter));
+                return Ok(radius.map(of(Target::Radius)).or(diameter));
+            }
         }
         let is_red = |column: &usize| color.is_some_and(|color| color.contains(column));
-        let find_all = |names: &[&str]| -> Result<Vec<usize>, Stop> {
-            let found = names.iter().map(|name| self.find(name)).collect::<Result<Vec<_>, _>>()?;
-            Ok(found.into_iter().flatten().filter(|column| !is_red(column)).collect())
-        };
-        match (&find_all(&RADII)?[..], &find_all(&DIAMETERS)?[..]) {
-            ([radius], _) => return Ok(Some((*radius, 1.0))),
-            ([], [diameter]) => return Ok(Some((*diameter, 0.5))),
-            ([], []) => {}
-            ([one, other, ..], _) | ([], [one, other, ..]) => {
-                let [one, other] = [one, other].map(|column| quoted(&self.header.names[*column]));
-                return Err(self.source.wrong(
-                    format!("both of the columns {one:?} and {other:?} may be the radius"),
-                    format!(
-                        "name one of them, e.g. `columns = {{ radius = \"{}\" }}`",
-                        one.shown()
-                    ),
-                ));
-            }
+        for (names, target) in [(&RADII[..], Target::Radius), (&DIAMETERS, Target::Diameter)] {
+            let found = names.iter().map(|name| self.find(name)).collect::<Result<Vec<_>>>()?;
+            let mut found = found.into_iter().flatten().filter(|column| !is_red(column));
+            let (Some(column), other) = (found.next(), found.next()) else { continue };
+            let Some(other) = other else { return Ok(Some((column, target))) };
+            let [one, other] = [column, other].map(|column| quoted(&self.header.names[column]));
+            return Err(self.source.wrong(
+                format!("both of the columns {one:?} and {other:?} may be the radius"),
+                format!("name one of them, e.g. `columns = {{ radius = \"{}\" }}`", one.shown()),
+            ));
         }
         let is_like = |name: &&String| {
             ["radius", "radii", "diameter"].iter().any(|word| name.to_lowercase().contains(word))
@@ -338,7 +329,7 @@ impl Finder<'_> {
         ))
     }
 
-    fn element(&self) -> Result<Option<usize>, Stop> {
+    fn element(&self) -> Result<Option<usize>> {
         match self.named(ELEMENT)? {
             Some(column) => Ok(Some(column)),
             None if self.denies(ELEMENT) || !self.header.has_elements => Ok(None),
@@ -350,24 +341,19 @@ impl Finder<'_> {
         &self,
         name: &str,
         center: [usize; 3],
-        radius: Option<(usize, f64)>,
-    ) -> Result<Vec<usize>, Stop> {
+        radius: Option<(usize, Target)>,
+    ) -> Result<Vec<usize>> {
         let (found, span) = (self.called(name)?, self.source.span("color_by"));
-        if found.len() > 3 {
-            return Err(self.vector(span, name));
+        match (found.len(), name, radius) {
+            (1..=3, ..) => Ok(found),
+            (4.., ..) => Err(self.vector(span, name)),
+            // What the scene calls it, where the file has another name for it.
+            (0, "x", _) => Ok(vec![center[0]]),
+            (0, "y", _) => Ok(vec![center[1]]),
+            (0, "z", _) => Ok(vec![center[2]]),
+            (0, "radius", Some((column, Target::Radius))) => Ok(vec![column]),
+            _ => Err(self.unknown(span, name)),
         }
-        if !found.is_empty() {
-            return Ok(found);
-        }
-        // What the scene calls it, where the file has another name for it.
-        let part = match name {
-            "x" => Some(center[0]),
-            "y" => Some(center[1]),
-            "z" => Some(center[2]),
-            "radius" => radius.filter(|(_, factor)| *factor == 1.0).map(|(column, _)| column),
-            _ => None,
-        };
-        part.map(|column| vec![column]).ok_or_else(|| self.unknown(span, name))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Clouds as values between commas, semicolons, tabs or spaces.
 
 use super::text::{Head, Lines, TextFormat};
-use crate::scene::places::Stop;
+use crate::error::Result;
 
 pub(super) const FORMAT: TextFormat = TextFormat {
     help: "the first line names the columns: x, y, z, and optionally r or radius, and red, green, blue \
@@ -15,7 +15,7 @@ pub(super) const FORMAT: TextFormat = TextFormat {
 
 /// Reads the names in the first line that is not empty: one that begins with `#`, if only such lines
 /// stand before numbers, as NumPy writes it.
-fn head(lines: &mut Lines) -> Result<Option<Head>, Stop> {
+fn head(lines: &mut Lines) -> Result<Option<Head>> {
     const MARK: &[u8] = b"\xef\xbb\xbf";
     let mut comment = None;
     let line = loop {
@@ -50,15 +50,8 @@ fn head(lines: &mut Lines) -> Result<Option<Head>, Stop> {
     if let Some(row) = first_row {
         lines.put_back(row);
     }
-    let what = "the header".into();
-    Ok(Some(Head {
-        n_rows: (usize::MAX, 0),
-        names,
-        what,
-        separator,
-        scaled: Vec::new(),
-        note: None,
-    }))
+    let (what, scaled) = ("the header".into(), Vec::new());
+    Ok(Some(Head { n_rows: (usize::MAX, 0), names, what, separator, scaled, note: None }))
 }
 
 /// What stands between the names of a header; where that can't be seen, between the first row's values.

@@ -2,7 +2,8 @@
 
 use super::CloudFile;
 use super::text::{Head, Lines, TextFormat};
-use crate::scene::places::{Stop, quoted};
+use crate::error::Result;
+use crate::scene::places::quoted;
 
 const HELP: &str = "a LAMMPS dump in text has for each step the lines ITEM: TIMESTEP, ITEM: NUMBER OF \
                     ATOMS, ITEM: BOX BOUNDS and ITEM: ATOMS with the names of columns, x, y and z \
@@ -16,15 +17,15 @@ pub(super) const FORMAT: TextFormat = TextFormat {
     head,
 };
 
-fn head(lines: &mut Lines) -> Result<Option<Head>, Stop> {
+fn head(lines: &mut Lines) -> Result<Option<Head>> {
     let (mut n_rows, mut bounds, mut is_begun) = (None, None, false);
     loop {
         let Some(line) = lines.text()? else {
-            return if is_begun {
-                Err(lines.source.wrong("the file ends within the lines before its atoms", HELP))
-            } else {
-                Ok(None)
-            };
+            if is_begun {
+                let found = "the file ends within the lines before its atoms";
+                return Err(lines.source.wrong(found, HELP));
+            }
+            return Ok(None);
         };
         if line.is_empty() && !is_begun {
             continue;
@@ -72,7 +73,7 @@ fn scaled(
     source: &CloudFile,
     names: &mut [String],
     bounds: Option<[[f64; 2]; 3]>,
-) -> Result<Vec<(usize, [f64; 2])>, Stop> {
+) -> Result<Vec<(usize, [f64; 2])>> {
     let place = |name: &str| names.iter().position(|other| other == name);
     let find = |three: [&str; 3]| -> Option<Vec<usize>> { three.into_iter().map(place).collect() };
     let found = find(["xs", "ys", "zs"]).or_else(|| find(["xsu", "ysu", "zsu"]));

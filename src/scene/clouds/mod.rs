@@ -22,7 +22,6 @@ mod elements;
 mod lammps;
 mod npy;
 mod text;
-mod watched;
 mod xyz;
 
 use std::ffi::OsStr;
@@ -33,25 +32,23 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::open::Files;
-use super::places::{Fault, Stop, quoted};
+use super::open::{Reader, Watched};
+use super::places::quoted;
 use super::schema::{CloudKeys, Section};
 use super::spheres::{Problem, problem_of};
 use super::table::Checked;
 use super::{Cloud, Color, Coloring, MAX_OBJECTS, Scene, Sphere, hex};
-use crate::control::Control;
-use crate::error::{Error, Lack};
+use crate::error::{Error, Result, SceneError};
 use crate::memory::Available;
 use crate::plain::Shown;
 use crate::words::{count, cut};
 use columns::Layout;
-pub(crate) use watched::Watched;
 
 /// Reads all spheres of a file, and tells what its columns are.
-type Reader = fn(&mut Reading) -> Result<Layout, Stop>;
+type Format = fn(&mut Reading) -> Result<Layout>;
 
 /// How a file is read, by its ending.
-fn reader_of(path: &Path) -> Option<Reader> {
+fn format_of(path: &Path) -> Option<Format> {
     match path.extension().and_then(OsStr::to_str)?.to_ascii_lowercase().as_str() {
         "npy" => Some(npy::read),
         "csv" | "tsv" | "txt" | "dat" => Some(|cloud| text::read(cloud, &csv::FORMAT)),
@@ -63,38 +60,37 @@ fn reader_of(path: &Path) -> Option<Reader> {
 
 /// True for a file that a cloud can be read from, by its ending.
 pub fn is_cloud_file(path: &Path) -> bool {
-    reader_of(path).is_some()
+    format_of(path).is_some()
 }
 
 /// Adds the spheres of all clouds to those that `scene` has, in the order of the file. Paths are
-/// relative to `folder`.
+/// relative to `folder`. What was chosen of [`Reader::usual`] is returned.
 pub(super) fn read_clouds(
     tables: &[CloudKeys],
     folder: &Path,
-    files: Files,
+    reader: Reader,
     scene: &mut Scene,
-    control: &Control,
-) -> Result<(), Stop> {
-    let mut all = Vec::with_capacity(tables.len());
-    for keys in tables {
-        let (path, read) = path_of(keys, folder)?;
-        let n_bytes = std::fs::metadata(&path).map_or(0, |file| file.len());
-        all.push((keys, path, read, n_bytes));
-    }
-    control.expect_bytes(all.iter().map(|(.., n_bytes)| n_bytes).sum());
-    for (keys, path, read, _) in all {
-        let source = CloudFile { keys, path, files, control, before: scene };
+) -> Result<CloudKeys> {
+    let file_of = |keys: &CloudKeys| file_of(keys, folder);
+    let files = tables.iter().map(file_of).collect::<Checked<Vec<_>>>()?;
+    let n_bytes = |path: &Path| std::fs::metadata(path).map_or(0, |file| file.len());
+    reader.control.expect_bytes(files.iter().map(|(path, _)| n_bytes(path)).sum());
+    let mut chosen = CloudKeys::default();
+    for (keys, (path, read)) in tables.iter().zip(files) {
+        let source = CloudFile { keys, path, reader, before: scene };
         let mut cloud = Reading {
             source: &source,
             spheres: Vec::new(),
             color: None,
             colors: Vec::new(),
-            file_colors: FileColors::default(),
+            file_colors: None,
             notes: Vec::new(),
+            chosen,
         };
         let layout = read(&mut cloud)?;
         let coloring = cloud.finish_colors(&layout)?;
         let Reading { spheres, color, colors, notes, .. } = cloud;
+        chosen = cloud.chosen;
         let path = source.path;
         // No more than `MAX_OBJECTS`, which is less than 2³².
         let first_id = scene.spheres.len() as u32 + 1;
@@ -102,22 +98,22 @@ pub(super) fn read_clouds(
         scene.spheres.append(spheres, color.unwrap_or_default(), colors);
         scene.notes.extend(notes);
     }
-    Ok(())
+    Ok(chosen)
 }
 
 /// The file of a cloud, and how it is read.
-fn path_of(keys: &CloudKeys, folder: &Path) -> Checked<(PathBuf, Reader)> {
+fn file_of(keys: &CloudKeys, folder: &Path) -> Checked<(PathBuf, Format)> {
     let file = keys.file()?;
     let path = folder.join(file);
-    match reader_of(&path) {
-        Some(read) => Ok((path, read)),
-        None => Err(Fault::new(
+    let format = format_of(&path).ok_or_else(|| {
+        SceneError::new(
             keys.span("file"),
             format!("the name {:?} does not tell its format", quoted(file)),
             "a cloud is a file that ends in .npy, .csv or .xyz; .tsv, .txt and .dat are read as \
              .csv, .extxyz as .xyz, .dump and .lammpstrj as LAMMPS writes them",
-        )),
-    }
+        )
+    })?;
+    Ok((path, format))
 }
 
 /// Characters of what was found that a message tells: a cell or a word may be a whole file.
@@ -127,8 +123,7 @@ const MOST_FOUND: usize = 400;
 struct CloudFile<'a> {
     keys: &'a CloudKeys,
     path: PathBuf,
-    files: Files,
-    control: &'a Control,
+    reader: Reader<'a>,
     /// The scene without this cloud.
     before: &'a Scene,
 }
@@ -140,15 +135,15 @@ struct Reading<'a> {
     /// The colour of all, unless the file has one for each.
     color: Option<Color>,
     colors: Vec<Color>,
-    file_colors: FileColors,
+    /// What is known of the colours in the file, where the list of colours holds these.
+    file_colors: Option<FileColors>,
     notes: Vec<String>,
+    chosen: CloudKeys,
 }
 
 /// What is known of the colours in a file.
 #[derive(Default)]
 struct FileColors {
-    /// True where the list of colours holds colours of the file.
-    are_there: bool,
     /// The first one with a number above 1, and where it stands.
     above_one: Option<(String, Color)>,
     /// True where a number is not a whole one.
@@ -158,7 +153,7 @@ struct FileColors {
 }
 
 impl FileColors {
-    /// Looks at a colour; `place` says where in the file it stands. False for one that is wrong on
+    /// Looks at a colour; `place` says where in the file it stands. True for one that is wrong on
     /// either scale.
     fn see<P: Display>(&mut self, color: Color, place: impl FnOnce() -> P) -> bool {
         let is_any = |is: fn(f64) -> bool| color.0.into_iter().any(is);
@@ -166,7 +161,7 @@ impl FileColors {
         if self.above_one.is_none() && is_any(|part| part > 1.0) {
             self.above_one = Some((place().to_string(), color));
         }
-        !is_any(|part| !(0.0..=255.0).contains(&part))
+        is_any(|part| !(0.0..=255.0).contains(&part))
     }
 }
 
@@ -179,14 +174,13 @@ fn wrong_color(Color([red, green, blue]): Color) -> Problem {
 
 impl<'a> CloudFile<'a> {
     /// The file, and its length where it has one.
-    fn open(&self) -> Result<(Watched<'a>, Option<u64>), Stop> {
+    fn open(&self) -> Result<(Watched<'a>, Option<u64>)> {
         let open = || {
-            let file = self.files.open(&self.path)?;
-            let metadata = file.metadata()?;
-            Ok((file, metadata.is_file().then_some(metadata.len())))
+            let file = Watched::new(self.reader.open(&self.path)?, self.reader.control);
+            let n_bytes = file.n_bytes()?;
+            Ok((file, n_bytes))
         };
-        let (file, n_bytes) = open().map_err(|error| self.failed(&error))?;
-        Ok((Watched::new(file, self.control), n_bytes))
+        open().map_err(|error| self.failed(&error))
     }
 
     /// Where the value of a key of the cloud stands in the scene.
@@ -195,21 +189,25 @@ impl<'a> CloudFile<'a> {
     }
 
     /// Something in the file is wrong.
-    fn wrong(&self, found: impl Display, help: impl Into<String>) -> Stop {
-        self.wrong_at(self.span("file"), found, help).into()
+    fn wrong(&self, found: impl Display, help: impl Into<String>) -> Error {
+        self.wrong_at(self.span("file"), found, help)
     }
 
     /// Something in the file does not go with what stands there in the scene.
-    fn wrong_at(&self, span: Range<usize>, found: impl Display, help: impl Into<String>) -> Fault {
+    fn wrong_at(&self, span: Range<usize>, found: impl Display, help: impl Into<String>) -> Error {
         let found = found.to_string();
         let message = format!("{}: {}", self.path.shown(), cut(&found, MOST_FOUND));
-        Fault::new(span, message, help)
+        SceneError::new(span, message, help).into()
+    }
+
+    fn wrong_row(&self, place: impl Display, (found, help): Problem) -> Error {
+        self.wrong(format!("{place}: {found}"), help)
     }
 
     /// The system can't read the file, or the user interrupted.
-    fn failed(&self, error: &io::Error) -> Stop {
-        match self.control.check() {
-            Err(interrupted) => interrupted.into(),
+    fn failed(&self, error: &io::Error) -> Error {
+        match self.reader.control.check() {
+            Err(interrupted) => interrupted,
             Ok(()) => self.wrong(
                 format!("cannot read the cloud: {error}"),
                 "in a scene file, paths are relative to its folder",
@@ -217,17 +215,16 @@ impl<'a> CloudFile<'a> {
         }
     }
 
-    /// What a key says, with its name and an example; `in_file` is the part of the file that says it too.
+    /// What a key says, of which there is an example; `in_file` is the part of the file that says it too.
     fn only_once<T>(
         &self,
-        (key, example, lacks): (&str, &str, Lack),
+        key: &str,
+        example: &str,
         in_file: Option<&str>,
         given: Option<T>,
-    ) -> Result<Option<T>, Stop> {
-        match (in_file, given) {
-            (Some(_), None) => Ok(None),
-            (None, Some(given)) => Ok(Some(given)),
-            (Some(own), Some(_)) => Err(Fault::new(
+    ) -> Result<Option<T>> {
+        match (in_file, &given) {
+            (Some(own), Some(_)) => Err(SceneError::new(
                 self.span(key),
                 format!("`{key}` is given, but {} has one for each sphere", self.path.shown()),
                 format!(
@@ -236,12 +233,11 @@ impl<'a> CloudFile<'a> {
                 ),
             )
             .into()),
-            (None, None) => {
-                let found = format!("the file has no {key} for its spheres");
-                let help = format!("add for all of them, e.g. `{key} = {example}`");
-                let fault = self.wrong_at(self.span("file"), found, help);
-                Err(Fault { lacks: Some(lacks), ..fault }.into())
-            }
+            (None, None) => Err(self.wrong(
+                format!("the file has no {key} for its spheres"),
+                format!("add for all of them, e.g. `{key} = {example}`"),
+            )),
+            _ => Ok(given),
         }
     }
 
@@ -251,29 +247,25 @@ impl<'a> CloudFile<'a> {
     }
 
     /// The error where the file has no more frames than `n_frames`.
-    fn no_such_frame(&self, n_frames: u32) -> Stop {
+    fn no_such_frame(&self, n_frames: u32) -> Error {
         let key = if self.keys.frame.is_some() { "frame" } else { "file" };
         let frames = count(n_frames as usize, "frame");
         let found = format!("the file has {frames}, so no frame {}", self.frame());
         let last = n_frames.saturating_sub(1);
         let help = format!("frames are counted from 0: the last one is {last}");
-        self.wrong_at(self.span(key), found, help).into()
+        self.wrong_at(self.span(key), found, help)
     }
 
     /// Refuses `frame` of a file that has none.
     fn refuse_frame(&self) -> Checked<()> {
         match self.keys.frame {
             None => Ok(()),
-            Some(_) => Err(Fault::new(
+            Some(_) => Err(SceneError::new(
                 self.span("frame"),
                 format!("`frame` is given, but {} has no frames", self.path.shown()),
                 "remove `frame`; it is for .xyz files and LAMMPS dumps of several steps",
             )),
         }
-    }
-
-    fn wrong_row(&self, place: impl Display, (found, help): Problem) -> Stop {
-        self.wrong(format!("{place}: {found}"), help)
     }
 }
 
@@ -285,21 +277,30 @@ impl Reading<'_> {
 
     /// A sphere with the radius that the scene says for all, or with 0. Its colour is kept. An error where
     /// the scene and the file both say one of them or neither does.
-    fn template(&mut self, layout: &Layout) -> Result<Sphere, Stop> {
-        let CloudKeys { radius, color, color_by, .. } = self.source.keys;
+    fn template(&mut self, layout: &Layout) -> Result<Sphere> {
+        let &CloudFile { keys, reader, .. } = self.source;
         let of_element = layout.element.is_some_and(|(_, [_, color])| color);
-        let has_color = layout.has_colors() || of_element || color_by.is_some();
-        let own_color = if layout.has_colors() { "red" } else { "element" };
-        let in_file = layout.has_radius().then_some("radius");
-        let radius = self.source.only_once(("radius", "0.01", Lack::Radius), in_file, *radius)?;
-        let key = ("color", "\"#1f77b4\"", Lack::Color);
-        self.color = self.source.only_once(key, has_color.then_some(own_color), *color)?;
-        self.file_colors.are_there = layout.has_colors();
+        let own_radius = layout.has_radius.then_some("radius");
+        let own_color = match layout.has_colors {
+            true => Some("red"),
+            false => (of_element || keys.color_by.is_some()).then_some("element"),
+        };
+        if let Some(usual) = reader.usual {
+            let lacks_radius = own_radius.is_none() && keys.radius.is_none();
+            let lacks_color = own_color.is_none() && keys.color.is_none();
+            self.chosen.radius = usual.radius.filter(|_| lacks_radius);
+            self.chosen.color = usual.color.filter(|_| lacks_color);
+        }
+        let (radius, color) =
+            (keys.radius.or(self.chosen.radius), keys.color.or(self.chosen.color));
+        let radius = self.source.only_once("radius", "0.01", own_radius, radius)?;
+        self.color = self.source.only_once("color", "\"#1f77b4\"", own_color, color)?;
+        self.file_colors = layout.has_colors.then(FileColors::default);
         Ok(Sphere { center: DVec3::ZERO, radius: radius.unwrap_or_default() })
     }
 
     /// Makes room for `n` more spheres, and no more.
-    fn reserve(&mut self, n: usize) -> Result<(), Stop> {
+    fn reserve(&mut self, n: usize) -> Result<()> {
         let path = self.source.path.shown();
         let n_before = self.source.before.n_objects() + self.spheres.len();
         let n_most = MAX_OBJECTS.saturating_sub(n_before);
@@ -307,8 +308,7 @@ impl Reading<'_> {
             return Err(Error::TooLarge(format!(
                 "{path}: {n} spheres are too many: with {n_before} objects before them, at most {n_most} \
                  have an id of 32 bits; give fewer"
-            ))
-            .into());
+            )));
         }
         let is_first = self.source.before.spheres.is_empty();
         let n_bytes_each = match self.color {
@@ -332,8 +332,7 @@ impl Reading<'_> {
                 available.bytes >> 20,
                 available.limit,
                 available.bytes / n_bytes_each
-            ))
-            .into());
+            )));
         }
         Ok(())
     }
@@ -343,8 +342,8 @@ impl Reading<'_> {
         &mut self,
         (sphere, color): (Sphere, Color),
         place: impl Fn() -> P,
-    ) -> Result<(), Stop> {
-        self.check(sphere, color, &place)?;
+    ) -> Result<()> {
+        self.check(sphere, color, place)?;
         if self.spheres.len() == self.spheres.capacity() {
             self.reserve((self.spheres.len() / 4).max(1 << 16))?;
         }
@@ -361,30 +360,31 @@ impl Reading<'_> {
         sphere: Sphere,
         color: Color,
         place: impl Fn() -> P,
-    ) -> Result<(), Stop> {
+    ) -> Result<()> {
         let eye = self.source.before.camera.as_ref().map_or(DVec3::ZERO, |camera| camera.position);
-        if let Some(problem) = problem_of(&sphere, Color::BLACK, eye) {
-            return Err(self.source.wrong_row(place(), problem));
+        let file_colors = self.file_colors.as_mut();
+        let wrong_color = || file_colors?.see(color, &place).then(|| wrong_color(color));
+        match problem_of(&sphere, eye).or_else(wrong_color) {
+            None => Ok(()),
+            Some(problem) => Err(self.source.wrong_row(place(), problem)),
         }
-        if self.file_colors.are_there && !self.file_colors.see(color, &place) {
-            return Err(self.source.wrong_row(place(), wrong_color(color)));
-        }
-        Ok(())
     }
 
     /// Makes colours of what the file has for them.
-    fn finish_colors(&mut self, layout: &Layout) -> Result<Option<Coloring>, Stop> {
+    fn finish_colors(&mut self, layout: &Layout) -> Result<Option<Coloring>> {
         if let Some(name) = &self.source.keys.color_by {
             return self.color_by(name, layout).map(Some);
         }
-        let FileColors { are_there, ref mut above_one, have_fractions, are_bytes } =
-            self.file_colors;
-        let above_one = above_one.take();
-        if !are_there || !(are_bytes || above_one.is_some()) {
+        let Some(FileColors { above_one, have_fractions, are_bytes }) = self.file_colors.take()
+        else {
             return Ok(None);
-        }
-        if let Some((place, color)) = above_one.filter(|_| have_fractions) {
-            return Err(self.source.wrong_row(place, wrong_color(color)));
+        };
+        match above_one {
+            None if !are_bytes => return Ok(None),
+            Some((place, color)) if have_fractions => {
+                return Err(self.source.wrong_row(place, wrong_color(color)));
+            }
+            _ => {}
         }
         let grey = |byte: usize| Color::from_srgb8([byte as u8; 3]).0[0];
         let linear: [f64; 256] = std::array::from_fn(grey);
@@ -395,8 +395,8 @@ impl Reading<'_> {
         Ok(None)
     }
 
-    fn color_by(&mut self, name: &str, layout: &Layout) -> Result<Coloring, Stop> {
-        if layout.has_vector() {
+    fn color_by(&mut self, name: &str, layout: &Layout) -> Result<Coloring> {
+        if layout.has_vector {
             for Color(parts) in &mut self.colors {
                 *parts = [DVec3::from_array(*parts).length(); 3];
             }
@@ -409,11 +409,11 @@ impl Reading<'_> {
             missing_color.unwrap_or(Coloring::MISSING_COLOR),
             &mut self.colors,
         );
-        let Some(coloring) = coloring else {
+        let coloring = coloring.ok_or_else(|| {
             let found = format!("the column {:?} has no number", quoted(name));
             let help = "colour by another column, or give the `range` that it would have";
-            return Err(self.source.wrong_at(self.source.span("color_by"), found, help).into());
-        };
+            self.source.wrong_at(self.source.span("color_by"), found, help)
+        })?;
         let Coloring { column, map, range: [low, high], missing_color, n_missing } = &coloring;
         let (column, map) = (quoted(column), map.name());
         let mut words = format!("coloured by `{column}`, {map} from {low:?} to {high:?}");

@@ -2,10 +2,9 @@
 
 use super::columns::{Header, Layout, Target};
 use super::{CloudFile, Reading};
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::npy::{Array, Cell};
 use crate::scene::Color;
-use crate::scene::places::Stop;
 
 /// Columns of a table that need no names: x, y, z; with r; with r and linear red, green, blue.
 const COLUMNS: [u64; 3] = [3, 4, 7];
@@ -19,28 +18,28 @@ const HELP: &str = "numpy.save writes such a file from an array with the columns
                     names. `columns = { radius = 3 }` tells of others, by their names or places from 0";
 
 /// Reads the spheres of an `.npy` file, in the order of its rows.
-pub(super) fn read(cloud: &mut Reading) -> Result<Layout, Stop> {
+pub(super) fn read(cloud: &mut Reading) -> Result<Layout> {
     let source = cloud.source;
     source.refuse_frame()?;
-    let (file, n_bytes) = source.open()?;
-    let array = Array::new(file, n_bytes, &source.path, "a NumPy array of numbers")
-        .map_err(|error| stop(source, error))?;
-    let is_structured = array.header.is_structured;
-    let keys = source.keys;
-    let has_names = keys.color_by.is_some() || keys.columns.is_some();
-    let rows = match (is_structured, has_names) {
-        (true, _) => array.records(),
-        (false, true) => array.floats(|n| (3..=u64::from(u16::MAX)).contains(&n), NAMED),
-        (false, false) => array.floats(|n| COLUMNS.contains(&n), UNNAMED),
+    let has_names = source.keys.color_by.is_some() || source.keys.columns.is_some();
+    let open = || {
+        let (file, n_bytes) = source.open()?;
+        let array = Array::new(file, n_bytes, &source.path, "a NumPy array of numbers")?;
+        match (array.header.is_structured, has_names) {
+            (true, _) => array.records(),
+            (false, true) => array.floats(|n| (3..=u64::from(u16::MAX)).contains(&n), NAMED),
+            (false, false) => array.floats(|n| COLUMNS.contains(&n), UNNAMED),
+        }
     };
-    let rows = rows.map_err(|error| stop(source, error))?;
+    let rows = open().map_err(|error| of_file(source, error))?;
+    let cells = &rows.header().cells;
 
-    let n = rows.cells().len();
+    let n = cells.len();
     // Of more columns than need no names, none is a radius or a colour.
     let n_named = if COLUMNS.contains(&(n as u64)) { n } else { 3 };
     let by_place = |i: usize| NAMES[..n_named].get(i).map_or(i.to_string(), |name| (*name).into());
-    let (what, names): (_, Vec<String>) = if is_structured {
-        ("the structured array", rows.cells().iter().map(Cell::name).collect())
+    let (what, names): (_, Vec<String>) = if rows.header().is_structured {
+        ("the structured array", cells.iter().map(Cell::name).collect())
     } else {
         ("the array", (0..n).map(by_place).collect())
     };
@@ -51,12 +50,14 @@ pub(super) fn read(cloud: &mut Reading) -> Result<Layout, Stop> {
     }
     let sphere = cloud.template(&layout)?;
     let is_byte = |(column, target): &(usize, Target)| {
-        !matches!(target, Target::Color(_)) || rows.cells()[*column].is_byte()
+        !matches!(target, Target::Color(_)) || cells[*column].is_byte()
     };
-    cloud.file_colors.are_bytes = layout.targets.iter().all(is_byte);
-    let is_no_number = |(column, _): &&(usize, Target)| rows.cells()[*column].kind.is_none();
+    if let Some(colors) = &mut cloud.file_colors {
+        colors.are_bytes = layout.targets.iter().all(is_byte);
+    }
+    let is_no_number = |(column, _): &&(usize, Target)| cells[*column].kind.is_none();
     if let Some(&(column, _)) = layout.targets.iter().find(is_no_number) {
-        let (name, of_type) = (&names[column], &rows.cells()[column].type_name);
+        let (name, of_type) = (&names[column], &cells[column].type_name);
         return Err(source.wrong(
             format!("the field {name:?} has the type {of_type}"),
             "fields of numbers are read: floats of up to 64 bits, integers and bool",
@@ -73,7 +74,7 @@ pub(super) fn read(cloud: &mut Reading) -> Result<Layout, Stop> {
         let color = colors.get_mut(row);
         target.put(value, &mut spheres[row], color.unwrap_or(&mut Color::default()));
     });
-    read.map_err(|error| stop(source, error))?;
+    read.map_err(|error| of_file(source, error))?;
     for row in 0..cloud.spheres.len() {
         let color = cloud.colors.get(row).copied().unwrap_or_default();
         cloud.check(cloud.spheres[row], color, || format!("row {row} (counted from 0)"))?;
@@ -81,10 +82,10 @@ pub(super) fn read(cloud: &mut Reading) -> Result<Layout, Stop> {
     Ok(layout)
 }
 
-fn stop(file: &CloudFile, error: Error) -> Stop {
+fn of_file(file: &CloudFile, error: Error) -> Error {
     match error {
         Error::Input { message, .. } => file.wrong(message, HELP),
         Error::Io { source, .. } => file.failed(&source),
-        other => other.into(),
+        other => other,
     }
 }

@@ -1,15 +1,14 @@
 //! Clouds in text: a head that names columns, then rows of cells, each of them a sphere.
 
-use std::cell::Cell;
 use std::io::{BufRead, BufReader, Read};
 use std::ops::Range;
 
 use super::columns::{Header, Layout, Target};
 use super::elements::Elements;
-use super::watched::Watched;
-use super::{CloudFile, Reading};
+use super::{CloudFile, Problem, Reading, Watched};
+use crate::error::{Error, Result};
 use crate::input::MAX_LINE_BYTES;
-use crate::scene::places::{Stop, quoted};
+use crate::scene::places::quoted;
 use crate::scene::{Color, Sphere};
 
 /// A kind of text file.
@@ -24,7 +23,7 @@ pub(super) struct TextFormat {
     /// one table of any length, in which cells may stand in quotes.
     pub has_frames: bool,
     /// Reads what stands before the rows of the next frame; `None` at the end of the file.
-    pub head: fn(&mut Lines) -> Result<Option<Head>, Stop>,
+    pub head: fn(&mut Lines) -> Result<Option<Head>>,
 }
 
 /// What stands before the rows of a frame.
@@ -44,7 +43,7 @@ pub(super) struct Head {
 }
 
 /// Reads the spheres of one frame, in the order of its lines.
-pub(super) fn read(cloud: &mut Reading, format: &TextFormat) -> Result<Layout, Stop> {
+pub(super) fn read(cloud: &mut Reading, format: &TextFormat) -> Result<Layout> {
     let &TextFormat { help, row_help, has_frames, .. } = format;
     let source = cloud.source;
     if !has_frames {
@@ -76,14 +75,8 @@ pub(super) fn read(cloud: &mut Reading, format: &TextFormat) -> Result<Layout, S
         Header { names, what: &head.what, help, has_elements: has_frames, has_places: false };
     let layout = Layout::find(source, &header)?;
     let sphere = cloud.template(&layout)?;
-    let rows = Rows {
-        layout,
-        sphere,
-        elements: Elements::new(),
-        scaled: head.scaled.clone(),
-        may_have_commas: head.separator != b',',
-        has_commas: Cell::new(false),
-    };
+    let (elements, has_commas) = (Elements::new(), false);
+    let mut rows = Rows { layout, sphere, elements, head: &head, has_commas, help: row_help };
 
     let mut n_read = 0;
     while n_read < head.n_rows.0 {
@@ -101,19 +94,16 @@ pub(super) fn read(cloud: &mut Reading, format: &TextFormat) -> Result<Layout, S
             continue;
         }
         if n_cells < names.len() || (!has_frames && n_cells > names.len()) {
-            let found = if is_empty {
-                "the line is empty".into()
-            } else {
-                format!("{n_cells} values, but {} has {} columns", head.what, names.len())
+            let found = match is_empty {
+                true => "the line is empty".into(),
+                false => format!("{n_cells} values, but {} has {} columns", head.what, names.len()),
             };
             return Err(source.wrong_row(place(), (found, row_help)));
         }
-        let sphere = rows.sphere(|column| lines.cell(column)).map_err(|(found, advice)| {
-            source.wrong_row(place(), (found, advice.unwrap_or(row_help)))
-        })?;
-        cloud.push(sphere, place)?;
+        let sphere = rows.sphere(|column| lines.cell(column));
+        cloud.push(sphere.map_err(|problem| source.wrong_row(place(), problem))?, place)?;
     }
-    if rows.has_commas.get() {
+    if rows.has_commas {
         cloud.note("commas in its numbers are read as decimal points");
     }
     if let Some(note) = head.note {
@@ -137,7 +127,7 @@ pub(super) fn read(cloud: &mut Reading, format: &TextFormat) -> Result<Layout, S
 }
 
 impl Head {
-    fn cut_off(&self, source: &CloudFile, n_read: usize) -> Stop {
+    fn cut_off(&self, source: &CloudFile, n_read: usize) -> Error {
         let (n_rows, line) = self.n_rows;
         source.wrong(
             format!("line {line} tells of {n_rows} atoms, but the file ends after {n_read}"),
@@ -164,14 +154,14 @@ pub(super) struct Lines<'c> {
 }
 
 impl<'c> Lines<'c> {
-    fn new(source: &'c CloudFile<'c>, help: &'static str) -> Result<Lines<'c>, Stop> {
+    fn new(source: &'c CloudFile<'c>, help: &'static str) -> Result<Lines<'c>> {
         let reader = BufReader::with_capacity(BUFFER_BYTES, source.open()?.0);
-        let (line, cells) = (Vec::new(), Vec::new());
-        Ok(Lines { source, reader, line, is_next: false, n_read: 0, cells, help })
+        let (line, cells, is_next) = Default::default();
+        Ok(Lines { source, reader, line, is_next, n_read: 0, cells, help })
     }
 
     /// The next line, or `None` at the end.
-    pub fn next(&mut self) -> Result<Option<&[u8]>, Stop> {
+    pub fn next(&mut self) -> Result<Option<&[u8]>> {
         if !std::mem::take(&mut self.is_next) {
             self.line.clear();
             if !self.read_on()? {
@@ -182,7 +172,7 @@ impl<'c> Lines<'c> {
     }
 
     /// The next line as text, without white space around it.
-    pub fn text(&mut self) -> Result<Option<String>, Stop> {
+    pub fn text(&mut self) -> Result<Option<String>> {
         Ok(self.next()?.map(|line| String::from_utf8_lossy(line).trim().to_owned()))
     }
 
@@ -192,7 +182,7 @@ impl<'c> Lines<'c> {
     }
 
     /// Adds a line to the present one; false at the end of the file.
-    fn read_on(&mut self) -> Result<bool, Stop> {
+    fn read_on(&mut self) -> Result<bool> {
         let n_before = self.line.len();
         let n_left = MAX_LINE_BYTES - n_before as u64;
         let read = (&mut self.reader).take(n_left).read_until(b'\n', &mut self.line);
@@ -208,7 +198,7 @@ impl<'c> Lines<'c> {
 
     /// Reads a row, and gives the number of its first line; `None` at the end. A cell that begins with a
     /// quote ends with one, lines later maybe, where there may be quotes.
-    pub fn row(&mut self, separator: u8, has_quotes: bool) -> Result<Option<u64>, Stop> {
+    pub fn row(&mut self, separator: u8, has_quotes: bool) -> Result<Option<u64>> {
         if self.next()?.is_none() {
             return Ok(None);
         }
@@ -264,7 +254,7 @@ impl<'c> Lines<'c> {
     }
 
     /// The number of atoms that the present line tells, as `text`.
-    pub fn n_atoms(&self, text: &str) -> Result<(usize, u64), Stop> {
+    pub fn n_atoms(&self, text: &str) -> Result<(usize, u64)> {
         let line = self.n_read;
         let found = || format!("line {line}: {:?} is not a number of atoms", quoted(text));
         let n_atoms = text.parse().map_err(|_| self.source.wrong(found(), self.help))?;
@@ -278,48 +268,47 @@ fn unquoted(cell: &[u8]) -> &[u8] {
     quoted.unwrap_or(cell)
 }
 
-/// What is wrong in a row, with advice where that of the file's kind doesn't do.
-type Wrong = (String, Option<&'static str>);
-
 /// Words for a number that is missing, in lower case, besides `nan`.
 const MISSING: [&str; 6] = ["", "na", "n/a", "null", "none", "-"];
 
 /// Makes spheres of rows of cells.
-struct Rows {
+struct Rows<'h> {
     layout: Layout,
     /// What each is but for what its row says.
     sphere: Sphere,
     elements: Elements,
-    scaled: Vec<(usize, [f64; 2])>,
-    /// True where no comma stands between cells, so that one may stand in a number.
-    may_have_commas: bool,
+    head: &'h Head,
     /// True once a comma stood in a number.
-    has_commas: Cell<bool>,
+    has_commas: bool,
+    /// How a row is written.
+    help: &'static str,
 }
 
-impl Rows {
+impl Rows<'_> {
     /// The sphere of a row, and its colour as the file has it: numbers of whatever scale, or what
     /// it is coloured by.
-    fn sphere<'r>(&self, cell: impl Fn(usize) -> &'r [u8]) -> Result<(Sphere, Color), Wrong> {
-        let Layout { targets, element, .. } = &self.layout;
+    fn sphere<'r>(&mut self, cell: impl Fn(usize) -> &'r [u8]) -> Result<(Sphere, Color), Problem> {
         let (mut sphere, mut color) = (self.sphere, Color::default());
-        for &(column, target) in targets {
-            let mut number = match (self.number(cell(column)), target) {
-                (Ok(number), _) => number,
-                (Err(_), Target::ColorBy(_)) if is_missing(cell(column)) => f64::NAN,
-                (Err(found), _) => return Err((found, None)),
-            };
-            if let Some((_, [low, high])) = self.scaled.iter().find(|(of, _)| *of == column) {
+        for &(column, target) in &self.layout.targets {
+            let cell = cell(column);
+            let is_nan = || matches!(target, Target::ColorBy(_)) && is_missing(cell);
+            let number = number(cell, self.head.separator != b',', &mut self.has_commas);
+            let number = number.or_else(|| is_nan().then_some(f64::NAN));
+            let mut number = number.ok_or_else(|| {
+                let found = format!("{:?} is not a number", quoted(&String::from_utf8_lossy(cell)));
+                (found, self.help)
+            })?;
+            if let Some((_, [low, high])) = self.head.scaled.iter().find(|(of, _)| *of == column) {
                 number = low + number * (high - low);
             }
             target.put(number, &mut sphere, &mut color);
         }
-        if let Some((column, [gives_radius, gives_color])) = *element {
+        if let Some((column, [gives_radius, gives_color])) = self.layout.element {
             let symbol = String::from_utf8_lossy(cell(column));
             let element = self.elements.get(&symbol).ok_or_else(|| {
                 let what = if gives_radius { "radius" } else { "colour" };
                 let found = format!("no {what} is known of an element {:?}", quoted(&symbol));
-                (found, Some(UNKNOWN_ELEMENT))
+                (found, UNKNOWN_ELEMENT)
             })?;
             if gives_radius {
                 sphere.radius = element.radius;
@@ -330,19 +319,17 @@ impl Rows {
         }
         Ok((sphere, color))
     }
+}
 
-    fn number(&self, cell: &[u8]) -> Result<f64, String> {
-        let text = std::str::from_utf8(cell).ok().map(str::trim);
-        if let Some(number) = text.and_then(|text| text.parse().ok()) {
-            return Ok(number);
-        }
-        let with_comma = text.filter(|text| self.may_have_commas && !text.contains('.'));
-        if let Some(number) = with_comma.and_then(|text| text.replacen(',', ".", 1).parse().ok()) {
-            self.has_commas.set(true);
-            return Ok(number);
-        }
-        Err(format!("{:?} is not a number", quoted(&String::from_utf8_lossy(cell))))
-    }
+/// Reads a number. Where no comma stands between cells, one may stand in it for its point.
+fn number(cell: &[u8], may_have_comma: bool, has_commas: &mut bool) -> Option<f64> {
+    let text = std::str::from_utf8(cell).ok()?.trim();
+    text.parse().ok().or_else(|| {
+        let is_decimal = may_have_comma && !text.contains('.');
+        let number = is_decimal.then(|| text.replacen(',', ".", 1).parse().ok()).flatten();
+        *has_commas |= number.is_some();
+        number
+    })
 }
 
 fn is_missing(cell: &[u8]) -> bool {

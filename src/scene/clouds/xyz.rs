@@ -1,7 +1,8 @@
 //! Clouds of atoms in the chemists' XYZ format, plain and extended.
 
 use super::text::{Head, Lines, TextFormat};
-use crate::scene::places::{Stop, quoted};
+use crate::error::Result;
+use crate::scene::places::quoted;
 
 const HELP: &str = "the first line of an .xyz file is the number of atoms, the second a comment, \
                     and each further line an atom: its element, x, y and z in ångström; in the \
@@ -19,7 +20,7 @@ pub(super) const FORMAT: TextFormat = TextFormat {
 /// Columns of a file that doesn't say them.
 const PLAIN: [&str; 4] = ["element", "x", "y", "z"];
 
-fn head(lines: &mut Lines) -> Result<Option<Head>, Stop> {
+fn head(lines: &mut Lines) -> Result<Option<Head>> {
     // Empty lines stand between frames and at the end.
     let count = loop {
         match lines.text()? {

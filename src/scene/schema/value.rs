@@ -3,12 +3,13 @@
 use glam::DVec3;
 use toml::de::DeValue;
 
-use super::{Key, Section};
+use super::{Key, Section, keys_of, lines};
+use crate::error::SceneError;
 use crate::memory;
 use crate::plain::steers;
-use crate::scene::places::{Fault, quoted};
+use crate::scene::places::quoted;
 use crate::scene::table::{Checked, Field, read_table};
-use crate::scene::{Color, ColorMap, ImageSize, Samples, Sky, Source, hex};
+use crate::scene::{Color, ColorMap, MAX_SIDE, Samples, Sky, Source, hex};
 
 /// How a value is read.
 pub type Reader<T> = fn(&Field) -> Checked<T>;
@@ -70,7 +71,7 @@ pub fn intensity(field: &Field) -> Checked<f64> {
 
 /// Columns or rows of a picture.
 pub fn pixels(field: &Field) -> Checked<u32> {
-    field.whole_number(" of pixels", 1..=ImageSize::MAX_SIDE)
+    field.whole_number(" of pixels", 1..=MAX_SIDE)
 }
 
 /// Samples across and down a pixel.
@@ -176,7 +177,7 @@ pub fn tables<S: Section>(field: &Field) -> Checked<Vec<S>> {
     let bytes = list.len() as u64 * size_of::<S>() as u64;
     let advice = "give many spheres as a cloud, in a file of their own: [[spheres]]";
     memory::require(format!("reading {} tables", list.len()), bytes, advice)
-        .map_err(|error| Fault::new(field.span(), error.to_string(), advice))?;
+        .map_err(|error| SceneError::new(field.span(), error.to_string(), advice))?;
     let read = |value: &toml::Spanned<DeValue>| match value.get_ref() {
         DeValue::Table(table) => read_table(table, value.span()),
         _ => Err(Field { value, ..*field }.wrong_type(expected())),
@@ -188,6 +189,11 @@ pub fn tables<S: Section>(field: &Field) -> Checked<Vec<S>> {
 pub trait Value {
     /// In TOML: read, it is the same.
     fn toml(&self) -> String;
+
+    /// The parts of a file that the tables are which stand behind the key, each under its header; `None` for a value.
+    fn tables(&self) -> Option<Vec<String>> {
+        None
+    }
 }
 
 macro_rules! written_as_debug {
@@ -274,15 +280,22 @@ impl Value for Color {
 
 impl<S: Section> Value for S {
     fn toml(&self) -> String {
-        let mut parts = Vec::new();
-        self.each(&mut |key, value| parts.push(format!("{key} = {value}")));
-        format!("{{ {} }}", parts.join(", "))
+        let parts = keys_of(self).into_iter().map(|(key, value)| format!("{key} = {value}"));
+        format!("{{ {} }}", parts.collect::<Vec<_>>().join(", "))
+    }
+
+    fn tables(&self) -> Option<Vec<String>> {
+        Some(vec![format!("{}\n{}", S::INFO.header, lines(&keys_of(self)))])
     }
 }
 
 impl<S: Section> Value for Vec<S> {
     fn toml(&self) -> String {
         format!("[{}]", self.iter().map(Value::toml).collect::<Vec<_>>().join(", "))
+    }
+
+    fn tables(&self) -> Option<Vec<String>> {
+        Some(self.iter().filter_map(Value::tables).flatten().collect())
     }
 }
 

@@ -38,8 +38,8 @@ fn of_ray(scene: Scene, origin: [f64; 3], direction: [f64; 3]) -> Explanation {
 
 fn of_pixel(name: &str, x: u32, y: u32) -> Explanation {
     let scene = Arc::new(read_scene(file(name).as_ref()).unwrap());
-    let (camera, size) = (scene.camera.as_ref().unwrap(), scene.image.unwrap());
-    let whole = Pixels::whole(View::new(camera), size.width, size.height);
+    let (camera, [width, height]) = (scene.camera.as_ref().unwrap(), scene.image.unwrap());
+    let whole = Pixels::whole(View::new(camera), width, height);
     let rays = Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..whole });
     let explanation = explain(&scene, &rays, &ALL).unwrap();
     assert_written(&explanation);

@@ -7,7 +7,7 @@ use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::memory;
 use kugelblitz::output::OutputFile;
-use kugelblitz::picture::PictureWriter;
+use kugelblitz::picture::{Metadata, PictureWriter};
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::{Plan, Rendered, band_rows, bands, hits_bytes};
 use kugelblitz::scene::Samples;
@@ -117,13 +117,14 @@ pub fn draw(
     let Plan { format, options, .. } = *plan;
     show.check(format, options)?;
     let path = file.path().to_owned();
-    let mut writer = PictureWriter::create(format, options, pixels, file, path)?;
+    let mut writer =
+        PictureWriter::create(format, options, pixels, &Metadata::default(), file, path)?;
     let mut write = Duration::ZERO;
     let mut shown = ShownPicture::new(show, range_of_t(session, show, pixels, control)?);
     for band in bands(pixels, plan.n_band_rows.min(band_rows(pixels, show.wants()))) {
         let colors = Colors::Srgb8(shown.paint(session, &band, control)?);
         let start = Instant::now();
-        writer.rows(&colors, &shown.hits, band.height)?;
+        writer.rows(&colors, None, &shown.hits, band.height)?;
         write += start.elapsed();
     }
     control.check()?;
