@@ -201,10 +201,11 @@ impl<'a> Work<'a> {
             let (sine, cosine) = (random.unit() * std::f64::consts::TAU).sin_cos();
             WorldRay { origin: DVec3::ZERO, direction: axis + tangent * (cosine * u + sine * v) }
         };
-        let rays: Vec<WorldRay> = (0..DISTANCE_RAYS).map(ray).collect();
+        let rays = Rays::List((0..DISTANCE_RAYS).map(ray).collect());
         let scene = scene_of(None, vec![sphere(center, 1.0)], Vec::new());
-        let truth = Truth::of_list(&scene, &rays, self.control)?;
-        Ok(Subject { scene, rays: Rays::List(rays), truth: Some(truth), n_rounds: 0 })
+        let index = (0..rays.len()).collect();
+        let truth = Truth::of_rays(&scene, &rays, index, self.control)?;
+        Ok(Subject { scene, rays, truth: Some(truth), n_rounds: 0 })
     }
 
     /// Three spheres on a floor, moved away from the origin together with their camera.

@@ -90,15 +90,14 @@ pub fn compare_pictures(
     [a, b]: [&Image; 2],
     allowed: &Allowed,
 ) -> Result<PictureDifference> {
-    let names = |image: &Image, is_in: &dyn Fn(&str) -> bool| {
+    let side = |file: &str, image: &Image, other: &Image| {
         let names = image.channels.iter().map(|channel| &channel.name);
-        names.filter(|name| is_in(name)).cloned().collect::<Vec<_>>()
-    };
-    let side = |file: &str, image: &Image, other: &Image| PictureSide {
-        file: file.into(),
-        format: image.format,
-        size: [image.width, image.height],
-        only: names(image, &|name| other.channel(name).is_none()),
+        PictureSide {
+            file: file.into(),
+            format: image.format,
+            size: [image.width, image.height],
+            only: names.filter(|name| other.channel(name).is_none()).cloned().collect(),
+        }
     };
     let texts = a.texts.iter().filter(|(name, text)| b.text(name).is_some_and(|of_b| of_b != text));
     let mut found = PictureDifference {
@@ -129,20 +128,20 @@ pub fn compare_pictures(
     for channel in &a.channels {
         if let Some(other) = b.channel(&channel.name) {
             let pair = [&channel.samples, other];
-            let mut channel = of_channel(&channel.name, pair, allowed, &mut found.of_pixels);
-            channel.pixel = channel.at.map(|at| a.pixel(at));
-            found.channels.push(channel);
+            let difference = of_channel(&channel.name, pair, allowed, &mut found.of_pixels);
+            let pixel = difference.at.map(|at| a.pixel(at));
+            found.channels.push(ChannelDifference { pixel, ..difference });
         }
     }
     if found.channels.is_empty() {
-        let [a, b] = [a, b].map(|image| names(image, &|_| true).join(", "));
+        let [a, b] = [found.a, found.b].map(|side| side.only.join(", "));
         return wrong_usage(format!(
             "the pictures have no channel in common: one has {a}, the other {b}"
         ));
     }
-    let differs = |&(is_beyond, size): &(bool, f32)| is_beyond || size > 0.0;
-    found.differing = found.of_pixels.iter().filter(|pixel| differs(pixel)).count() as u64;
-    found.first = found.of_pixels.iter().position(differs).map(|first| a.pixel(first));
+    let differing = (0..).zip(&found.of_pixels).filter(|(_, (_, size))| *size > 0.0);
+    found.first = differing.clone().next().map(|(first, _)| a.pixel(first));
+    found.differing = differing.count() as u64;
     found.beyond = found.pixels_beyond().count() as u64;
     let (beyond, pixels) = (found.beyond, found.pixels);
     if !allowed.limit("pixels").allows_part(beyond, pixels) {
@@ -304,7 +303,6 @@ impl Common {
         match (self, samples.full()) {
             (Common::Own | Common::F64, _) => samples.number(i),
             (Common::F32, _) => samples.number(i) as f32 as f64,
-            (Common::Levels(full), Some(own)) if own == full => samples.number(i),
             (Common::Levels(full), Some(own)) => (samples.number(i) * full / own).round(),
             (Common::Levels(full), None) if !is_color => (shown(samples, i) * full).round(),
             (Common::Levels(BYTES), None) => Color([shown(samples, i); 3]).to_srgb8()[0].into(),

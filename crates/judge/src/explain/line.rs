@@ -5,11 +5,10 @@
 
 use Notation::{Latex, Text};
 use kugelblitz::exact::Root;
-use kugelblitz::num::V3;
 use serde::{Serialize, Serializer};
 
 use super::numbers::{MANY_DIGITS, Short};
-use super::step::{self, Numbers, Step, StepValue, Writer};
+use super::step::{self, Rounding, Step};
 use crate::markup::wrapped;
 
 /// A way to write formulas.
@@ -77,6 +76,13 @@ impl Notation {
         }
     }
 
+    /// A number, or three in parentheses.
+    pub fn tuple(self, numbers: impl Iterator<Item = String>) -> String {
+        let numbers: Vec<String> = numbers.collect();
+        let all = numbers.join(if self == Latex { r",\ " } else { ", " });
+        if numbers.len() > 1 { format!("({all})") } else { all }
+    }
+
     /// The relation of two pieces of a line.
     fn relation(self, is_rounded: bool) -> &'static str {
         match (is_rounded, self) {
@@ -99,11 +105,20 @@ pub struct Line {
 }
 
 impl Line {
+    /// Begins with the letter of a number or vector, if it has one.
+    fn of(letter: &str, is_vector: bool) -> Line {
+        let mut line = Line::default();
+        if !letter.is_empty() {
+            line.push(|notation| (notation.letter(letter, is_vector), false));
+        }
+        line
+    }
+
     fn pieces(&self, notation: Notation) -> &[String] {
         &self.pieces[notation as usize]
     }
 
-    /// Adds a piece in either notation.
+    /// Adds a piece in either notation, and says whether it is rounded.
     fn push(&mut self, piece: impl Fn(Notation) -> (String, bool)) {
         let was_rounded = self.is_rounded;
         for (notation, pieces) in [Text, Latex].into_iter().zip(&mut self.pieces) {
@@ -115,24 +130,9 @@ impl Line {
         }
     }
 
-    /// Adds an expression with numbers put in.
-    fn push_expression(&mut self, value: StepValue, digits: usize, addends: &[Step]) {
-        self.push(|notation| {
-            let writer = Writer::new(notation, Some(Numbers { digits, addends }));
-            (writer.written(value), writer.is_rounded.get())
-        });
-    }
-
-    /// Adds a number, or three, as they are written.
-    fn push_numbers(&mut self, numbers: &[Short]) {
-        self.push(|notation| {
-            let comma = if notation == Latex { r",\ " } else { ", " };
-            let all: Vec<String> =
-                numbers.iter().map(|number| notation.number(&number.text)).collect();
-            let text = all.join(comma);
-            let text = if numbers.len() > 1 { format!("({text})") } else { text };
-            (text, numbers.iter().any(|number| number.rounded))
-        });
+    /// Adds an expression in letters, or with numbers put in.
+    fn push_expression(&mut self, value: &[Step], numbers: Option<Rounding>) {
+        self.push(|notation| step::written(notation, value, numbers));
     }
 
     /// Columns that the line takes in text.
@@ -178,48 +178,39 @@ impl Derivation {
         Short::new(&step.value(), self.digits)
     }
 
-    fn tell(&mut self, letter: &'static str, value: StepValue, numbers: &[Short], is_joined: bool) {
-        let is_vector = numbers.len() > 1;
-        let mut line = Line { is_joined, ..Line::default() };
-        line.push(|notation| (notation.letter(letter, is_vector), false));
-        line.push_numbers(numbers);
-        value.tell(Some(letter));
+    fn tell(&mut self, letter: &'static str, value: &[Step], numbers: &[Short], is_joined: bool) {
+        let mut line = Line { is_joined, ..Line::of(letter, value.len() > 1) };
+        line.push(|notation| {
+            let texts = numbers.iter().map(|number| notation.number(&number.text));
+            (notation.tuple(texts), numbers.iter().any(|number| number.rounded))
+        });
+        step::tell(value, Some(letter));
         self.lines.push(line);
     }
 
-    /// A line with a number of the scene, as someone has written it.
-    pub fn number(&mut self, letter: &'static str, x: f64) -> Step {
-        let step = step::of_scene(letter, x);
-        self.tell(letter, step.into(), &[Short::given(x)], true);
-        step
-    }
-
-    /// A line with three numbers of the scene.
-    pub fn vector(&mut self, letter: &'static str, v: [f64; 3], is_joined: bool) -> V3<Step> {
-        let steps = step::vector_of_scene(letter, v);
-        self.tell(letter, steps.into(), &v.map(Short::given), is_joined);
+    /// A line with a number of the scene, or three, as someone has written them.
+    pub fn of_scene<const N: usize>(
+        &mut self,
+        letter: &'static str,
+        numbers: [f64; N],
+        is_joined: bool,
+    ) -> [Step; N] {
+        let steps = numbers.map(|x| step::of_scene(letter, x));
+        self.tell(letter, &steps, &numbers.map(Short::given), is_joined);
         steps
     }
 
     /// A line with nothing but a number, or three, that come from elsewhere.
-    pub fn given(&mut self, letter: &'static str, value: impl Into<StepValue>, is_joined: bool) {
-        let value = value.into();
-        let numbers: Vec<Short> = value.steps().iter().map(|&step| self.short(step)).collect();
+    pub fn given(&mut self, letter: &'static str, value: &[Step], is_joined: bool) {
+        let numbers: Vec<Short> = value.iter().map(|&step| self.short(step)).collect();
         self.tell(letter, value, &numbers, is_joined);
     }
 
     /// A line with the formula of a number or vector; without a letter, the formula stands for itself.
-    pub fn line(&mut self, letter: &'static str, value: impl Into<StepValue>, shown: LineDetail) {
-        let value = value.into();
-        let mut line = Line::default();
-        if !letter.is_empty() {
-            let is_vector = value.steps().len() > 1;
-            line.push(|notation| (notation.letter(letter, is_vector), false));
-        }
-        line.push(|notation| (Writer::new(notation, None).written(value), false));
-        self.calculate(&mut line, value, value.steps(), shown);
-        value.tell((!letter.is_empty()).then_some(letter));
-        self.end(line, value);
+    pub fn line(&mut self, letter: &'static str, value: &[Step], shown: LineDetail) {
+        let mut line = Line::of(letter, value.len() > 1);
+        line.push_expression(value, None);
+        self.end(line, (!letter.is_empty()).then_some(letter), value, shown);
     }
 
     /// A line with a formula in words.
@@ -228,24 +219,20 @@ impl Derivation {
         for words in [name, formula] {
             line.push(|notation| (words[notation as usize].to_owned(), false));
         }
-        self.calculate(&mut line, value.into(), &[value], LineDetail::Numbers);
-        StepValue::from(value).tell(None);
-        self.end(line, value.into());
+        self.end(line, None, &[value], LineDetail::Numbers);
     }
 
     /// The line with the formula of two roots, and theirs.
     pub fn roots(&mut self, [near, far]: [Step; 2]) {
-        let mut line = Line::default();
-        line.push(|_| ("t".into(), false));
-        line.push(|notation| (Writer::new(notation, None).written(near.into()), false));
-        self.calculate(&mut line, near.into(), &[near, far], LineDetail::Numbers);
+        let mut line = Line::of("t", false);
+        line.push_expression(&[near], None);
         if near.value() == far.value() {
-            StepValue::from(near).tell(None);
-            return self.end(line, near.into());
+            return self.end(line, None, &[near], LineDetail::Numbers);
         }
+        self.calculate(&mut line, &[near], &[near, far], LineDetail::Numbers);
         self.lines.push(line);
-        self.given("t₁", near, true);
-        self.given("t₂", far, true);
+        self.given("t₁", &[near], true);
+        self.given("t₂", &[far], true);
     }
 
     /// Says in LaTeX what the sign of the last result is.
@@ -260,22 +247,31 @@ impl Derivation {
         }
     }
 
-    /// Ends a line with its result, which is told.
-    fn end(&mut self, mut line: Line, value: StepValue) {
-        line.push_expression(value, self.digits, &[]);
+    /// Ends a line with the expressions of `value` and its result, which is told.
+    fn end(
+        &mut self,
+        mut line: Line,
+        letter: Option<&'static str>,
+        value: &[Step],
+        shown: LineDetail,
+    ) {
+        self.calculate(&mut line, value, value, shown);
+        step::tell(value, letter);
+        line.push_expression(value, Some(Rounding { digits: self.digits, addends: &[] }));
         self.lines.push(line);
     }
 
     /// Adds the expressions that a calculator takes from the formula of `value` to `results`.
-    fn calculate(&self, line: &mut Line, value: StepValue, results: &[Step], shown: LineDetail) {
+    fn calculate(&self, line: &mut Line, value: &[Step], results: &[Step], shown: LineDetail) {
+        let addends = value.iter().flat_map(|step| step.addends()).collect();
         let forms = match shown {
             LineDetail::Result => vec![],
             LineDetail::Numbers => vec![vec![]],
-            LineDetail::Addends => vec![vec![], value.addends()],
+            LineDetail::Addends => vec![vec![], addends],
         };
-        for addends in forms {
-            let digits = self.digits_for(results, &addends);
-            line.push_expression(value, digits, &addends);
+        for addends in &forms {
+            let digits = self.digits_for(results, addends);
+            line.push_expression(value, Some(Rounding { digits, addends }));
         }
     }
 
@@ -284,7 +280,7 @@ impl Derivation {
     fn digits_for(&self, results: &[Step], addends: &[Step]) -> usize {
         let printed: Vec<_> = results.iter().map(|&step| (step, self.short(step).text)).collect();
         let agree = |&digits: &usize| {
-            let numbers = Numbers { digits, addends };
+            let numbers = Rounding { digits, addends };
             printed.iter().all(|(step, text)| {
                 text == "0" || rounds_to(&numbers.calculated(*step), text, self.digits)
             })
@@ -315,16 +311,12 @@ pub fn text_of(lines: &[Line], width: usize) -> Vec<String> {
     let mut written: Vec<String> = Vec::new();
     for line in lines {
         let pieces = line.pieces(Text);
-        let joined = line.is_joined.then(|| written.last().map(|last| columns(last))).flatten();
-        match joined.filter(|before| before + 2 + line.columns() <= width) {
-            Some(_) => {
-                if let Some(last) = written.last_mut() {
-                    *last += ", ";
-                    *last += &pieces.concat();
-                }
+        match written.last_mut() {
+            Some(last) if line.is_joined && columns(last) + 2 + line.columns() <= width => {
+                *last += &format!(", {}", pieces.concat());
                 continue;
             }
-            None => written.push(format!("  {}", pieces[0])),
+            _ => written.push(format!("  {}", pieces[0])),
         }
         for piece in &pieces[1..] {
             match written.last_mut() {
@@ -349,11 +341,9 @@ pub fn latex_of(lines: &[Line]) -> Vec<String> {
     let mut used = 0;
     for line in lines {
         let (latex, text) = (line.pieces(Latex), line.pieces(Text));
-        let is_joined = line.is_joined && used + line.columns() <= PAGE_COLUMNS;
         match rows.last_mut() {
-            Some(last) if is_joined => {
-                *last += r", \quad ";
-                *last += &latex.concat();
+            Some(last) if line.is_joined && used + line.columns() <= PAGE_COLUMNS => {
+                *last += &format!(r", \quad {}", latex.concat());
                 used += line.columns();
                 continue;
             }

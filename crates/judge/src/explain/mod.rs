@@ -31,9 +31,7 @@ pub use words::{Lang, Remark};
 
 use kugelblitz::Result;
 use kugelblitz::control::Control;
-use kugelblitz::exact::{
-    ExactHit, Root, Shape, Side, nearest, plane_numbers, signum_of_discriminant, visible_root,
-};
+use kugelblitz::exact::{Root, Shape, Side, nearest, plane_numbers, signum_of_discriminant};
 use kugelblitz::memory;
 use kugelblitz::plain::steers;
 use kugelblitz::prepare::Prepared;
@@ -45,6 +43,7 @@ use crate::compare::Precision;
 use crate::verify::is_clearly_missed;
 use crate::wrong_usage;
 use line::Line;
+use numbers::error_ulp;
 use ray::RayNumbers;
 use words::Words;
 
@@ -247,7 +246,7 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<
         let message = format!("{digits} digits: a result has from 1 to {MAX_DIGITS}");
         return wrong_usage(message);
     }
-    let numbers = RayNumbers::new(scene, rays, style)?;
+    let mut numbers = RayNumbers::new(scene, rays, style)?;
     let n_objects = scene.n_objects();
     let limit = limit.unwrap_or(MOST_OBJECTS).clamp(1, MOST_OBJECTS);
     let n_shown = limit.min(n_objects);
@@ -258,11 +257,10 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<
         ranking as u64 + n_shown as u64 * SHOWN_BYTES,
         "free some, explain fewer objects, or split the scene",
     )?;
-    let (ranked, left_out) = ranked(scene, &numbers, limit);
+    let (ranked, left_out) = ranked(&numbers, limit);
     let first = ranked.first().filter(|rank| rank.root.is_some()).map(|rank| rank.id);
-    let hit = nearest(&numbers.exact, first.and_then(|id| Some((id, scene.object(id)?))));
-    let objects: Vec<ObjectExplanation> =
-        ranked.par_iter().filter_map(|rank| numbers.object(scene, rank, hit.as_ref())).collect();
+    numbers.hit = nearest(&numbers.exact, first.and_then(|id| Some((id, scene.object(id)?))));
+    let objects = ranked.par_iter().filter_map(|rank| numbers.object(rank)).collect();
 
     let pixel = match rays {
         Rays::Pixels(p) => {
@@ -270,7 +268,6 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<
         }
         Rays::List(_) => None,
     };
-    let winner = hit.as_ref().and_then(|hit| winner(scene, &numbers, hit));
     let (ray, ray_lines) = numbers.ray();
     let mut explanation = Explanation {
         lang,
@@ -281,24 +278,16 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<
         objects,
         n_objects,
         left_out,
-        winner,
+        winner: winner(&numbers),
         point: None,
         shading: None,
         level: "f32",
         seen: Vec::new(),
     };
     let lighting = shading::lighting(scene, rays);
-    let mut seen = shading::Seen {
-        scene,
-        rays,
-        numbers: &numbers,
-        hit: hit.as_ref(),
-        plain: [None, None, None],
-        reference: DVec3::ZERO,
-    };
     for kernel in Kernel::ALL {
         let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
-        seen.add(kernel, &prepared, lighting.as_ref());
+        numbers.add(&prepared, lighting.as_ref());
         let wants = Wants { surface: true, level: true };
         let mut tracer = Tracer::on_cpu(prepared, wants);
         let level = explanation.add_seen(scene, rays, kernel, "cpu", &mut tracer)?;
@@ -306,8 +295,8 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<
             explanation.level = level;
         }
     }
-    let (of_point, point) = seen.point().unzip();
-    explanation.shading = seen.shading(lighting.as_ref(), point.as_ref());
+    let (of_point, point) = numbers.point().unzip();
+    explanation.shading = numbers.shading(lighting.as_ref(), point.as_ref());
     explanation.point = of_point;
     Ok(explanation)
 }
@@ -345,9 +334,7 @@ impl Explanation {
         tracer.trace(rays, &Control::default(), &mut hits)?;
         let (id, t, normal) = (hits.id[0], hits.t[0], hits.normal[0]);
         let right = id == self.winner.as_ref().map_or(0, |winner| winner.id);
-        let exact = self.winner.as_ref().filter(|_| right).and_then(|winner| {
-            self.objects.iter().find(|object| object.id == winner.id)?.visible_t()
-        });
+        let exact = self.winner.as_ref().filter(|_| right).map(|winner| &winner.root);
         self.seen.push(KernelResult {
             kernel: kernel.name(),
             device,
@@ -356,27 +343,10 @@ impl Explanation {
             t,
             normal,
             right,
-            t_error_ulp: exact.map(|exact| exact.error_ulp(t.into(), Precision::Single)),
+            t_error_ulp: exact.map(|exact| error_ulp(t.into(), exact, Precision::Single)),
         });
         let level = hits.level.first().map_or(0, |&level| usize::from(level));
         Ok(["f32", "f64", "exact"][level.min(Level::Exact as usize)])
-    }
-}
-
-impl ObjectExplanation {
-    /// The exact root that counts: the smallest positive one.
-    fn visible_t(&self) -> Option<&Exact> {
-        self.roots().filter_map(|root| root.exact.as_ref()).find(|exact| exact.signum > 0)
-    }
-
-    /// The rows of the roots, the near one first.
-    fn roots(&self) -> impl Iterator<Item = &FormulaNumber> {
-        self.quantities.iter().filter(|quantity| quantity.symbol.starts_with('t'))
-    }
-
-    /// The row of a symbol.
-    fn exact(&self, symbol: &str) -> Option<&Exact> {
-        self.quantities.iter().find(|row| row.symbol == symbol)?.exact.as_ref()
     }
 }
 
@@ -407,14 +377,16 @@ fn shortened(text: &str, n_chars: usize) -> String {
     shown
 }
 
-fn winner(scene: &Scene, numbers: &RayNumbers, hit: &ExactHit) -> Option<Winner> {
-    let (shape, ray) = (Shape::from(scene.object(hit.id)?), &numbers.exact);
+fn winner(numbers: &RayNumbers) -> Option<Winner> {
+    let hit = numbers.hit.as_ref()?;
+    let shape = Shape::from(numbers.scene.object(hit.id)?);
+    let normal = hit.normal(&numbers.exact, &shape)?;
     Some(Winner {
         id: hit.id,
-        label: numbers.label(scene, hit.id),
+        label: numbers.label(hit.id),
         t: hit.t_decimal(numbers::DIGITS),
         t_f32: hit.t_f32(),
-        normal: hit.normal(ray, &shape)?.map(|component| component.to_decimal(numbers::DIGITS)),
+        normal: normal.map(|component| component.to_decimal(numbers::DIGITS)),
         side: match hit.side {
             Side::Front => "front",
             Side::Back => "back",
@@ -432,14 +404,11 @@ struct Rank {
 }
 
 /// The objects in the order of [`Explanation::objects`], the first `limit` of them, and what the others are.
-fn ranked(scene: &Scene, numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, LeftOut) {
+fn ranked(numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, LeftOut) {
+    let scene = numbers.scene;
     let rank = |id: u32| {
         let object = scene.object(id)?;
-        let root = if is_clearly_missed(&numbers.near, &object) {
-            None
-        } else {
-            visible_root(&numbers.exact, &Shape::from(object)).map(|(root, _)| root)
-        };
+        let root = numbers.root(object);
         let key = match &root {
             Some(root) => root.to_f64(),
             None => gap(numbers.origin, numbers.direction, object).0,
@@ -467,12 +436,12 @@ fn ranked(scene: &Scene, numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, Left
         others = ranks.split_off(n_shown);
     }
     ranks.sort_by(order);
-    (ranks, left_out(scene, numbers, &others))
+    (ranks, left_out(numbers, &others))
 }
 
-fn left_out(scene: &Scene, numbers: &RayNumbers, ranks: &[Rank]) -> LeftOut {
+fn left_out(numbers: &RayNumbers, ranks: &[Rank]) -> LeftOut {
     let hit = ranks.iter().filter(|rank| rank.root.is_some()).count();
-    let is_behind = |rank: &&Rank| match scene.object(rank.id) {
+    let is_behind = |rank: &&Rank| match numbers.scene.object(rank.id) {
         Some(object) if rank.root.is_some() || is_clearly_missed(&numbers.near, &object) => false,
         Some(Object::Sphere(s)) => {
             signum_of_discriminant(&numbers.exact, s.center, s.radius).is_some_and(|sign| sign >= 0)

@@ -54,53 +54,47 @@ impl From<&Root> for Exact {
     }
 }
 
-impl Exact {
-    /// Error of `value` in steps at the exact number; +∞ where `value` is not finite, and where it should be 0 and
-    /// isn't.
-    pub(super) fn error_ulp(&self, value: f64, precision: Precision) -> f64 {
-        let Some(exact_value) = real(value) else { return f64::INFINITY };
-        let error = self.root.minus(&exact_value).to_f64().abs();
-        if error == 0.0 {
-            return 0.0;
-        }
-        if self.signum == 0 {
-            return f64::INFINITY;
-        }
-        error / precision.ulp(self.root.to_f64())
+/// Error of `value` in steps at the exact number; +∞ where `value` is not finite, and where it should be 0 and
+/// isn't.
+pub fn error_ulp(value: f64, exact: &Root, precision: Precision) -> f64 {
+    let Some(value) = real(value) else { return f64::INFINITY };
+    let error = exact.minus(&value).to_f64().abs();
+    if error == 0.0 {
+        return 0.0;
     }
+    if exact.signum() == 0 {
+        return f64::INFINITY;
+    }
+    error / precision.ulp(exact.to_f64())
 }
 
-/// Bits of the first bounds of a number.
-const FEWEST_BITS: usize = 512;
-
-/// Bits of the last ones.
-const MOST_BITS: usize = 4096;
+/// Bits of the bounds of a number, ever narrower.
+const BITS: [usize; 4] = [512, 1024, 2048, 4096];
 
 /// Stands for a number, at least 0, of which bounds are known that `n_bits` bits make narrow, unless they are too few for
 /// any: the middle of bounds that are equal in all digits that are looked at.
 pub fn enclosed(bounds: impl Fn(usize) -> Option<Enclosure>) -> Root {
-    let mut n_bits = FEWEST_BITS;
-    loop {
-        let found = bounds(n_bits);
-        let is_last = n_bits >= MOST_BITS;
-        if let Some(Enclosure { low, high }) = found {
-            let digits = |x: &Dyadic| Root::from(x.clone()).to_decimal(MANY_DIGITS);
-            if is_last || digits(&low) == digits(&high) {
-                return Root::from(simplest(&low, &high));
-            }
-        } else if is_last {
-            return Root::from(Dyadic::zero());
+    let digits = |x: &Dyadic| Root::from(x.clone()).to_decimal(MANY_DIGITS);
+    let mut number = zero();
+    for Enclosure { low, high } in BITS.into_iter().filter_map(bounds) {
+        number = Root::from(simplest(&low, &high));
+        if digits(&low) == digits(&high) {
+            break;
         }
-        n_bits *= 2;
     }
+    number
+}
+
+/// The number 0.
+pub fn zero() -> Root {
+    Root::from(Dyadic::zero())
 }
 
 /// The middle of bounds, or a number of few bits that lies within them: it is the exact one, if that has
 /// so few.
 fn simplest(low: &Dyadic, high: &Dyadic) -> Dyadic {
-    const FEW_BITS: usize = FEWEST_BITS / 2;
-    let middle = (low + high) * real(0.5).unwrap_or_else(Dyadic::one);
-    let near = Enclosure::of(&middle).to_bits(FEW_BITS);
+    let middle = (low + high) * exact(0.5);
+    let near = Enclosure::of(&middle).to_bits(BITS[0] / 2);
     [near.low, near.high].into_iter().find(|x| low <= x && x <= high).unwrap_or(middle)
 }
 
@@ -157,29 +151,22 @@ impl Columns {
         Columns([f64::from(lecture), stable, double].map(|x| Some(Some(x))))
     }
 
-    /// Without the one of `stable`.
-    pub fn without_stable(self) -> Columns {
-        let Columns([lecture, _, double]) = self;
-        Columns([lecture, None, double])
-    }
-
     /// The row, with errors against the exact number.
     pub fn against(self, symbol: &'static str, exact: Option<&Root>) -> FormulaNumber {
-        let exact = exact.map(Exact::from);
         let entry = |column: usize| {
             let precision = if column == 2 { Precision::Double } else { Precision::Single };
             let value = self.0[column]?;
-            let both = value.zip(exact.as_ref());
+            let both = value.zip(exact);
             Some(Approximation {
                 value,
-                error_ulp: both.map(|(x, exact)| exact.error_ulp(x, precision)),
+                error_ulp: both.map(|(x, exact)| error_ulp(x, exact, precision)),
                 wrong_sign: both.is_some_and(|(x, exact)| {
-                    i32::from(x > 0.0) - i32::from(x < 0.0) != exact.signum
+                    i32::from(x > 0.0) - i32::from(x < 0.0) != exact.signum()
                 }),
             })
         };
         let [lecture, stable, f64] = [0, 1, 2].map(entry);
-        FormulaNumber { symbol, lecture, stable, f64, exact }
+        FormulaNumber { symbol, lecture, stable, f64, exact: exact.map(Exact::from) }
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use kugelblitz::exact::{ExactHit, ExactRay, Root};
+use kugelblitz::exact::{ExactHit, ExactRay, Root, Shape, visible_root};
 use kugelblitz::kernel::lecture::{self, quadratic, quadratic_roots};
 use kugelblitz::kernel::plain::{PlainRay, PlainRays};
 use kugelblitz::kernel::relative::{PlaneStable, SphereStable, approach, half_root, roots_stable};
@@ -14,15 +14,18 @@ use kugelblitz::shade::PlainPoint;
 use kugelblitz::trace::{Kernel, Rays, WorldRay};
 use kugelblitz::{Error, Result};
 
-use super::line::{Derivation, Line, LineDetail};
+use super::line::LineDetail::{Addends, Numbers};
+use super::line::{Derivation, Line};
 use super::numbers::{Columns, FormulaNumber, rows_of_vector, scaled};
 use super::step::{Step, vector};
 use super::words::Words;
 use super::{ExplainStyle, ObjectExplanation, Rank, Reason, gap, label_in};
-use crate::verify::{ExactRays, Near};
+use crate::verify::{ExactRays, Near, is_clearly_missed};
 
-/// A ray's numbers as the kernels have them.
-pub struct RayNumbers {
+/// All that is known of a ray.
+pub struct RayNumbers<'a> {
+    pub scene: &'a Scene,
+    pub rays: &'a Rays,
     pub exact: ExactRay,
     pub origin: DVec3,
     pub direction: DVec3,
@@ -32,28 +35,31 @@ pub struct RayNumbers {
     stable: PlainRay<f32>,
     /// `direction = 2^exponent · stable.direction`.
     exponent: i32,
-    /// True for a camera's ray.
-    pub is_pixel: bool,
     pub words: &'static Words,
     pub digits: usize,
     lecture_objects: Lists<lecture::SphereLecture, lecture::PlaneLecture>,
     stable_objects: Lists<SphereStable, PlaneStable>,
+    /// What the ray sees, exactly.
+    pub hit: Option<ExactHit>,
+    /// What the kernels `lecture`, `stable` and `double` make of the light; none where one sees another object.
+    pub plain: [Option<PlainPoint>; 3],
+    /// What the points of `double` are relative to.
+    pub reference: DVec3,
 }
 
-impl RayNumbers {
-    pub fn new(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<RayNumbers> {
+impl<'a> RayNumbers<'a> {
+    /// The numbers of the one ray, without what it sees.
+    pub fn new(scene: &'a Arc<Scene>, rays: &'a Rays, style: &ExplainStyle) -> Result<Self> {
         let one = || Error::Usage("one ray is explained at a time".into());
-        let (WorldRay { origin, direction }, listed) = match rays {
+        let (WorldRay { origin, direction }, exponent) = match rays {
             _ if rays.len() != 1 => return Err(one()),
-            Rays::Pixels(p) => (p.ray(p.x, p.y), None),
-            Rays::List(rays) => (rays[0], Some(&rays[0])),
+            Rays::Pixels(p) => (p.ray(p.x, p.y), 0),
+            Rays::List(rays) => (rays[0], exponent_of(rays[0].direction)),
         };
         let of_kernel = |kernel| Prepared::new(Arc::clone(scene), kernel, rays);
         let (on_lecture, on_stable) = (of_kernel(Kernel::Lecture)?, of_kernel(Kernel::Stable)?);
         let of_kernel = |prepared: &Prepared| PlainRays::new(prepared.coordinates(), rays).one(0);
         let (lecture, stable) = (of_kernel(&on_lecture).ray, of_kernel(&on_stable));
-        let of_list = |ray| on_stable.coordinates().ray(ray).2;
-        let exponent = listed.map_or(0, of_list);
         let exactly = ExactRays::from(rays);
         let (ObjectRecords::Lecture(lecture_objects), ObjectRecords::Stable(stable_objects)) =
             (on_lecture.objects, on_stable.objects)
@@ -61,6 +67,8 @@ impl RayNumbers {
             return Err(one());
         };
         Ok(RayNumbers {
+            scene,
+            rays,
             exact: exactly.exact(0),
             origin,
             direction,
@@ -68,17 +76,27 @@ impl RayNumbers {
             lecture,
             stable,
             exponent,
-            is_pixel: matches!(rays, Rays::Pixels(_)),
             words: style.lang.words(),
             digits: style.digits,
             lecture_objects,
             stable_objects,
+            hit: None,
+            plain: [None, None, None],
+            reference: DVec3::ZERO,
         })
     }
 
     /// `sphere 3 (red giant)`
-    pub fn label(&self, scene: &Scene, id: u32) -> String {
-        label_in(self.words, scene, id)
+    pub fn label(&self, id: u32) -> String {
+        label_in(self.words, self.scene, id)
+    }
+
+    /// The exact `t` at which the ray meets an object.
+    pub fn root(&self, object: Object) -> Option<Root> {
+        if is_clearly_missed(&self.near, &object) {
+            return None;
+        }
+        visible_root(&self.exact, &Shape::from(object)).map(|(root, _)| root)
     }
 
     /// `o` and `d`, exactly.
@@ -93,8 +111,8 @@ impl RayNumbers {
     pub fn ray(&self) -> (Vec<FormulaNumber>, Vec<Line>) {
         let mut told = Derivation::new(self.digits);
         let [o, d] = self.told();
-        told.given("o", o, false);
-        told.given("d", d, true);
+        told.given("o", &o.0, false);
+        told.given("d", &d.0, true);
         let num::Ray { origin, direction, .. } = self.lecture;
         let origins = rows_of_vector(["o.x", "o.y", "o.z"], o, |axis| {
             Columns(
@@ -108,23 +126,19 @@ impl RayNumbers {
         ([origins, directions].concat(), told.lines)
     }
 
-    pub fn object(
-        &self,
-        scene: &Scene,
-        rank: &Rank,
-        hit: Option<&ExactHit>,
-    ) -> Option<ObjectExplanation> {
+    /// How the ray meets an object.
+    pub fn object(&self, rank: &Rank) -> Option<ObjectExplanation> {
         let id = rank.id;
         let index = id as usize - 1;
-        let object = scene.object(id)?;
+        let object = self.scene.object(id)?;
         let (shape, (lines, quantities)) = match object {
             Object::Sphere(sphere) => ("sphere", self.sphere(sphere, index)?),
-            Object::Plane(plane) => ("plane", self.plane(plane, index - scene.spheres.len())?),
+            Object::Plane(plane) => ("plane", self.plane(plane, index - self.scene.spheres.len())?),
         };
         let (gap, is_at_origin) = gap(self.origin, self.direction, object);
         let mut explanation = ObjectExplanation {
             id,
-            label: self.label(scene, id),
+            label: self.label(id),
             shape,
             lines,
             quantities,
@@ -132,22 +146,22 @@ impl RayNumbers {
             why: Vec::new(),
             gap: rank.root.is_none().then_some(gap),
         };
-        explanation.reason = explanation.reason(rank.root.as_deref(), hit);
-        explanation.why = explanation.why(scene, rank.root.is_some(), hit, (self, is_at_origin));
+        explanation.reason = explanation.reason(rank.root.as_deref(), self);
+        explanation.why = explanation.why(self, is_at_origin);
         Some(explanation)
     }
 
     fn sphere(&self, sphere: &Sphere, index: usize) -> Option<(Vec<Line>, Vec<FormulaNumber>)> {
         let mut told = Derivation::new(self.digits);
         let [o, d] = self.told();
-        let c = told.vector("c", sphere.center.to_array(), false);
-        let r = told.number("r", sphere.radius);
+        let c = V3(told.of_scene("c", sphere.center.to_array(), false));
+        let [r] = told.of_scene("r", [sphere.radius], true);
         let exact = quadratic(o, d, c, r);
-        told.line("", o - c, LineDetail::Numbers);
-        told.line("a", exact.a, LineDetail::Numbers);
-        told.line("b", exact.b, LineDetail::Addends);
-        told.line("k", exact.k, LineDetail::Addends);
-        told.line("D", exact.discriminant, LineDetail::Addends);
+        told.line("", &(o - c).0, Numbers);
+        told.line("a", &[exact.a], Numbers);
+        told.line("b", &[exact.b], Addends);
+        told.line("k", &[exact.k], Addends);
+        told.line("D", &[exact.discriminant], Addends);
         told.say_sign(exact.discriminant.signum());
         let is_line = exact.a.signum() > 0;
         let is_met = exact.discriminant.signum() >= 0;
@@ -166,61 +180,49 @@ impl RayNumbers {
         let of_stable = self.stable_objects.spheres.get(index)?;
         let l = of_stable.offset(&self.stable);
         let k = of_stable.k(&self.stable, l);
-        let ray = &self.stable.ray;
+        let (ray, e) = (&self.stable.ray, self.exponent);
         let chord = approach(ray, l, of_stable.radius);
         let h = half_root(ray, chord.delta);
-        let stable_roots = (h >= 0.0).then(|| roots_stable(ray, chord.b, h, k));
+        let is_hit = h >= 0.0;
+        let stable = is_hit.then(|| roots_stable(ray, chord.b, h, k).map(|t| self.t_of_stable(t)));
 
-        let e = self.exponent;
-        let row = |i: usize, symbol, stable: Option<f64>, exact: Step| {
-            let columns =
-                Columns([Some(Some(single.0[i])), stable.map(Some), Some(Some(double.0[i]))]);
-            columns.against(symbol, Some(&exact.value()))
+        let row = |symbol, lecture: Option<usize>, stable, exact: Option<Step>| {
+            let [single, double] = [single, double].map(|numbers| lecture.map(|i| numbers[i]));
+            Columns([single, stable, double]).against(symbol, exact.map(Step::value).as_ref())
         };
-        let of_stable = |symbol, value: Option<f64>, exact: Option<Step>| {
-            Columns([None, Some(value), None]).against(symbol, exact.map(Step::value).as_ref())
-        };
-        let root = |i: usize, symbol| {
-            let stable = stable_roots.map(|roots| f64::from(scaled(roots[i], -e) as f32));
-            let [lecture, double] = [single.1, double.1].map(|found| found.map(|roots| roots[i]));
-            let exact = roots.map(|roots| roots[i].value());
-            Columns([lecture, stable, double].map(Some)).against(symbol, exact.as_ref())
-        };
-        let lit = <Step as Real>::lit;
-        let discriminant = exact.discriminant;
+        let (lit, discriminant) = (<Step as Real>::lit, exact.discriminant);
+        let delta = is_line.then(|| discriminant / (lit(4.0) * exact.a));
+        let half = is_met.then(|| discriminant.sqrt() / lit(2.0));
         let quantities = vec![
-            row(0, "a", Some(scaled(ray.a, 2 * e)), exact.a),
-            row(1, "b", Some(-2.0 * scaled(chord.b, e)), exact.b),
-            row(2, "k", Some(f64::from(k)), exact.k),
-            row(3, "D", None, discriminant),
-            of_stable(
-                "r²−P·P",
-                Some(f64::from(chord.delta)),
-                is_line.then(|| discriminant / (lit(4.0) * exact.a)),
-            ),
-            of_stable(
-                "h",
-                (h >= 0.0).then(|| scaled(h, e)),
-                is_met.then(|| discriminant.sqrt() / lit(2.0)),
-            ),
-            root(0, "t₁"),
-            root(1, "t₂"),
+            row("a", Some(0), Some(Some(scaled(ray.a, 2 * e))), Some(exact.a)),
+            row("b", Some(1), Some(Some(-2.0 * scaled(chord.b, e))), Some(exact.b)),
+            row("k", Some(2), Some(Some(k.into())), Some(exact.k)),
+            row("D", Some(3), None, Some(discriminant)),
+            row("r²−P·P", None, Some(Some(chord.delta.into())), delta),
+            row("h", None, Some(is_hit.then(|| scaled(h, e))), half),
+            row("t₁", Some(4), Some(stable.map(|t| t[0])), roots.map(|roots| roots[0])),
+            row("t₂", Some(5), Some(stable.map(|t| t[1])), roots.map(|roots| roots[1])),
         ];
         Some((told.lines, quantities))
+    }
+
+    /// A `t` of the kernel `stable`, as it reports it.
+    fn t_of_stable(&self, t: f32) -> f64 {
+        f64::from(scaled(t, -self.exponent) as f32)
     }
 
     fn plane(&self, plane: &Plane, index: usize) -> Option<(Vec<Line>, Vec<FormulaNumber>)> {
         let mut told = Derivation::new(self.digits);
         let [o, d] = self.told();
-        let a = told.vector("a", plane.point.to_array(), false);
-        let n = told.vector("n", plane.normal.to_array(), true);
+        let a = V3(told.of_scene("a", plane.point.to_array(), false));
+        let n = V3(told.of_scene("n", plane.normal.to_array(), true));
         let exact = lecture::plane_quotient(o, d, a, n);
-        told.line("", a - o, LineDetail::Numbers);
-        told.line("", exact[0], LineDetail::Addends);
-        told.line("", exact[1], LineDetail::Addends);
+        told.line("", &(a - o).0, Numbers);
+        told.line("", &exact[..1], Addends);
+        told.line("", &exact[1..], Addends);
         let root = (exact[1].signum() != 0).then(|| exact[0] / exact[1]);
         if let Some(root) = root {
-            told.line("t", root, LineDetail::Numbers);
+            told.line("t", &[root], Numbers);
         }
 
         let of_lecture = self.lecture_objects.planes.get(index)?;
@@ -238,14 +240,10 @@ impl RayNumbers {
             Columns::all(single[i], scaled(stable[i], exponent), double[i])
                 .against(symbol, Some(&exact[i].value()))
         };
+        let t_of_stable = self.t_of_stable(stable[0] / stable[1]);
+        let Columns(t) = Columns::all(single[0] / single[1], t_of_stable, double[0] / double[1]);
         // A quotient by 0 is an infinity or NaN: no root.
-        let quotient = |t: f64| t.is_finite().then_some(t);
-        let t = [
-            f64::from(single[0] / single[1]),
-            f64::from(scaled(stable[0] / stable[1], -e) as f32),
-            double[0] / double[1],
-        ];
-        let t = Columns(t.map(|t| Some(quotient(t))));
+        let t = Columns(t.map(|t| t.map(|t| t.filter(|t| t.is_finite()))));
         let quantities = vec![
             row(0, of_normal, "(a−o)·n"),
             row(1, of_normal + e, "d·n"),
@@ -256,11 +254,11 @@ impl RayNumbers {
 
     /// `f(p)` of the object that a kernel sees, in its arithmetic: that of `lecture`, `stable` or `double`,
     /// in this order.
-    pub fn residual(&self, scene: &Scene, kernel: usize, seen: &PlainPoint) -> Option<f64> {
+    pub fn residual(&self, kernel: usize, seen: &PlainPoint) -> Option<f64> {
         let index = seen.id.checked_sub(1)? as usize;
         let (p, way) = (V3(seen.at.map(|x| x as f32)), self.direction * seen.t);
         let (ray, way_of_stable) = (&self.stable, self.stable.ray.direction * seen.t as f32);
-        let of_kernels = match scene.object(seen.id)? {
+        let of_kernels = match self.scene.object(seen.id)? {
             Object::Sphere(sphere) => {
                 let lecture = self.lecture_objects.spheres.get(index)?;
                 let stable = self.stable_objects.spheres.get(index)?;
@@ -272,7 +270,7 @@ impl RayNumbers {
                 ]
             }
             Object::Plane(plane) => {
-                let index = index - scene.spheres.len();
+                let index = index - self.scene.spheres.len();
                 let lecture = self.lecture_objects.planes.get(index)?;
                 let stable = self.stable_objects.planes.get(index)?;
                 let along = way_of_stable.dot(V3(stable.normal)) - stable.n_offset(ray);
@@ -293,9 +291,12 @@ pub fn off_sphere<R: Real>(v: V3<R>, r: R) -> R {
     v.dot(v) - r * r
 }
 
-/// `a`, `b`, `k` and `D` of the lecture's equation, and the roots, in an arithmetic.
-fn solved<F: Float>(o: V3<F>, d: V3<F>, c: V3<F>, r: F) -> ([f64; 4], Option<[f64; 2]>) {
+/// `a`, `b`, `k` and `D` of the lecture's equation, and the roots where it has some, in an arithmetic.
+fn solved<F: Float>(o: V3<F>, d: V3<F>, c: V3<F>, r: F) -> [Option<f64>; 6] {
     let found = quadratic(o, d, c, r);
-    let numbers = [found.a, found.b, found.k, found.discriminant].map(F::to_f64);
-    (numbers, (numbers[3] >= 0.0).then(|| quadratic_roots(found).map(F::to_f64)))
+    let is_met = found.discriminant.to_f64() >= 0.0;
+    let [near, far] = quadratic_roots(found);
+    let of = |number: F| Some(number.to_f64());
+    let root = |root: F| of(root).filter(|_| is_met);
+    [of(found.a), of(found.b), of(found.k), of(found.discriminant), root(near), root(far)]
 }

@@ -1,66 +1,68 @@
 //! Why an object is seen, or isn't.
 
-use kugelblitz::exact::{ExactHit, Root, Shape, visible_root};
-use kugelblitz::scene::Scene;
+use kugelblitz::exact::Root;
+use kugelblitz::rays::Rays;
 use rayon::prelude::*;
 
-use super::numbers::{COLUMNS, digits};
+use super::numbers::{COLUMNS, FormulaNumber, digits};
 use super::ray::RayNumbers;
 use super::words::Remark;
 use super::{ObjectExplanation, Reason};
-use crate::verify::is_clearly_missed;
 
 impl ObjectExplanation {
-    pub(super) fn reason(&self, root: Option<&Root>, hit: Option<&ExactHit>) -> Reason {
-        match (root, hit) {
+    /// The rows of the roots, the near one first.
+    fn roots(&self) -> impl Iterator<Item = &FormulaNumber> {
+        self.quantities.iter().filter(|quantity| quantity.symbol.starts_with('t'))
+    }
+
+    /// The signs of the roots, as far as there are any.
+    fn root_signs(&self) -> Vec<i32> {
+        self.roots().filter_map(|root| Some(root.exact.as_ref()?.signum)).collect()
+    }
+
+    /// The sign of the number that has this symbol.
+    fn sign(&self, symbol: &str) -> Option<i32> {
+        let row = self.quantities.iter().find(|row| row.symbol == symbol)?;
+        row.exact.as_ref().map(|exact| exact.signum)
+    }
+
+    /// The reason, where `root` is the one at which the ray meets the object.
+    pub(super) fn reason(&self, root: Option<&Root>, numbers: &RayNumbers) -> Reason {
+        match (root, &numbers.hit) {
             (Some(_), Some(hit)) if hit.id == self.id => Reason::Visible,
             (Some(root), Some(hit)) if *root == hit.root => Reason::TieLost { to: hit.id },
             (Some(_), Some(hit)) => Reason::Farther { than: hit.id },
             (Some(_), None) => Reason::TooFar,
-            (None, _) => self.why_missed(),
+            (None, _) if !self.root_signs().is_empty() => Reason::Behind,
+            (None, _) if self.sign("D") == Some(-1) => Reason::Missed,
+            (None, _) if self.sign("d·n") == Some(0) => Reason::Parallel,
+            (None, _) => Reason::Degenerate,
         }
     }
 
-    fn why_missed(&self) -> Reason {
-        let sign = |symbol| self.exact(symbol).map(|exact| exact.signum);
-        match (sign("D"), sign("d·n")) {
-            _ if self.roots().any(|root| root.exact.is_some()) => Reason::Behind,
-            (Some(-1), _) => Reason::Missed,
-            (_, Some(0)) => Reason::Parallel,
-            _ => Reason::Degenerate,
-        }
-    }
-
-    /// The reason in words, first, then what else is worth a remark; of a ray that misses, whether its
-    /// origin is the point of it that is nearest.
-    pub(super) fn why(
-        &self,
-        scene: &Scene,
-        is_hit: bool,
-        hit: Option<&ExactHit>,
-        (numbers, is_at_origin): (&RayNumbers, bool),
-    ) -> Vec<Remark> {
+    /// The reason in words, first, then what else is worth a remark; of a ray that misses, `is_at_origin` says whether
+    /// its origin is the point of it that is nearest.
+    pub(super) fn why(&self, numbers: &RayNumbers, is_at_origin: bool) -> Vec<Remark> {
         let words = numbers.words;
-        let is_sphere = self.shape == "sphere";
-        let touches = self.exact("D").is_some_and(|exact| exact.signum == 0);
-        let from = usize::from(!numbers.is_pixel);
-        let signs: Vec<i32> =
-            self.roots().filter_map(|root| Some(root.exact.as_ref()?.signum)).collect();
-        let of_object = |phrase, id| Remark::of(phrase, [numbers.label(scene, id)]);
+        let (is_sphere, is_hit) = (self.shape == "sphere", self.gap.is_none());
+        let touches = self.sign("D") == Some(0);
+        let behind = words.behind[usize::from(matches!(numbers.rays, Rays::List(_)))];
+        let signs = self.root_signs();
+        let of_object = |phrase, id| Remark::of(phrase, [numbers.label(id)]);
         let mut why = vec![match self.reason {
             Reason::Visible => words.visible.into(),
             Reason::Farther { than } => of_object(words.farther, than),
             Reason::TieLost { to } => of_object(words.tie, to),
             Reason::Missed => words.missed.into(),
             Reason::Behind if !is_sphere && signs == [0] => words.in_plane.into(),
-            Reason::Behind if !is_sphere => Remark::of(words.plane_behind, [words.behind[from]]),
+            Reason::Behind if !is_sphere => Remark::of(words.plane_behind, [behind]),
             Reason::Behind if signs.contains(&0) => words.at_back.into(),
-            Reason::Behind if touches => Remark::of(words.touched_behind, [words.behind[from]]),
-            Reason::Behind => Remark::of(words.pierced_behind, [words.behind[from]]),
-            Reason::Parallel => match self.exact("(a−o)·n").map(|exact| exact.signum) {
-                Some(0) => words.parallel_in_plane.into(),
-                _ => words.parallel.into(),
-            },
+            Reason::Behind if touches => Remark::of(words.touched_behind, [behind]),
+            Reason::Behind => Remark::of(words.pierced_behind, [behind]),
+            Reason::Parallel if self.sign("(a−o)·n") == Some(0) => {
+                words.parallel_in_plane.into()
+            }
+            Reason::Parallel => words.parallel.into(),
             Reason::TooFar => words.too_far.into(),
             Reason::Degenerate => words.degenerate.into(),
         }];
@@ -73,14 +75,9 @@ impl ObjectExplanation {
             why.push(Remark::of(phrase, [digits(gap, 4)]));
         }
         if self.reason == Reason::Visible {
-            let tied = |&id: &u32| {
-                let root = scene
-                    .object(id)
-                    .filter(|object| !is_clearly_missed(&numbers.near, object))
-                    .and_then(|object| visible_root(&numbers.exact, &Shape::from(object)));
-                root.zip(hit).is_some_and(|((root, _), hit)| root == hit.root)
-            };
-            let others = self.id + 1..=scene.n_objects() as u32;
+            let root = |id| numbers.root(numbers.scene.object(id)?);
+            let tied = |&id: &u32| root(id).as_ref() == numbers.hit.as_ref().map(|hit| &hit.root);
+            let others = self.id + 1..=numbers.scene.n_objects() as u32;
             if let Some(other) = others.into_par_iter().find_first(tied) {
                 why.push(of_object(words.tie, other));
             }
@@ -94,8 +91,8 @@ impl ObjectExplanation {
             why.push(words.touches.into());
         }
         for (column, name) in COLUMNS.into_iter().enumerate() {
-            let found = self.roots().filter_map(|row| row.columns()[column]?.value);
-            let sees = found.into_iter().any(|t| t > 0.0);
+            let mut found = self.roots().filter_map(|row| row.columns()[column]?.value);
+            let sees = found.any(|t| t > 0.0);
             if sees != is_hit {
                 let phrase = if sees { words.wrong_hit } else { words.wrong_miss };
                 why.push(Remark::of(phrase, [name]));

@@ -51,7 +51,7 @@ pub fn begin() {
 /// A number with a letter.
 pub fn number(name: &'static str, value: Root) -> Step {
     let step = given(value);
-    StepValue::from(step).tell(Some(name));
+    tell(&[step], Some(name));
     step
 }
 
@@ -68,6 +68,17 @@ pub fn vector_of_scene(name: &'static str, v: impl Into<[f64; 3]>) -> V3<Step> {
 /// Three numbers with a letter.
 pub fn vector(name: &'static str, values: [Root; 3]) -> V3<Step> {
     V3(values.map(|value| number(name, value)))
+}
+
+/// From now on the letter and the number stand for these.
+pub fn tell(steps: &[Step], name: Option<&'static str>) {
+    NODES.with_borrow_mut(|nodes| {
+        for step in steps {
+            let node = &mut nodes[step.0 as usize];
+            node.is_told = true;
+            node.name = name.or(node.name);
+        }
+    });
 }
 
 fn given(value: Root) -> Step {
@@ -134,7 +145,7 @@ impl Step {
     }
 
     /// What is added up in it.
-    fn addends(self) -> Vec<Step> {
+    pub fn addends(self) -> Vec<Step> {
         let (op, operands) = self.node(|node| (node.op, node.operands));
         match (self.dot(), op) {
             (Some([u, v]), _) => u.times(v).0.into(),
@@ -195,73 +206,29 @@ impl Real for Step {
     }
 }
 
-/// A number, or three.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum StepValue {
-    One(Step),
-    Three([Step; 3]),
-}
-
-impl From<Step> for StepValue {
-    fn from(step: Step) -> StepValue {
-        StepValue::One(step)
+/// What a number or a vector is made of, and by what; in letters a scalar product is one.
+fn parts(steps: &[Step], in_letters: bool) -> (Op, [Vec<Step>; 2]) {
+    if let [step] = steps
+        && in_letters
+        && let Some(vectors) = step.dot()
+    {
+        return (Op::Dot, vectors.map(|V3(steps)| steps.to_vec()));
     }
-}
-
-impl From<V3<Step>> for StepValue {
-    fn from(V3(steps): V3<Step>) -> StepValue {
-        StepValue::Three(steps)
-    }
-}
-
-impl StepValue {
-    pub fn steps(&self) -> &[Step] {
-        match self {
-            StepValue::One(step) => std::slice::from_ref(step),
-            StepValue::Three(steps) => steps,
+    let part = |at: usize| {
+        let mut part: Vec<Step> =
+            steps.iter().map(|step| step.node(|node| node.operands[at])).collect();
+        if part.iter().all(|step| *step == part[0]) {
+            part.truncate(1);
         }
-    }
+        part
+    };
+    (common(steps, |node| node.op).unwrap_or(Op::Given), [part(0), part(1)])
+}
 
-    /// From now on its letter and its number stand for it.
-    pub fn tell(self, name: Option<&'static str>) {
-        NODES.with_borrow_mut(|nodes| {
-            for step in self.steps() {
-                let node = &mut nodes[step.0 as usize];
-                node.is_told = true;
-                node.name = name.or(node.name);
-            }
-        });
-    }
-
-    fn all<T: PartialEq>(self, of: impl Fn(&Node) -> T) -> Option<T> {
-        let first = self.steps()[0].node(&of);
-        self.steps().iter().all(|step| step.node(&of) == first).then_some(first)
-    }
-
-    /// What it is made of, and by what; in letters a scalar product is one.
-    fn parts(self, in_letters: bool) -> (Op, [StepValue; 2]) {
-        if let StepValue::One(step) = self
-            && in_letters
-            && let Some(vectors) = step.dot()
-        {
-            return (Op::Dot, vectors.map(StepValue::from));
-        }
-        let part = |at: usize| match self {
-            StepValue::One(step) => StepValue::One(step.node(|node| node.operands[at])),
-            StepValue::Three(steps) => {
-                match steps.map(|step| step.node(|node| node.operands[at])) {
-                    [x, y, z] if x == y && y == z => StepValue::One(x),
-                    three => StepValue::Three(three),
-                }
-            }
-        };
-        (self.all(|node| node.op).unwrap_or(Op::Given), [part(0), part(1)])
-    }
-
-    /// What is added up in it, each to stand as a number.
-    pub fn addends(self) -> Vec<Step> {
-        self.steps().iter().flat_map(|step| step.addends()).collect()
-    }
+/// What is said of each of these, if that is the same.
+fn common<T: PartialEq>(steps: &[Step], of: impl Fn(&Node) -> T) -> Option<T> {
+    let first = steps[0].node(&of);
+    steps.iter().all(|step| step.node(&of) == first).then_some(first)
 }
 
 /// How closely what is written holds together.
@@ -274,14 +241,15 @@ enum Rank {
 }
 use Rank::{Factor, Product, Sum, Whole};
 
-/// The numbers that stand in an expression.
-pub struct Numbers<'a> {
+/// The numbers that stand in an expression, rounded.
+#[derive(Clone, Copy)]
+pub struct Rounding<'a> {
     pub digits: usize,
     /// Numbers that stand in the expression beside what is told or given.
     pub addends: &'a [Step],
 }
 
-impl Numbers<'_> {
+impl Rounding<'_> {
     fn stands(&self, step: Step) -> bool {
         self.addends.contains(&step) || step.node(|node| node.is_told || node.op == Op::Given)
     }
@@ -298,20 +266,25 @@ impl Numbers<'_> {
     }
 }
 
-/// Writes expressions in a notation: in letters, or with numbers put in.
-pub struct Writer<'a> {
-    pub notation: Notation,
-    pub numbers: Option<Numbers<'a>>,
-    /// True once a number was rounded.
-    pub is_rounded: Cell<bool>,
+/// A number or a vector as an expression, and whether a number in it is rounded: in letters, or with numbers put in.
+pub fn written(
+    notation: Notation,
+    value: &[Step],
+    numbers: Option<Rounding<'_>>,
+) -> (String, bool) {
+    let writer = Writer { notation, numbers, is_rounded: Cell::new(false) };
+    (writer.written(value), writer.is_rounded.get())
 }
 
-impl<'a> Writer<'a> {
-    pub fn new(notation: Notation, numbers: Option<Numbers<'a>>) -> Writer<'a> {
-        Writer { notation, numbers, is_rounded: Cell::new(false) }
-    }
+struct Writer<'a> {
+    notation: Notation,
+    numbers: Option<Rounding<'a>>,
+    /// True once a number was rounded.
+    is_rounded: Cell<bool>,
+}
 
-    pub fn written(&self, value: StepValue) -> String {
+impl Writer<'_> {
+    fn written(&self, value: &[Step]) -> String {
         self.expression(value).0
     }
 
@@ -320,13 +293,14 @@ impl<'a> Writer<'a> {
     }
 
     /// In parentheses where it holds together less than is asked for.
-    fn within(&self, value: StepValue, rank: Rank) -> String {
+    fn within(&self, value: &[Step], rank: Rank) -> String {
         let (text, found) = self.expression(value);
         if found < rank { format!("({text})") } else { text }
     }
 
-    fn number(&self, root: &Root, digits: usize) -> (String, Rank) {
-        let short = Short::new(root, digits);
+    /// A number; one that stands in letters is a constant of one digit.
+    fn number(&self, root: &Root) -> (String, Rank) {
+        let short = Short::new(root, self.numbers.map_or(1, |numbers| numbers.digits));
         self.is_rounded.set(self.is_rounded.get() | short.rounded);
         let is_product = self.is_latex() && short.text.contains('e');
         let is_whole = !short.text.starts_with('-') && !is_product;
@@ -334,37 +308,28 @@ impl<'a> Writer<'a> {
     }
 
     /// The number that stands for an expression, if one does.
-    fn standing(&self, value: StepValue) -> Option<(Root, usize)> {
-        let (Some(numbers), StepValue::One(step)) = (&self.numbers, value) else { return None };
-        numbers.stands(step).then(|| (step.value(), numbers.digits))
+    fn standing(&self, value: &[Step]) -> Option<Root> {
+        let (Some(numbers), [step]) = (self.numbers, value) else { return None };
+        numbers.stands(*step).then(|| step.value())
     }
 
-    fn expression(&self, value: StepValue) -> (String, Rank) {
-        let latex = self.is_latex();
-        match (&self.numbers, value) {
-            (Some(numbers), StepValue::Three(steps)) if numbers.stands(steps[0]) => {
-                let number = |step: Step| self.number(&step.value(), numbers.digits).0;
-                let comma = if latex { r",\ " } else { ", " };
-                return (format!("({})", steps.map(number).join(comma)), Whole);
-            }
-            (None, _) => {
-                if let Some(name) = value.all(|node| node.name).flatten() {
-                    return (
-                        self.notation.letter(name, matches!(value, StepValue::Three(_))),
-                        Whole,
-                    );
-                }
+    fn expression(&self, value: &[Step]) -> (String, Rank) {
+        match (self.numbers, common(value, |node| node.name).flatten()) {
+            (None, Some(name)) => return (self.notation.letter(name, value.len() > 1), Whole),
+            (Some(numbers), _) if numbers.stands(value[0]) => {
+                let written: Vec<_> = value.iter().map(|step| self.number(&step.value())).collect();
+                let rank = if let [(_, rank)] = written[..] { rank } else { Whole };
+                return (self.notation.tuple(written.into_iter().map(|(text, _)| text)), rank);
             }
             _ => {}
         }
-        if let Some((root, digits)) = self.standing(value) {
-            return self.number(&root, digits);
-        }
-        let (op, [x, y]) = value.parts(self.numbers.is_none());
+        let latex = self.is_latex();
+        let (op, [x, y]) = parts(value, self.numbers.is_none());
+        let (x, y) = (&*x, &*y);
         match op {
-            Op::Given => self.number(&value.steps()[0].value(), 1),
+            Op::Given => self.number(&value[0].value()),
             Op::Neg => match self.standing(x) {
-                Some((root, digits)) => self.number(&root.negated(), digits),
+                Some(root) => self.number(&root.negated()),
                 None => (self.minus().to_owned() + &self.within(x, Product), Sum),
             },
             Op::Sqrt => (self.root(x), Whole),
@@ -402,23 +367,24 @@ impl<'a> Writer<'a> {
     }
 
     /// A square root; in letters that of a square is a length.
-    fn root(&self, x: StepValue) -> String {
-        match (x.parts(self.numbers.is_none()), self.is_latex()) {
-            ((Op::Dot, [vector, _]), _) => format!("|{}|", self.written(vector)),
+    fn root(&self, x: &[Step]) -> String {
+        match (parts(x, self.numbers.is_none()), self.is_latex()) {
+            ((Op::Dot, [vector, _]), _) => format!("|{}|", self.written(&vector)),
             (_, true) => format!(r"\sqrt{{{}}}", self.written(x)),
             (_, false) => format!("√{}", self.within(x, Whole)),
         }
     }
 
     /// A sum or a difference. The one with a root is that of the quadratic formula, and stands for both.
-    fn sum(&self, x: StepValue, y: StepValue, is_difference: bool) -> String {
+    fn sum(&self, x: &[Step], y: &[Step], is_difference: bool) -> String {
         let left = self.within(x, Sum);
-        if let Some((root, digits)) = self.standing(y) {
-            let sign = if (root.signum() < 0) != is_difference { self.minus() } else { "+" };
-            let magnitude = if root.signum() < 0 { root.negated() } else { root };
-            return format!("{left} {sign} {}", self.number(&magnitude, digits).0);
+        if let Some(root) = self.standing(y) {
+            let is_negative = root.signum() < 0;
+            let sign = if is_negative != is_difference { self.minus() } else { "+" };
+            let magnitude = if is_negative { root.negated() } else { root };
+            return format!("{left} {sign} {}", self.number(&magnitude).0);
         }
-        let sign = match (is_difference, y.parts(false).0, self.is_latex()) {
+        let sign = match (is_difference, parts(y, false).0, self.is_latex()) {
             (false, ..) => "+",
             (true, Op::Sqrt, true) => r"\pm",
             (true, Op::Sqrt, false) => "±",

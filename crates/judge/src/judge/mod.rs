@@ -31,7 +31,7 @@ use crate::compare::{
     ErrorSpread, ErrorStats, ObjectCounts, RayError, RayResult, TError, Tolerance, Unit,
     error_picture, short,
 };
-use crate::verify::{TrueHit, Truth};
+use crate::verify::{ExactRays, TrueHit, Truth};
 use crate::wrong_usage;
 
 /// Bytes of memory that judging a ray takes: what is exact, what is claimed in the file and by
@@ -111,10 +111,11 @@ impl Case {
     /// The errors of claims about these rays.
     fn errors(&self, claims: &Claims, truth: &Truth) -> CaseErrors {
         let palette: Vec<[u8; 3]> = self.scene.colors().map(Color::to_srgb8).collect();
+        let rays = ExactRays::from(&self.rays);
         let error = |(i, exact): (usize, &TrueHit)| {
             let mut right = RayResult::from(exact);
             if claims.is_distance {
-                right.t = right.t.map(|t| t * self.length(i));
+                right.t = right.t.map(|t| t * rays.near(i).ray.direction.length());
             }
             let said = claims.row(i, &right, exact.is_back, &palette);
             match RayError::of(Some(said), &right, |normal| normal == exact.normal_f32) {
@@ -130,17 +131,6 @@ impl Case {
         let class = |at| ErrorStats::new(&self.rays, &errors, |i| is_at_silhouette[i] == at);
         let (away, silhouettes) = (class(false), class(true));
         CaseErrors { of_rays: errors, is_at_silhouette, away, silhouettes }
-    }
-
-    /// Length of a ray's direction.
-    fn length(&self, i: usize) -> f64 {
-        match &self.rays {
-            Rays::Pixels(pixels) => {
-                let (x, y) = pixels.xy(i);
-                pixels.direction(x, y).length()
-            }
-            Rays::List(rays) => rays[i].direction.length(),
-        }
     }
 }
 
@@ -262,10 +252,9 @@ impl Judged {
         let (allowed, CaseErrors { away, silhouettes, .. }) = (&self.case.allowed, &self.errors);
         let mut broken = Vec::new();
         let place = if silhouettes.rays > 0 { " away from silhouettes" } else { "" };
-        for (part, key, place) in
-            [(away, "ids", place), (silhouettes, "silhouettes", " at silhouettes")]
-        {
-            let (ErrorStats { wrong_ids, rays, .. }, most) = (part, allowed.limit(key));
+        let parts = [(away, "ids", place), (silhouettes, "silhouettes", " at silhouettes")];
+        for (ErrorStats { wrong_ids, rays, .. }, key, place) in parts {
+            let most = allowed.limit(key);
             if !most.allows_part(*wrong_ids, *rays) {
                 broken.push(format!("{wrong_ids} of {rays} ids{place} are wrong, allowed: {most}"));
             }
@@ -283,8 +272,7 @@ impl Judged {
                 most => format!("t is off by a relative {}, allowed: {most}", short(relative)),
             });
         }
-        let degrees = worst(|part| part.normal_degrees);
-        let most = allowed.limit("normal");
+        let (degrees, most) = (worst(|part| part.normal_degrees), allowed.limit("normal"));
         if !most.allows(degrees) {
             broken.push(format!("a normal is off by {}°, allowed: {most}°", short(degrees)));
         }
@@ -315,17 +303,17 @@ pub fn whole_size(
     size: Option<[u32; 2]>,
     crop: Option<[u32; 4]>,
 ) -> Result<Option<[u32; 2]>> {
-    let (own, Image { width, height, whole, first, .. }) = ([image.width, image.height], image);
+    let Image { width, height, whole, first, is_list, .. } = *image;
     let of_file = whole.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
     let wrong = match (crop, size) {
-        _ if image.is_list => {
+        _ if is_list => {
             format!("a list of {width} results; give the rays that they are of (--rays)")
         }
-        (Some([.., w, h]), _) if [w, h].map(|n| n as usize) != own => {
+        (Some([.., w, h]), _) if [w as usize, h as usize] != [width, height] => {
             format!("{width}×{height} pixels, but crop has {w}×{h}")
         }
         (Some(_), _) => {
-            let is_whole = *whole == own && *first == [0, 0];
+            let is_whole = whole == [width, height] && first == [0, 0];
             return Ok(size.or((!is_whole).then_some(of_file)));
         }
         (None, Some([w, h])) if [w, h] != of_file => {
@@ -344,12 +332,11 @@ pub fn whole_size(
 /// # Errors
 /// [`Error::Usage`] where the picture doesn't lie within the whole one.
 pub fn pixels_of(image: &Image, whole: Pixels) -> Result<Pixels> {
-    let [x, y] = image.first;
-    let (Image { width, height, .. }, narrow) = (image, |n: i64| u32::try_from(n).ok());
+    let Image { width, height, first: [x, y], .. } = image;
     let part = || {
-        let [x, y, width, height] = [x, y, *width as i64, *height as i64].map(narrow);
-        let pixels = Pixels { x: x?, y: y?, width: width?, height: height?, ..whole };
-        pixels.is_in_picture().then_some(pixels)
+        let part = [*x, *y, *width as i64, *height as i64].map(|n| u32::try_from(n).ok());
+        let [x, y, width, height] = part;
+        whole.part([x?, y?, width?, height?])
     };
     part().ok_or_else(|| {
         let Pixels { image_width, image_height, .. } = whole;

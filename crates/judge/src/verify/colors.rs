@@ -6,12 +6,12 @@ use kugelblitz::control::Control;
 use kugelblitz::exact::ExactPixels;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Samples, Scene};
-use kugelblitz::shade::{Colors, Encoding, ExactMean, Lighting, Style};
+use kugelblitz::shade::{Colors, Encoding, Lighting, Style};
 use kugelblitz::trace::{Hits, Wants};
 use kugelblitz::{Result, Session};
 use rayon::prelude::*;
 
-use super::lit::{LitPoint, add_sample};
+use super::lit::{LitPoint, exact_mean};
 use super::{Near, hit_of};
 
 /// Bytes of a pixel whose colour is compared: its index and its colours, and the same once more on the
@@ -106,10 +106,8 @@ impl ColorTruth {
             let at = (&of_samples, &rays);
             let samples =
                 samples_of_pixel(scene, lighting.as_ref(), at, n_samples, pixels.xy(index));
-            let mut mean = ExactMean::new(samples.len() as u64, lighting.as_ref());
-            for (id, point) in &samples {
-                add_sample(&mut mean, scene, *id, point.as_ref());
-            }
+            let samples = samples.iter().map(|(id, point)| (*id, point.as_ref()));
+            let mean = exact_mean(scene, lighting.as_ref(), samples);
             let channels = [0, 1, 2];
             Ok((
                 channels.map(|channel| mean.srgb8(channel)),
@@ -141,8 +139,7 @@ pub(crate) fn samples_of_pixel(
         let near = Near::of_pixel(of_samples, (x, y));
         let exact = rays.ray(x, y);
         let Some(hit) = hit_of(scene, &exact, &near) else { return (0, None) };
-        let point = || LitPoint::new(scene, &exact, &hit, (near.reference, &near.ray));
-        (hit.id, lighting.and_then(|_| point()))
+        (hit.id, lighting.and_then(|_| LitPoint::new(scene, &exact, &hit, &near)))
     };
     (0..n_samples * n_samples).into_par_iter().map(sample).collect()
 }

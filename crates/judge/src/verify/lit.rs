@@ -4,11 +4,10 @@
 use glam::DVec3;
 use kugelblitz::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay, Shape};
 use kugelblitz::num::Scaled;
-use kugelblitz::rays::WorldRay;
 use kugelblitz::scene::Scene;
-use kugelblitz::shade::{ExactMean, Lamp, LampOrigin};
+use kugelblitz::shade::{ExactMean, Lamp, LampOrigin, Lighting};
 
-use super::truth::{GRANTED, Line};
+use super::truth::{GRANTED, Line, Near};
 
 /// A point that a ray sees.
 #[derive(Debug)]
@@ -24,15 +23,10 @@ pub(crate) struct LitPoint {
 
 impl LitPoint {
     /// The point of a hit. `near` is the ray in f64, relative to the eye.
-    pub fn new(
-        scene: &Scene,
-        ray: &ExactRay,
-        hit: &ExactHit,
-        (eye, near): (DVec3, &WorldRay),
-    ) -> Option<LitPoint> {
+    pub fn new(scene: &Scene, ray: &ExactRay, hit: &ExactHit, near: &Near) -> Option<LitPoint> {
         let shape = Shape::from(scene.object(hit.id)?);
-        let from_eye = near.origin + near.direction * hit.t_f64();
-        Some(LitPoint { shape, exact: ExactPoint::new(ray, hit), from_eye, eye })
+        let from_eye = near.ray.origin + near.ray.direction * hit.t_f64();
+        Some(LitPoint { shape, exact: ExactPoint::new(ray, hit), from_eye, eye: near.reference })
     }
 
     /// The way to a lamp.
@@ -71,23 +65,28 @@ impl LitPoint {
     }
 }
 
-/// Adds to a mean a sample that sees the object `id`, of a lit one at a point.
-pub(crate) fn add_sample<'a>(
-    mean: &mut ExactMean<'a>,
+/// The mean of samples in a light: each with the id of the object that it sees, and of a lit one the point.
+pub(crate) fn exact_mean<'a>(
     scene: &Scene,
-    id: u32,
-    point: Option<&'a LitPoint>,
-) {
-    let at = point.map(|point| (&point.exact, &point.shape, point.eye));
-    mean.add_sample(scene.color(id).0, at, |(_, lamp), beam| {
-        point.is_none_or(|point| point.in_the_way(scene, lamp, beam).next().is_none())
-    });
+    lighting: Option<&'a Lighting>,
+    samples: impl IntoIterator<Item = (u32, Option<&'a LitPoint>)>,
+) -> ExactMean<'a> {
+    let samples: Vec<_> = samples.into_iter().collect();
+    let mut mean = ExactMean::new(samples.len() as u64, lighting);
+    for (id, point) in samples {
+        let at = point.map(|point| (&point.exact, &point.shape, point.eye));
+        mean.add_sample(scene.color(id).0, at, |(_, lamp), beam| {
+            point.is_none_or(|point| point.in_the_way(scene, lamp, beam).next().is_none())
+        });
+    }
+    mean
 }
 
 #[cfg(test)]
 mod tests {
     use kugelblitz::exact::Dyadic;
     use kugelblitz::exact::nearest;
+    use kugelblitz::rays::WorldRay;
     use kugelblitz::scene::{Plane, Sphere};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
@@ -126,8 +125,8 @@ mod tests {
                 Scene { spheres: vec![sphere].into(), planes: vec![floor], ..Scene::default() };
             let exact = ExactRay::new(&ray);
             let Some(hit) = nearest(&exact, [(2, Shape::from(&scene.planes[0]))]) else { continue };
-            let near = WorldRay { origin: DVec3::ZERO, ..ray };
-            let Some(point) = LitPoint::new(&scene, &exact, &hit, (eye, &near)) else { continue };
+            let near = Near { reference: eye, ray: WorldRay { origin: DVec3::ZERO, ..ray } };
+            let Some(point) = LitPoint::new(&scene, &exact, &hit, &near) else { continue };
             let weight = std::array::from_fn(|_| Dyadic::one());
             let lamp =
                 Lamp { light: None, origin, weight: [1.0; 3], exact_weight: weight, shadows: true };

@@ -8,7 +8,7 @@ mod truth;
 
 pub(crate) use colors::samples_of_pixel;
 pub use colors::{COLOR_BYTES, ColorDifferences, ColorTruth, RenderedColors};
-pub(crate) use lit::{LitPoint, add_sample};
+pub(crate) use lit::{LitPoint, exact_mean};
 #[cfg(feature = "gpu")]
 pub use picture::{ColorsOfKernel, OfKernel, OnBoth, Parity, Verification, Verified};
 use truth::hit_of;
@@ -44,12 +44,17 @@ pub fn ray_errors<'a>(hits: &'a Hits, truth: &'a Truth) -> impl Iterator<Item = 
 /// `hits` has them and the id is right. A ray that `hits` lacks counts as a wrong id.
 pub fn compare_to_exact(hits: &Hits, truth: &Truth) -> RayDifferences {
     let mut found = RayDifferences::default();
-    truth
-        .index
-        .iter()
-        .zip(ray_errors(hits, truth))
-        .for_each(|(&ray, error)| found.see(ray, &error));
+    found.see_exact(hits, truth, 0);
     found
+}
+
+impl RayDifferences {
+    /// Counts the differences of `hits` from what is true, where the first of all rays has the index `first_ray`.
+    fn see_exact(&mut self, hits: &Hits, truth: &Truth, first_ray: usize) {
+        for (&ray, error) in truth.index.iter().zip(ray_errors(hits, truth)) {
+            self.see(first_ray + ray, &error);
+        }
+    }
 }
 
 /// The promise of a kernel, in words. `bit_equal` says whether the kernel's arithmetic on the device

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::memory;
-use kugelblitz::rays::{Pixels, Rays};
+use kugelblitz::rays::Pixels;
 use kugelblitz::render::{bands, hits_bytes, n_steps, sampled_band_rows};
 use kugelblitz::scene::{Samples, Scene};
 use kugelblitz::shade::{Encoding, Lighting};
@@ -18,40 +18,9 @@ use super::{
     COLOR_BYTES, ColorDifferences, ColorTruth, Differences, RenderedColors, SAMPLE_BYTES, Truth,
     broken_promises,
     colors::{ENCODINGS, WANTS},
-    promise, ray_errors, sample,
+    promise, sample,
 };
 use crate::compare::{ObjectCounts, RayDifferences};
-
-/// Pixels that are compared with exact arithmetic where nobody says how many: as many as take some seconds.
-fn default_samples(scene: &Scene, colors: Option<&InColor>) -> usize {
-    let n_ways = colors.map_or(1, InColor::ways_of_pixel);
-    let n_work = scene.n_objects().max(1) * n_ways;
-    let least = if colors.is_some() { 1 << 6 } else { 1 << 10 };
-    ((1 << 31) / n_work).min((1 << 20) / n_ways).clamp(least, 1 << 16)
-}
-
-/// What the colours of a lit or sampled picture are made from.
-#[derive(Clone, Copy)]
-struct InColor {
-    /// Samples across and down a pixel.
-    n_samples: Samples,
-    n_lamps: usize,
-}
-
-impl InColor {
-    /// `None` where each pixel has the colour of its object.
-    fn new(scene: &Scene, pixels: &Pixels) -> Option<InColor> {
-        let n_samples = scene.samples.unwrap_or_default();
-        let lighting = Lighting::new(scene, &pixels.view);
-        let n_lamps = lighting.as_ref().map_or(0, |lighting| lighting.lamps.len());
-        (n_samples > Samples::ONE || lighting.is_some()).then_some(InColor { n_samples, n_lamps })
-    }
-
-    /// Rays and ways to lamps.
-    fn ways_of_pixel(&self) -> usize {
-        self.n_samples.of_pixel() as usize * (1 + self.n_lamps)
-    }
-}
 
 /// What became of a picture's kernels.
 #[derive(Clone, Debug, Serialize)]
@@ -145,6 +114,8 @@ impl From<&RayDifferences> for Parity {
 /// What is true of a band's part of the samples.
 struct TruthOfBand {
     band: Pixels,
+    /// Index of the band's first ray.
+    first_ray: usize,
     rays: Truth,
     colors: Option<ColorTruth>,
 }
@@ -154,7 +125,8 @@ struct TruthOfBand {
 pub struct Verification {
     scene: Arc<Scene>,
     pixels: Pixels,
-    colors: Option<InColor>,
+    /// Samples of a pixel's colour; `None` where each pixel has the colour of its object.
+    colors: Option<Samples>,
     samples: Vec<usize>,
     seed: u64,
 }
@@ -170,15 +142,50 @@ impl Verification {
         n_samples: Option<NonZeroUsize>,
         seed: u64,
     ) -> Result<Verification> {
-        let (scene, pixels) = (Arc::clone(scene), *pixels);
-        let colors = InColor::new(&scene, &pixels);
-        let n_samples = match n_samples {
-            Some(n_samples) => n_samples.get(),
-            None => default_samples(&scene, colors.as_ref()),
+        let lighting = Lighting::new(scene, &pixels.view);
+        let of_pixel = scene.samples.unwrap_or_default();
+        let is_colored = of_pixel > Samples::ONE || lighting.is_some();
+        // Rays and ways to lamps of a pixel.
+        let n_lamps = lighting.map_or(0, |lighting| lighting.lamps.len());
+        let n_ways = of_pixel.of_pixel() as usize * (1 + n_lamps);
+        let some_seconds = || {
+            let n_work = scene.n_objects().max(1) * n_ways;
+            let least = if is_colored { 1 << 6 } else { 1 << 10 };
+            ((1 << 31) / n_work).min((1 << 20) / n_ways).clamp(least, 1 << 16)
         };
-        refuse_what_cannot_fit(&pixels, n_samples, colors)?;
-        let samples = sample(pixels.len(), n_samples.min(pixels.len()), seed);
-        Ok(Verification { scene, pixels, colors, samples, seed })
+        let n_samples = n_samples.map_or_else(some_seconds, NonZeroUsize::get).min(pixels.len());
+        let verification = Verification {
+            scene: Arc::clone(scene),
+            pixels: *pixels,
+            colors: is_colored.then_some(of_pixel),
+            samples: Vec::new(),
+            seed,
+        };
+        verification.refuse_what_cannot_fit(n_samples)?;
+        Ok(Verification { samples: sample(pixels.len(), n_samples, seed), ..verification })
+    }
+
+    fn n_band_rows(&self) -> u32 {
+        sampled_band_rows(&self.pixels, self.colors.unwrap_or_default(), WANTS)
+    }
+
+    /// Two results of a band, one a device, and the samples.
+    fn refuse_what_cannot_fit(&self, n_samples: usize) -> Result<()> {
+        let n_rays = u64::from(self.pixels.width) * u64::from(self.n_band_rows());
+        let mut sample_bytes = SAMPLE_BYTES;
+        let mut bytes = 2 * hits_bytes(n_rays, WANTS);
+        if let Some(of_pixel) = self.colors {
+            sample_bytes += COLOR_BYTES;
+            let color_bytes: usize = ENCODINGS.map(Encoding::pixel_bytes).iter().sum();
+            bytes = bytes.saturating_add(n_rays.saturating_mul(2 * color_bytes as u64));
+            let n_rays = n_rays.saturating_mul(of_pixel.of_pixel().into());
+            bytes = bytes.saturating_add(hits_bytes(n_rays, Wants::default()));
+        }
+        memory::require(
+            format!("comparing {n_rays} pixels at once"),
+            bytes.saturating_add(n_samples as u64 * sample_bytes),
+            "verify a smaller --size, or fewer --samples",
+        )
     }
 
     /// Steps of so many kernels, with a GPU or without, that [`Control`] counts.
@@ -186,7 +193,7 @@ impl Verification {
         let n_devices = if has_gpu { 2 } else { 1 };
         let (n_traced, n_truths) = match self.colors {
             None => (self.pixels.len() as u64, 1),
-            Some(InColor { n_samples, .. }) => {
+            Some(n_samples) => {
                 let is_lit = self.scene.is_lit();
                 (ENCODINGS.len() as u64 * n_steps(&self.pixels, n_samples, is_lit), 2)
             }
@@ -219,20 +226,22 @@ impl Verification {
 
     /// The truth about each band's part of the samples.
     fn truths(&self, control: &Control) -> Result<Vec<TruthOfBand>> {
-        let Verification { scene, pixels, colors, samples, .. } = self;
-        let (mut rest, mut first_ray) = (samples.as_slice(), 0);
+        let (mut rest, mut first_ray) = (self.samples.as_slice(), 0);
         let truth = |band: Pixels| {
-            let end = rest.partition_point(|&index| index < first_ray + band.len());
-            let index: Vec<usize> = rest[..end].iter().map(|index| index - first_ray).collect();
-            rest = &rest[end..];
-            first_ray += band.len();
-            let of_colors = |InColor { n_samples, .. }| {
-                ColorTruth::of_pixels(scene, &band, n_samples.across(), index.clone(), control)
+            let end_ray = first_ray + band.len();
+            let (own, others) = rest.split_at(rest.partition_point(|&index| index < end_ray));
+            let index: Vec<usize> = own.iter().map(|index| index - first_ray).collect();
+            let of_colors = |n_samples: Samples| {
+                let n_samples = n_samples.across();
+                ColorTruth::of_pixels(&self.scene, &band, n_samples, index.clone(), control)
             };
-            let colors = colors.map(of_colors).transpose()?;
-            Ok(TruthOfBand { band, rays: Truth::of_pixels(scene, &band, index, control)?, colors })
+            let colors = self.colors.map(of_colors).transpose()?;
+            let rays = Truth::of_pixels(&self.scene, &band, index, control)?;
+            let truth = TruthOfBand { band, first_ray, rays, colors };
+            (rest, first_ray) = (others, end_ray);
+            Ok(truth)
         };
-        bands(pixels, n_band_rows(pixels, *colors)).map(truth).collect()
+        bands(&self.pixels, self.n_band_rows()).map(truth).collect()
     }
 
     fn of_kernel(
@@ -248,20 +257,18 @@ impl Verification {
         let (mut gpu, mut cpu) = (is_on_gpu.then(|| on(device)), on(&Device::Cpu));
         let mut parity = is_on_gpu.then(Differences::default);
         let mut exact = OnBoth { gpu: parity.clone(), cpu: Differences::default() };
-        let mut first_ray = 0;
         for truth in truths {
             let on_cpu = self.traced(&mut cpu, &truth.band, control)?;
-            exact.cpu.see(&on_cpu, truth, first_ray);
+            exact.cpu.see(&on_cpu, truth);
             if let (Some(gpu), Some(exact), Some(parity)) = (&mut gpu, &mut exact.gpu, &mut parity)
             {
                 let on_gpu = self.traced(gpu, &truth.band, control)?;
-                exact.see(&on_gpu, truth, first_ray);
-                parity.rays.see_all(&on_gpu.hits, &on_cpu.hits, first_ray);
-                if let (Some(a), Some(b)) = (&on_gpu.colors, &on_cpu.colors) {
-                    parity.colors.get_or_insert_default().see_all(a, b, first_ray);
+                exact.see(&on_gpu, truth);
+                parity.rays.see_all(&on_gpu.0, &on_cpu.0, truth.first_ray);
+                if let (Some(a), Some(b)) = (&on_gpu.1, &on_cpu.1) {
+                    parity.colors.get_or_insert_default().see_all(a, b, truth.first_ray);
                 }
             }
-            first_ray += truth.band.len();
         }
         let of_devices: Vec<_> = exact.rows().collect();
         let colors = |found: &Differences| found.colors.clone().unwrap_or_default();
@@ -283,31 +290,24 @@ impl Verification {
     }
 
     fn traced(&self, session: &mut Session, band: &Pixels, control: &Control) -> Result<Traced> {
-        if let Some(InColor { n_samples, .. }) = self.colors {
+        if let Some(n_samples) = self.colors {
             let (hits, colors) = RenderedColors::kept(session, band, n_samples, control)?;
-            return Ok(Traced { hits, colors: Some(colors) });
+            return Ok((hits, Some(colors)));
         }
-        let mut hits = Hits::default();
-        session.trace(&Rays::Pixels(*band), WANTS, control, &mut hits)?;
-        Ok(Traced { hits, colors: None })
+        Ok((session.hits(band, WANTS, control)?, None))
     }
 }
 
 /// The results of a band on a device.
-struct Traced {
-    hits: Hits,
-    colors: Option<RenderedColors>,
-}
+type Traced = (Hits, Option<RenderedColors>);
 
 impl Differences {
     /// Counts those of a band's results from what is true.
-    fn see(&mut self, traced: &Traced, truth: &TruthOfBand, first_ray: usize) {
-        for (&ray, error) in truth.rays.index.iter().zip(ray_errors(&traced.hits, &truth.rays)) {
-            self.rays.see(first_ray + ray, &error);
-        }
-        if let (Some(shown), Some(truth)) = (&traced.colors, &truth.colors) {
-            let index = truth.index.iter().copied();
-            self.colors.get_or_insert_default().see((shown, index), &truth.colors, first_ray);
+    fn see(&mut self, (hits, colors): &Traced, truth: &TruthOfBand) {
+        self.rays.see_exact(hits, &truth.rays, truth.first_ray);
+        if let (Some(shown), Some(ColorTruth { index, colors })) = (colors, &truth.colors) {
+            let shown = (shown, index.iter().copied());
+            self.colors.get_or_insert_default().see(shown, colors, truth.first_ray);
         }
     }
 }
@@ -322,35 +322,6 @@ impl<T> OnBoth<T> {
         let gpu = self.gpu.as_ref().map(|of| ("GPU", of));
         gpu.into_iter().chain([("CPU", &self.cpu)])
     }
-}
-
-fn n_band_rows(pixels: &Pixels, colors: Option<InColor>) -> u32 {
-    sampled_band_rows(pixels, colors.map_or(Samples::ONE, |colors| colors.n_samples), WANTS)
-}
-
-/// Two results of a band, one a device, and the samples.
-fn refuse_what_cannot_fit(
-    pixels: &Pixels,
-    n_samples: usize,
-    colors: Option<InColor>,
-) -> Result<()> {
-    let n_rays = u64::from(pixels.width) * u64::from(n_band_rows(pixels, colors));
-    let mut sample_bytes = SAMPLE_BYTES;
-    let mut bytes = 2 * hits_bytes(n_rays, WANTS);
-    if let Some(colors) = colors {
-        sample_bytes += COLOR_BYTES;
-        let color_bytes: usize = ENCODINGS.map(Encoding::pixel_bytes).iter().sum();
-        bytes = bytes.saturating_add(n_rays.saturating_mul(2 * color_bytes as u64));
-        let n_rays = n_rays.saturating_mul(colors.n_samples.of_pixel().into());
-        bytes = bytes.saturating_add(hits_bytes(n_rays, Wants::default()));
-    }
-    let samples = n_samples.min(pixels.len()) as u64 * sample_bytes;
-    let what = format!("comparing {n_rays} pixels at once");
-    memory::require(
-        what,
-        bytes.saturating_add(samples),
-        "verify a smaller --size, or fewer --samples",
-    )
 }
 
 impl Verified {

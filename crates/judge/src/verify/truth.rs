@@ -38,23 +38,20 @@ impl Truth {
         index: Vec<usize>,
         control: &Control,
     ) -> Result<Truth> {
-        Truth::found(scene, &ExactRays::of(pixels), index, control)
+        Truth::of_rays(scene, &Rays::Pixels(*pixels), index, control)
     }
 
-    /// The truth about all rays of a list; `control` counts each.
+    /// The truth about the rays with these indices; `control` counts each.
     ///
     /// # Errors
     /// [`Error::Interrupted`](kugelblitz::Error::Interrupted) when `control` was cancelled.
-    pub fn of_list(scene: &Scene, rays: &[WorldRay], control: &Control) -> Result<Truth> {
-        Truth::found(scene, &ExactRays::List(rays), (0..rays.len()).collect(), control)
-    }
-
-    fn found(
+    pub fn of_rays(
         scene: &Scene,
-        rays: &ExactRays,
+        rays: &Rays,
         index: Vec<usize>,
         control: &Control,
     ) -> Result<Truth> {
+        let rays = ExactRays::from(rays);
         Truth::new(index, control, |i| {
             let exact = rays.exact(i);
             TrueHit::of(scene, &exact, hit_of(scene, &exact, &rays.near(i)))
@@ -70,8 +67,7 @@ impl Truth {
     /// [`Error::Interrupted`](kugelblitz::Error::Interrupted) when `control` was cancelled.
     pub fn of_known(scene: &Scene, rays: &Rays, ids: &[u32], control: &Control) -> Result<Truth> {
         if ids.len() != rays.len() {
-            let message = format!("{} ids were given for {} rays", ids.len(), rays.len());
-            return wrong_usage(message);
+            return wrong_usage(format!("{} ids were given for {} rays", ids.len(), rays.len()));
         }
         let rays = ExactRays::from(rays);
         Truth::new((0..ids.len()).collect(), control, |i| {
@@ -105,17 +101,13 @@ pub(crate) enum ExactRays<'a> {
 impl<'a> From<&'a Rays> for ExactRays<'a> {
     fn from(rays: &'a Rays) -> ExactRays<'a> {
         match rays {
-            Rays::Pixels(pixels) => ExactRays::of(pixels),
+            Rays::Pixels(pixels) => ExactRays::Pixels(pixels, Box::new(ExactPixels::new(pixels))),
             Rays::List(rays) => ExactRays::List(rays),
         }
     }
 }
 
-impl<'a> ExactRays<'a> {
-    fn of(pixels: &'a Pixels) -> ExactRays<'a> {
-        ExactRays::Pixels(pixels, Box::new(ExactPixels::new(pixels)))
-    }
-
+impl ExactRays<'_> {
     /// The `i`-th, exactly.
     pub fn exact(&self, i: usize) -> ExactRay {
         match self {
