@@ -178,11 +178,11 @@ impl Allowed {
             let (key, value) = part.split_once('=').unwrap_or((part, ""));
             let (key, value) = (key.trim(), value.trim());
             let Some(at) = names.iter().position(|name| *name == key) else {
-                let near = did_you_mean_at_end(names, key);
-                let names = names.join(", ");
-                let message =
-                    format!("nothing that can be allowed is called “{key}”; give {names}{near}");
-                return wrong_usage(message);
+                return wrong_usage(format!(
+                    "nothing that can be allowed is called “{key}”; give {}{}",
+                    names.join(", "),
+                    did_you_mean_at_end(names, key)
+                ));
             };
             let values = keys[at].1;
             limits[at].1 = values.read(value).ok_or_else(|| {

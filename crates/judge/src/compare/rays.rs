@@ -286,6 +286,11 @@ impl ErrorStats {
             normal_degrees,
         }
     }
+
+    /// The spreads of `t` in f32 steps, of `t` relative to the exact one, and of angles.
+    pub fn spreads(&self) -> [Option<ErrorSpread>; 3] {
+        [self.t_ulp, self.t_relative, self.normal_degrees]
+    }
 }
 
 /// Errors of many rays in a few numbers. Infinite ones are those of results that are not finite.

@@ -4,8 +4,6 @@
 //! For the package amsmath: a paragraph and an `align*` an object. Letters that are not ASCII are
 //! written as they are, in UTF-8.
 
-use std::fmt::Write;
-
 use super::Explanation;
 use super::line::{Notation, latex_of};
 
@@ -19,40 +17,37 @@ pub fn math(explanation: &Explanation) -> String {
     written(explanation, paragraph_in_math)
 }
 
-/// How a subject and what is said of it become a paragraph at the end of a text.
-type Paragraph = fn(&str, &[String], &mut String);
-
-fn written(explanation: &Explanation, paragraph: Paragraph) -> String {
+/// The explanation with paragraphs of a subject and what is said of it.
+fn written(explanation: &Explanation, paragraph: fn(&str, Vec<String>) -> String) -> String {
     let objects = explanation.objects.iter().map(|object| object.section());
     let sections = [explanation.of_ray()].into_iter().chain(objects);
     let sections = sections.chain([explanation.of_point(explanation.digits)]);
     let mut text = String::new();
     for section in sections.chain(explanation.of_light()) {
-        let [subject, why] = [&section.subject, &section.why].map(|remarks| {
+        let [subject, why] = [section.subject, section.why].map(|remarks| {
             remarks.iter().map(|remark| remark.written(Notation::Latex)).collect::<Vec<_>>()
         });
-        paragraph(&subject.join(", "), &why, &mut text);
+        text += &paragraph(&subject.join(", "), why);
         if !section.lines.is_empty() {
-            align(&latex_of(section.lines), &mut text);
+            text += &align(&latex_of(section.lines));
         }
     }
     text
 }
 
 /// A subject in bold letters, and what is said of it.
-fn paragraph(subject: &str, why: &[String], text: &mut String) {
+fn paragraph(subject: &str, why: Vec<String>) -> String {
     let said = if why.is_empty() { String::new() } else { format!(": {}", why.join("; ")) };
-    let _ = writeln!(text, "\n\\noindent\\textbf{{{subject}}}{said}");
+    format!("\n\\noindent\\textbf{{{subject}}}{said}\n")
 }
 
 /// A paragraph that stands in math mode.
-fn paragraph_in_math(subject: &str, why: &[String], text: &mut String) {
+fn paragraph_in_math(subject: &str, why: Vec<String>) -> String {
     let mut rows = vec![format!("&\\textbf{{{subject}}}")];
     rows.extend(why.iter().map(|why| format!("&\\text{{{why}}}")));
-    align(&rows, text);
+    align(&rows)
 }
 
-fn align(rows: &[String], text: &mut String) {
-    let rows = rows.join(" \\\\\n");
-    let _ = writeln!(text, "\\begin{{align*}}\n{rows}\n\\end{{align*}}");
+fn align(rows: &[String]) -> String {
+    format!("\\begin{{align*}}\n{}\n\\end{{align*}}\n", rows.join(" \\\\\n"))
 }

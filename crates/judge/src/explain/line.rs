@@ -178,13 +178,13 @@ impl Derivation {
         Short::new(&step.value(), self.digits)
     }
 
-    fn tell(&mut self, letter: &'static str, value: &[Step], numbers: &[Short], is_joined: bool) {
-        let mut line = Line { is_joined, ..Line::of(letter, value.len() > 1) };
+    fn tell(&mut self, letter: &'static str, value: &[Step], numbers: &[Short]) {
+        let mut line = Line { is_joined: true, ..Line::of(letter, value.len() > 1) };
         line.push(|notation| {
             let texts = numbers.iter().map(|number| notation.number(&number.text));
             (notation.tuple(texts), numbers.iter().any(|number| number.rounded))
         });
-        step::tell(value, Some(letter));
+        step::tell(value, letter);
         self.lines.push(line);
     }
 
@@ -193,24 +193,23 @@ impl Derivation {
         &mut self,
         letter: &'static str,
         numbers: [f64; N],
-        is_joined: bool,
     ) -> [Step; N] {
         let steps = numbers.map(|x| step::of_scene(letter, x));
-        self.tell(letter, &steps, &numbers.map(Short::given), is_joined);
+        self.tell(letter, &steps, &numbers.map(Short::given));
         steps
     }
 
     /// A line with nothing but a number, or three, that come from elsewhere.
-    pub fn given(&mut self, letter: &'static str, value: &[Step], is_joined: bool) {
+    pub fn given(&mut self, letter: &'static str, value: &[Step]) {
         let numbers: Vec<Short> = value.iter().map(|&step| self.short(step)).collect();
-        self.tell(letter, value, &numbers, is_joined);
+        self.tell(letter, value, &numbers);
     }
 
     /// A line with the formula of a number or vector; without a letter, the formula stands for itself.
     pub fn line(&mut self, letter: &'static str, value: &[Step], shown: LineDetail) {
         let mut line = Line::of(letter, value.len() > 1);
         line.push_expression(value, None);
-        self.end(line, (!letter.is_empty()).then_some(letter), value, shown);
+        self.end(line, letter, value, shown);
     }
 
     /// A line with a formula in words.
@@ -219,7 +218,7 @@ impl Derivation {
         for words in [name, formula] {
             line.push(|notation| (words[notation as usize].to_owned(), false));
         }
-        self.end(line, None, &[value], LineDetail::Numbers);
+        self.end(line, "", &[value], LineDetail::Numbers);
     }
 
     /// The line with the formula of two roots, and theirs.
@@ -227,12 +226,12 @@ impl Derivation {
         let mut line = Line::of("t", false);
         line.push_expression(&[near], None);
         if near.value() == far.value() {
-            return self.end(line, None, &[near], LineDetail::Numbers);
+            return self.end(line, "", &[near], LineDetail::Numbers);
         }
         self.calculate(&mut line, &[near], &[near, far], LineDetail::Numbers);
         self.lines.push(line);
-        self.given("t₁", &[near], true);
-        self.given("t₂", &[far], true);
+        self.given("t₁", &[near]);
+        self.given("t₂", &[far]);
     }
 
     /// Says in LaTeX what the sign of the last result is.
@@ -248,13 +247,7 @@ impl Derivation {
     }
 
     /// Ends a line with the expressions of `value` and its result, which is told.
-    fn end(
-        &mut self,
-        mut line: Line,
-        letter: Option<&'static str>,
-        value: &[Step],
-        shown: LineDetail,
-    ) {
+    fn end(&mut self, mut line: Line, letter: &'static str, value: &[Step], shown: LineDetail) {
         self.calculate(&mut line, value, value, shown);
         step::tell(value, letter);
         line.push_expression(value, Some(Rounding { digits: self.digits, addends: &[] }));

@@ -18,7 +18,6 @@ mod words;
 
 use std::sync::Arc;
 
-use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -243,8 +242,7 @@ const SHOWN_BYTES: u64 = 24 << 10;
 pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<Explanation> {
     let &ExplainStyle { limit, lang, digits } = style;
     if !(1..=MAX_DIGITS).contains(&digits) {
-        let message = format!("{digits} digits: a result has from 1 to {MAX_DIGITS}");
-        return wrong_usage(message);
+        return wrong_usage(format!("{digits} digits: a result has from 1 to {MAX_DIGITS}"));
     }
     let mut numbers = RayNumbers::new(scene, rays, style)?;
     let n_objects = scene.n_objects();
@@ -269,6 +267,7 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<
         Rays::List(_) => None,
     };
     let (ray, ray_lines) = numbers.ray();
+    let (of_point, point) = numbers.point().unzip();
     let mut explanation = Explanation {
         lang,
         digits,
@@ -279,25 +278,14 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<
         n_objects,
         left_out,
         winner: winner(&numbers),
-        point: None,
-        shading: None,
+        point: of_point,
+        shading: numbers.shading(point.as_ref()),
         level: "f32",
         seen: Vec::new(),
     };
-    let lighting = shading::lighting(scene, rays);
-    for kernel in Kernel::ALL {
-        let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
-        numbers.add(&prepared, lighting.as_ref());
-        let wants = Wants { surface: true, level: true };
-        let mut tracer = Tracer::on_cpu(prepared, wants);
-        let level = explanation.add_seen(scene, rays, kernel, "cpu", &mut tracer)?;
-        if kernel == Kernel::Certified {
-            explanation.level = level;
-        }
-    }
-    let (of_point, point) = numbers.point().unzip();
-    explanation.shading = numbers.shading(lighting.as_ref(), point.as_ref());
-    explanation.point = of_point;
+    explanation.add(scene, rays, "cpu", |prepared, wants| {
+        Ok(Some(Tracer::on_cpu(Arc::clone(prepared), wants)))
+    })?;
     Ok(explanation)
 }
 
@@ -311,42 +299,43 @@ impl Explanation {
         &mut self,
         scene: &Arc<Scene>,
         rays: &Rays,
+        make: impl FnMut(&Arc<Prepared>, Wants) -> Result<Option<Tracer>>,
+    ) -> Result<()> {
+        self.add(scene, rays, "gpu", make)
+    }
+
+    /// Adds what the CPU or another device sees, and the CPU's level.
+    fn add(
+        &mut self,
+        scene: &Arc<Scene>,
+        rays: &Rays,
+        device: &'static str,
         mut make: impl FnMut(&Arc<Prepared>, Wants) -> Result<Option<Tracer>>,
     ) -> Result<()> {
         for kernel in Kernel::ALL {
             let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
-            if let Some(mut tracer) = make(&prepared, Wants { surface: true, level: false })? {
-                self.add_seen(scene, rays, kernel, "gpu", &mut tracer)?;
+            let wants = Wants { surface: true, level: device == "cpu" };
+            let Some(mut tracer) = make(&prepared, wants)? else { continue };
+            let mut hits = Hits::default();
+            tracer.trace(rays, &Control::default(), &mut hits)?;
+            if let (Kernel::Certified, Some(&level)) = (kernel, hits.level.first()) {
+                self.level = ["f32", "f64", "exact"][usize::from(level).min(Level::Exact as usize)];
             }
+            let (id, t) = (hits.id[0], hits.t[0]);
+            let right = id == self.winner.as_ref().map_or(0, |winner| winner.id);
+            let exact = self.winner.as_ref().filter(|_| right).map(|winner| &winner.root);
+            self.seen.push(KernelResult {
+                kernel: kernel.name(),
+                device,
+                id,
+                label: label_in(self.lang.words(), scene, id),
+                t,
+                normal: hits.normal[0],
+                right,
+                t_error_ulp: exact.map(|exact| error_ulp(t.into(), exact, Precision::Single)),
+            });
         }
         Ok(())
-    }
-
-    fn add_seen(
-        &mut self,
-        scene: &Scene,
-        rays: &Rays,
-        kernel: Kernel,
-        device: &'static str,
-        tracer: &mut Tracer,
-    ) -> Result<&'static str> {
-        let mut hits = Hits::default();
-        tracer.trace(rays, &Control::default(), &mut hits)?;
-        let (id, t, normal) = (hits.id[0], hits.t[0], hits.normal[0]);
-        let right = id == self.winner.as_ref().map_or(0, |winner| winner.id);
-        let exact = self.winner.as_ref().filter(|_| right).map(|winner| &winner.root);
-        self.seen.push(KernelResult {
-            kernel: kernel.name(),
-            device,
-            id,
-            label: label_in(self.lang.words(), scene, id),
-            t,
-            normal,
-            right,
-            t_error_ulp: exact.map(|exact| error_ulp(t.into(), exact, Precision::Single)),
-        });
-        let level = hits.level.first().map_or(0, |&level| usize::from(level));
-        Ok(["f32", "f64", "exact"][level.min(Level::Exact as usize)])
     }
 }
 
@@ -411,7 +400,7 @@ fn ranked(numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, LeftOut) {
         let root = numbers.root(object);
         let key = match &root {
             Some(root) => root.to_f64(),
-            None => gap(numbers.origin, numbers.direction, object).0,
+            None => numbers.gap(object).0,
         };
         Some(Rank { id, root: root.map(Box::new), key })
     };
@@ -452,22 +441,4 @@ fn left_out(numbers: &RayNumbers, ranks: &[Rank]) -> LeftOut {
     };
     let behind = ranks.par_iter().filter(is_behind).count();
     LeftOut { hit, behind, missed: ranks.len() - hit - behind }
-}
-
-/// How far the half line passes from a surface that it misses, and whether its origin is as near as any
-/// point of it; only for order and for the eye.
-fn gap(origin: DVec3, direction: DVec3, object: Object) -> (f64, bool) {
-    let (gap, is_at_origin) = match object {
-        Object::Sphere(sphere) => {
-            let l = sphere.center - origin;
-            let s = direction.dot(l) / direction.length_squared();
-            let nearest = if s > 0.0 { l - direction * s } else { l };
-            (nearest.length() - sphere.radius, s <= 0.0)
-        }
-        Object::Plane(plane) => {
-            let distance = (plane.point - origin).dot(plane.normal) / plane.normal.length();
-            (distance.abs(), true)
-        }
-    };
-    (gap.max(0.0), is_at_origin)
 }

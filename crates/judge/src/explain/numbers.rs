@@ -48,9 +48,9 @@ pub struct Exact {
     pub(super) root: Root,
 }
 
-impl From<&Root> for Exact {
-    fn from(root: &Root) -> Exact {
-        Exact { decimal: root.to_decimal(DIGITS), signum: root.signum(), root: root.clone() }
+impl From<Root> for Exact {
+    fn from(root: Root) -> Exact {
+        Exact { decimal: root.to_decimal(DIGITS), signum: root.signum(), root }
     }
 }
 
@@ -142,32 +142,33 @@ impl FormulaNumber {
 }
 
 /// The numbers of a row, in the order of its columns: `None` for no such number in this column, `Some(None)` for no root.
-#[derive(Clone, Copy)]
-pub struct Columns(pub [Option<Option<f64>>; 3]);
+pub type Columns = [Option<Option<f64>>; 3];
 
-impl Columns {
-    /// A number in every column.
-    pub fn all(lecture: f32, stable: f64, double: f64) -> Columns {
-        Columns([f64::from(lecture), stable, double].map(|x| Some(Some(x))))
-    }
+/// A number in every column.
+pub fn in_all(lecture: f32, stable: f64, double: f64) -> Columns {
+    [f64::from(lecture), stable, double].map(|x| Some(Some(x)))
+}
 
-    /// The row, with errors against the exact number.
-    pub fn against(self, symbol: &'static str, exact: Option<&Root>) -> FormulaNumber {
-        let entry = |column: usize| {
-            let precision = if column == 2 { Precision::Double } else { Precision::Single };
-            let value = self.0[column]?;
-            let both = value.zip(exact);
-            Some(Approximation {
-                value,
-                error_ulp: both.map(|(x, exact)| error_ulp(x, exact, precision)),
-                wrong_sign: both.is_some_and(|(x, exact)| {
-                    i32::from(x > 0.0) - i32::from(x < 0.0) != exact.signum()
-                }),
-            })
-        };
-        let [lecture, stable, f64] = [0, 1, 2].map(entry);
-        FormulaNumber { symbol, lecture, stable, f64, exact: exact.map(Exact::from) }
-    }
+/// A row, with errors against the exact number.
+pub fn row(
+    symbol: &'static str,
+    columns: Columns,
+    exact: impl Into<Option<Root>>,
+) -> FormulaNumber {
+    let exact = exact.into().map(Exact::from);
+    let precisions = [Precision::Single, Precision::Single, Precision::Double];
+    let entry = |column: usize| {
+        let value = columns[column]?;
+        let both = value.zip(exact.as_ref());
+        Some(Approximation {
+            value,
+            error_ulp: both.map(|(x, exact)| error_ulp(x, &exact.root, precisions[column])),
+            wrong_sign: both
+                .is_some_and(|(x, exact)| i32::from(x > 0.0) - i32::from(x < 0.0) != exact.signum),
+        })
+    };
+    let [lecture, stable, f64] = [0, 1, 2].map(entry);
+    FormulaNumber { symbol, lecture, stable, f64, exact }
 }
 
 /// The rows of a vector, each against the exact component.
@@ -176,7 +177,7 @@ pub fn rows_of_vector(
     exact: V3<Step>,
     columns: impl Fn(usize) -> Columns,
 ) -> [FormulaNumber; 3] {
-    [0, 1, 2].map(|axis| columns(axis).against(symbols[axis], Some(&exact.0[axis].value())))
+    [0, 1, 2].map(|axis| row(symbols[axis], columns(axis), exact.0[axis].value()))
 }
 
 /// The shortest decimal that gives this f32 back. A number beyond f32's range, which stands for

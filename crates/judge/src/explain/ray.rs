@@ -3,24 +3,26 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use kugelblitz::exact::{ExactHit, ExactRay, Root, Shape, visible_root};
-use kugelblitz::kernel::lecture::{self, quadratic, quadratic_roots};
+use kugelblitz::Result;
+use kugelblitz::exact::{Dyadic, ExactHit, ExactRay, Root, Shape, visible_root};
+use kugelblitz::kernel::lecture::{plane_quotient, quadratic, quadratic_roots};
 use kugelblitz::kernel::plain::{PlainRay, PlainRays};
 use kugelblitz::kernel::relative::{PlaneStable, SphereStable, approach, half_root, roots_stable};
 use kugelblitz::num::{self, Float, Real, V3};
-use kugelblitz::prepare::{Lists, ObjectRecords, Prepared, exponent_of};
+use kugelblitz::prepare::{Prepared, exponent_of};
 use kugelblitz::scene::{Object, Plane, Scene, Sphere};
-use kugelblitz::shade::PlainPoint;
+use kugelblitz::shade::{Lighting, PlainPoint};
 use kugelblitz::trace::{Kernel, Rays, WorldRay};
-use kugelblitz::{Error, Result};
 
 use super::line::LineDetail::{Addends, Numbers};
 use super::line::{Derivation, Line};
-use super::numbers::{Columns, FormulaNumber, rows_of_vector, scaled};
+use super::numbers::{FormulaNumber, in_all, row, rows_of_vector, scaled};
+use super::shading::lighting;
 use super::step::{Step, vector};
 use super::words::Words;
-use super::{ExplainStyle, ObjectExplanation, Rank, Reason, gap, label_in};
+use super::{ExplainStyle, ObjectExplanation, Rank, Reason, label_in};
 use crate::verify::{ExactRays, Near, is_clearly_missed};
+use crate::wrong_usage;
 
 /// All that is known of a ray.
 pub struct RayNumbers<'a> {
@@ -32,17 +34,20 @@ pub struct RayNumbers<'a> {
     /// The ray in f64, from the camera's position or from its own origin.
     pub near: Near,
     lecture: num::Ray<f32>,
+    double: num::Ray<f64>,
     stable: PlainRay<f32>,
     /// `direction = 2^exponent · stable.direction`.
     exponent: i32,
     pub words: &'static Words,
     pub digits: usize,
-    lecture_objects: Lists<lecture::SphereLecture, lecture::PlaneLecture>,
-    stable_objects: Lists<SphereStable, PlaneStable>,
     /// What the ray sees, exactly.
     pub hit: Option<ExactHit>,
-    /// What the kernels `lecture`, `stable` and `double` make of the light; none where one sees another object.
-    pub plain: [Option<PlainPoint>; 3],
+    /// All that lights the scene; `None` where a pixel shows the colour of its object.
+    pub lighting: Option<Lighting>,
+    /// What the kernels `lecture`, `stable` and `double` make of the light, whatever they see.
+    plain: [Option<PlainPoint>; 3],
+    /// What the numbers of `stable` are relative to.
+    reference_of_stable: DVec3,
     /// What the points of `double` are relative to.
     pub reference: DVec3,
 }
@@ -50,22 +55,22 @@ pub struct RayNumbers<'a> {
 impl<'a> RayNumbers<'a> {
     /// The numbers of the one ray, without what it sees.
     pub fn new(scene: &'a Arc<Scene>, rays: &'a Rays, style: &ExplainStyle) -> Result<Self> {
-        let one = || Error::Usage("one ray is explained at a time".into());
         let (WorldRay { origin, direction }, exponent) = match rays {
-            _ if rays.len() != 1 => return Err(one()),
+            _ if rays.len() != 1 => return wrong_usage("one ray is explained at a time"),
             Rays::Pixels(p) => (p.ray(p.x, p.y), 0),
             Rays::List(rays) => (rays[0], exponent_of(rays[0].direction)),
         };
         let of_kernel = |kernel| Prepared::new(Arc::clone(scene), kernel, rays);
-        let (on_lecture, on_stable) = (of_kernel(Kernel::Lecture)?, of_kernel(Kernel::Stable)?);
+        let on_lecture = of_kernel(Kernel::Lecture)?;
+        let on_stable = of_kernel(Kernel::Stable)?;
+        let on_double = of_kernel(Kernel::Double)?;
+        let lighting = lighting(scene, rays);
+        let none = Lighting { lamps: Vec::new(), ambient: [0.0; 3], n_shares: 1 };
+        let plain = [&on_lecture, &on_stable, &on_double]
+            .map(|prepared| PlainPoint::new(prepared, rays, lighting.as_ref().unwrap_or(&none)));
         let of_kernel = |prepared: &Prepared| PlainRays::new(prepared.coordinates(), rays).one(0);
         let (lecture, stable) = (of_kernel(&on_lecture).ray, of_kernel(&on_stable));
         let exactly = ExactRays::from(rays);
-        let (ObjectRecords::Lecture(lecture_objects), ObjectRecords::Stable(stable_objects)) =
-            (on_lecture.objects, on_stable.objects)
-        else {
-            return Err(one());
-        };
         Ok(RayNumbers {
             scene,
             rays,
@@ -74,16 +79,23 @@ impl<'a> RayNumbers<'a> {
             direction,
             near: exactly.near(0),
             lecture,
+            double: num::Ray::new(V3::near(origin), V3::near(direction)),
             stable,
             exponent,
             words: style.lang.words(),
             digits: style.digits,
-            lecture_objects,
-            stable_objects,
             hit: None,
-            plain: [None, None, None],
-            reference: DVec3::ZERO,
+            lighting,
+            plain,
+            reference_of_stable: on_stable.reference,
+            reference: on_double.reference,
         })
+    }
+
+    /// What the kernels `lecture`, `stable` and `double` make of the light; none where one sees another object.
+    pub fn plain(&self) -> [Option<&PlainPoint>; 3] {
+        let right = self.hit.as_ref().map(|hit| hit.id);
+        self.plain.each_ref().map(|plain| plain.as_ref().filter(|plain| Some(plain.id) == right))
     }
 
     /// `sphere 3 (red giant)`
@@ -99,29 +111,46 @@ impl<'a> RayNumbers<'a> {
         visible_root(&self.exact, &Shape::from(object)).map(|(root, _)| root)
     }
 
-    /// `o` and `d`, exactly.
-    pub fn told(&self) -> [V3<Step>; 2] {
+    /// How far the half line passes from a surface that it misses, and whether its origin is as near as any
+    /// point of it; only for order and for the eye.
+    pub fn gap(&self, object: Object) -> (f64, bool) {
+        let (gap, is_at_origin) = match object {
+            Object::Sphere(sphere) => {
+                let l = sphere.center - self.origin;
+                let s = self.direction.dot(l) / self.direction.length_squared();
+                let nearest = if s > 0.0 { l - self.direction * s } else { l };
+                (nearest.length() - sphere.radius, s <= 0.0)
+            }
+            Object::Plane(plane) => {
+                let distance = (plane.point - self.origin).dot(plane.normal);
+                ((distance / plane.normal.length()).abs(), true)
+            }
+        };
+        (gap.max(0.0), is_at_origin)
+    }
+
+    /// Begins a derivation from `o` and `d`, exactly.
+    pub fn derivation(&self) -> (Derivation, [V3<Step>; 2]) {
+        let told = Derivation::new(self.digits);
         let (s, f) = (self.exact.world_scale(), self.exact.direction_scale());
-        [("o", self.exact.origin(), s), ("d", self.exact.direction(), f)].map(|(name, v, scale)| {
+        let of = |name, v: &[Dyadic; 3], scale| {
             vector(name, v.each_ref().map(|x| Root::ratio(x.clone(), scale)))
-        })
+        };
+        (told, [of("o", self.exact.origin(), s), of("d", self.exact.direction(), f)])
     }
 
     /// Where the ray begins and goes.
     pub fn ray(&self) -> (Vec<FormulaNumber>, Vec<Line>) {
-        let mut told = Derivation::new(self.digits);
-        let [o, d] = self.told();
-        told.given("o", &o.0, false);
-        told.given("d", &d.0, true);
+        let (mut told, [o, d]) = self.derivation();
+        told.given("o", &o.0);
+        told.given("d", &d.0);
         let num::Ray { origin, direction, .. } = self.lecture;
         let origins = rows_of_vector(["o.x", "o.y", "o.z"], o, |axis| {
-            Columns(
-                [Some(origin.0[axis].into()), None, Some(self.origin[axis])].map(|x| x.map(Some)),
-            )
+            [Some(Some(origin.0[axis].into())), None, Some(Some(self.origin[axis]))]
         });
         let directions = rows_of_vector(["d.x", "d.y", "d.z"], d, |axis| {
             let stable = scaled(self.stable.ray.direction.0[axis], self.exponent);
-            Columns::all(direction.0[axis], stable, self.direction[axis])
+            in_all(direction.0[axis], stable, self.direction[axis])
         });
         ([origins, directions].concat(), told.lines)
     }
@@ -129,13 +158,12 @@ impl<'a> RayNumbers<'a> {
     /// How the ray meets an object.
     pub fn object(&self, rank: &Rank) -> Option<ObjectExplanation> {
         let id = rank.id;
-        let index = id as usize - 1;
         let object = self.scene.object(id)?;
         let (shape, (lines, quantities)) = match object {
-            Object::Sphere(sphere) => ("sphere", self.sphere(sphere, index)?),
-            Object::Plane(plane) => ("plane", self.plane(plane, index - self.scene.spheres.len())?),
+            Object::Sphere(sphere) => ("sphere", self.sphere(sphere)),
+            Object::Plane(plane) => ("plane", self.plane(plane)),
         };
-        let (gap, is_at_origin) = gap(self.origin, self.direction, object);
+        let (gap, is_at_origin) = self.gap(object);
         let mut explanation = ObjectExplanation {
             id,
             label: self.label(id),
@@ -151,11 +179,10 @@ impl<'a> RayNumbers<'a> {
         Some(explanation)
     }
 
-    fn sphere(&self, sphere: &Sphere, index: usize) -> Option<(Vec<Line>, Vec<FormulaNumber>)> {
-        let mut told = Derivation::new(self.digits);
-        let [o, d] = self.told();
-        let c = V3(told.of_scene("c", sphere.center.to_array(), false));
-        let [r] = told.of_scene("r", [sphere.radius], true);
+    fn sphere(&self, sphere: &Sphere) -> (Vec<Line>, Vec<FormulaNumber>) {
+        let (mut told, [o, d]) = self.derivation();
+        let c = V3(told.of_scene("c", sphere.center.to_array()));
+        let [r] = told.of_scene("r", [sphere.radius]);
         let exact = quadratic(o, d, c, r);
         told.line("", &(o - c).0, Numbers);
         told.line("a", &[exact.a], Numbers);
@@ -170,14 +197,8 @@ impl<'a> RayNumbers<'a> {
             told.roots(roots);
         }
 
-        let of_lecture = self.lecture_objects.spheres.get(index)?;
-        let num::Ray { origin, direction, .. } = self.lecture;
-        let single = solved(origin, direction, V3(of_lecture.center), of_lecture.radius);
-        let [origin, direction, center] =
-            [self.origin, self.direction, sphere.center].map(V3::<f64>::near);
-        let double = solved(origin, direction, center, sphere.radius);
-
-        let of_stable = self.stable_objects.spheres.get(index)?;
+        let (single, double) = (solved(&self.lecture, sphere), solved(&self.double, sphere));
+        let of_stable = SphereStable::new(sphere, self.reference_of_stable);
         let l = of_stable.offset(&self.stable);
         let k = of_stable.k(&self.stable, l);
         let (ray, e) = (&self.stable.ray, self.exponent);
@@ -188,7 +209,7 @@ impl<'a> RayNumbers<'a> {
 
         let row = |symbol, lecture: Option<usize>, stable, exact: Option<Step>| {
             let [single, double] = [single, double].map(|numbers| lecture.map(|i| numbers[i]));
-            Columns([single, stable, double]).against(symbol, exact.map(Step::value).as_ref())
+            row(symbol, [single, stable, double], exact.map(Step::value))
         };
         let (lit, discriminant) = (<Step as Real>::lit, exact.discriminant);
         let delta = is_line.then(|| discriminant / (lit(4.0) * exact.a));
@@ -203,7 +224,7 @@ impl<'a> RayNumbers<'a> {
             row("t₁", Some(4), Some(stable.map(|t| t[0])), roots.map(|roots| roots[0])),
             row("t₂", Some(5), Some(stable.map(|t| t[1])), roots.map(|roots| roots[1])),
         ];
-        Some((told.lines, quantities))
+        (told.lines, quantities)
     }
 
     /// A `t` of the kernel `stable`, as it reports it.
@@ -211,12 +232,11 @@ impl<'a> RayNumbers<'a> {
         f64::from(scaled(t, -self.exponent) as f32)
     }
 
-    fn plane(&self, plane: &Plane, index: usize) -> Option<(Vec<Line>, Vec<FormulaNumber>)> {
-        let mut told = Derivation::new(self.digits);
-        let [o, d] = self.told();
-        let a = V3(told.of_scene("a", plane.point.to_array(), false));
-        let n = V3(told.of_scene("n", plane.normal.to_array(), true));
-        let exact = lecture::plane_quotient(o, d, a, n);
+    fn plane(&self, plane: &Plane) -> (Vec<Line>, Vec<FormulaNumber>) {
+        let (mut told, [o, d]) = self.derivation();
+        let a = V3(told.of_scene("a", plane.point.to_array()));
+        let n = V3(told.of_scene("n", plane.normal.to_array()));
+        let exact = plane_quotient(o, d, a, n);
         told.line("", &(a - o).0, Numbers);
         told.line("", &exact[..1], Addends);
         told.line("", &exact[1..], Addends);
@@ -225,64 +245,54 @@ impl<'a> RayNumbers<'a> {
             told.line("t", &[root], Numbers);
         }
 
-        let of_lecture = self.lecture_objects.planes.get(index)?;
-        let num::Ray { origin, direction, .. } = self.lecture;
-        let (point, normal) = (V3(of_lecture.point), V3(of_lecture.normal));
-        let single = lecture::plane_quotient(origin, direction, point, normal);
-        let [origin, direction, point, normal] =
-            [self.origin, self.direction, plane.point, plane.normal].map(V3::<f64>::near);
-        let double = lecture::plane_quotient(origin, direction, point, normal);
-        let of_stable = self.stable_objects.planes.get(index)?;
+        let (single, double) = (divided(&self.lecture, plane), divided(&self.double, plane));
+        let of_stable = PlaneStable::new(plane, self.reference_of_stable);
         let slope = self.stable.ray.direction.dot(V3(of_stable.normal));
         let stable = [of_stable.n_offset(&self.stable), slope];
         let (e, of_normal) = (self.exponent, exponent_of(plane.normal));
-        let row = |i: usize, exponent, symbol| {
-            Columns::all(single[i], scaled(stable[i], exponent), double[i])
-                .against(symbol, Some(&exact[i].value()))
+        let component = |i: usize, exponent, symbol| {
+            let columns = in_all(single[i], scaled(stable[i], exponent), double[i]);
+            row(symbol, columns, exact[i].value())
         };
         let t_of_stable = self.t_of_stable(stable[0] / stable[1]);
-        let Columns(t) = Columns::all(single[0] / single[1], t_of_stable, double[0] / double[1]);
+        let t = in_all(single[0] / single[1], t_of_stable, double[0] / double[1]);
         // A quotient by 0 is an infinity or NaN: no root.
-        let t = Columns(t.map(|t| t.map(|t| t.filter(|t| t.is_finite()))));
+        let t = t.map(|t| t.map(|t| t.filter(|t| t.is_finite())));
         let quantities = vec![
-            row(0, of_normal, "(a−o)·n"),
-            row(1, of_normal + e, "d·n"),
-            t.against("t", root.map(Step::value).as_ref()),
+            component(0, of_normal, "(a−o)·n"),
+            component(1, of_normal + e, "d·n"),
+            row("t", t, root.map(Step::value)),
         ];
-        Some((told.lines, quantities))
+        (told.lines, quantities)
     }
 
     /// `f(p)` of the object that a kernel sees, in its arithmetic: that of `lecture`, `stable` or `double`,
     /// in this order.
     pub fn residual(&self, kernel: usize, seen: &PlainPoint) -> Option<f64> {
-        let index = seen.id.checked_sub(1)? as usize;
         let (p, way) = (V3(seen.at.map(|x| x as f32)), self.direction * seen.t);
         let (ray, way_of_stable) = (&self.stable, self.stable.ray.direction * seen.t as f32);
         let of_kernels = match self.scene.object(seen.id)? {
             Object::Sphere(sphere) => {
-                let lecture = self.lecture_objects.spheres.get(index)?;
-                let stable = self.stable_objects.spheres.get(index)?;
+                let stable = SphereStable::new(sphere, self.reference_of_stable);
                 let way = V3::near((self.origin - sphere.center) + way);
                 [
-                    off_sphere(p - V3(lecture.center), lecture.radius).into(),
+                    off_sphere(p - V3::near(sphere.center), sphere.radius as f32).into(),
                     off_sphere(way_of_stable - stable.offset(ray), stable.radius).into(),
                     off_sphere(way, sphere.radius),
                 ]
             }
             Object::Plane(plane) => {
-                let index = index - self.scene.spheres.len();
-                let lecture = self.lecture_objects.planes.get(index)?;
-                let stable = self.stable_objects.planes.get(index)?;
+                let stable = PlaneStable::new(plane, self.reference_of_stable);
                 let along = way_of_stable.dot(V3(stable.normal)) - stable.n_offset(ray);
                 let way = V3::<f64>::near((self.origin - plane.point) + way);
                 [
-                    (p - V3(lecture.point)).dot(V3(lecture.normal)).into(),
+                    (p - V3::near(plane.point)).dot(V3::near(plane.normal)).into(),
                     scaled(along, exponent_of(plane.normal)),
                     way.dot(V3::near(plane.normal)),
                 ]
             }
         };
-        of_kernels.get(kernel).copied()
+        Some(of_kernels[kernel])
     }
 }
 
@@ -292,11 +302,18 @@ pub fn off_sphere<R: Real>(v: V3<R>, r: R) -> R {
 }
 
 /// `a`, `b`, `k` and `D` of the lecture's equation, and the roots where it has some, in an arithmetic.
-fn solved<F: Float>(o: V3<F>, d: V3<F>, c: V3<F>, r: F) -> [Option<f64>; 6] {
-    let found = quadratic(o, d, c, r);
+fn solved<F: Float>(ray: &num::Ray<F>, sphere: &Sphere) -> [Option<f64>; 6] {
+    let (center, radius) = (V3::near(sphere.center), F::near(sphere.radius));
+    let found = quadratic(ray.origin, ray.direction, center, radius);
     let is_met = found.discriminant.to_f64() >= 0.0;
     let [near, far] = quadratic_roots(found);
     let of = |number: F| Some(number.to_f64());
     let root = |root: F| of(root).filter(|_| is_met);
     [of(found.a), of(found.b), of(found.k), of(found.discriminant), root(near), root(far)]
+}
+
+/// `(a − o)·n` and `d·n` in an arithmetic.
+fn divided<F: Float>(ray: &num::Ray<F>, plane: &Plane) -> [F; 2] {
+    let [point, normal] = [plane.point, plane.normal].map(V3::near);
+    plane_quotient(ray.origin, ray.direction, point, normal)
 }

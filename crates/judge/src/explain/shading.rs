@@ -1,10 +1,8 @@
 //! [`Shading`]: light and colour in f32, in f64 and exactly.
 
 use glam::DVec3;
-use kugelblitz::exact::{ExactBeam, ExactPixels, Root, Shape, Side, integer, real};
-use kugelblitz::kernel::Kernel;
+use kugelblitz::exact::{ExactPixels, Root, Shape, Side, integer, real};
 use kugelblitz::num::{Real as _, V3};
-use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, Rays, View};
 use kugelblitz::scene::{Camera, Edges, Light, Scene, Source};
 use kugelblitz::shade::{ExactMean, Lamp, LampOrigin, Lighting, PlainPoint, PlainWay};
@@ -16,7 +14,9 @@ use super::light::{
 };
 use super::line::Derivation;
 use super::line::LineDetail::{self, Numbers};
-use super::numbers::{COLUMNS, Columns, Exact, Short, decimal_f64, enclosed, rows_of_vector, zero};
+use super::numbers::{
+    COLUMNS, Columns, Exact, Short, decimal_f64, enclosed, row, rows_of_vector, zero,
+};
 use super::ray::{RayNumbers, off_sphere};
 use super::step::{self, number, of_scene, vector, vector_of_scene};
 use super::words::Remark;
@@ -46,25 +46,9 @@ pub(super) struct Point {
 }
 
 impl RayNumbers<'_> {
-    /// Adds the numbers of a kernel without a proof that sees the right object.
-    pub fn add(&mut self, prepared: &Prepared, lighting: Option<&Lighting>) {
-        let column = match prepared.kernel {
-            Kernel::Lecture => 0,
-            Kernel::Stable => 1,
-            Kernel::Double => 2,
-            Kernel::Certified => return,
-        };
-        if prepared.kernel == Kernel::Double {
-            self.reference = prepared.reference;
-        }
-        let right = self.hit.as_ref().map(|hit| hit.id);
-        let none = Lighting { lamps: Vec::new(), ambient: [0.0; 3], n_shares: 1 };
-        let plain = PlainPoint::new(prepared, self.rays, lighting.unwrap_or(&none));
-        self.plain[column] = plain.filter(|plain| Some(plain.id) == right);
-    }
-
     /// The light on the point that is seen; `None` for a scene without light and pixels of one sample.
-    pub fn shading(&self, lighting: Option<&Lighting>, point: Option<&Point>) -> Option<Shading> {
+    pub fn shading(&self, point: Option<&Point>) -> Option<Shading> {
+        let lighting = self.lighting.as_ref();
         let samples = match self.rays {
             Rays::Pixels(pixels) => Some((pixels, self.scene.samples.unwrap_or_default().across())),
             Rays::List(_) => None,
@@ -75,7 +59,7 @@ impl RayNumbers<'_> {
         }
         let mean = samples.map(|(pixels, samples)| MeanExplanation {
             samples,
-            color: self.mean(lighting, pixels, samples),
+            color: self.mean(pixels, samples),
         });
         let id = self.hit.as_ref().map_or(0, |hit| hit.id);
         let exact = exact_mean(self.scene, lighting, [(id, point.map(|point| &point.lit))]);
@@ -111,16 +95,16 @@ impl RayNumbers<'_> {
 
     /// A number in each arithmetic; `None` where the kernel sees another object.
     fn columns<T: Into<Option<f64>>>(&self, of: impl Fn(usize, &PlainPoint) -> T) -> Columns {
-        let column = |kernel: usize| Some(of(kernel, self.plain[kernel].as_ref()?).into());
-        Columns(std::array::from_fn(column))
+        let plain = self.plain();
+        [0, 1, 2].map(|kernel| Some(of(kernel, plain[kernel]?).into()))
     }
 
     /// The point that the ray sees, what the formulas say of it, and itself.
     pub fn point(&self) -> Option<(PointExplanation, Point)> {
         let hit = self.hit.as_ref()?;
         let lit = LitPoint::new(self.scene, &self.exact, hit, &self.near)?;
-        let mut told = Derivation::new(self.digits);
-        let ([o, d], t) = (self.told(), number("t", hit.root.clone()));
+        let (mut told, [o, d]) = self.derivation();
+        let t = number("t", hit.root.clone());
         let p = o + V3([t; 3]).times(d);
         told.line("p", &p.0, Numbers);
         let (letter, off, outward) = match lit.shape {
@@ -133,7 +117,7 @@ impl RayNumbers<'_> {
                 let (a, n) = (vector_of_scene("a", point), vector_of_scene("n", normal));
                 told.line("", &(p - a).0, Numbers);
                 let length = n.dot(n).sqrt();
-                step::tell(&[length], None);
+                step::tell(&[length], "");
                 ("", (p - a).dot(n), n / length)
             }
         };
@@ -144,11 +128,11 @@ impl RayNumbers<'_> {
         let mut quantities = Vec::from(rows_of_vector(["p.x", "p.y", "p.z"], p, |axis| {
             let origin = |kernel| if kernel == 2 { self.reference[axis] } else { 0.0 };
             let world = |kernel, plain: &PlainPoint| origin(kernel) + plain.at[axis];
-            let Columns([lecture, _, double]) = self.columns(world);
-            Columns([lecture, None, double])
+            let [lecture, _, double] = self.columns(world);
+            [lecture, None, double]
         }));
         let residual = self.columns(|kernel, plain| self.residual(kernel, plain));
-        quantities.push(residual.against("f(p)", Some(&off.value())));
+        quantities.push(row("f(p)", residual, off.value()));
         quantities.extend(rows_of_vector(["n.x", "n.y", "n.z"], normal, |axis| {
             self.columns(|_, plain| plain.normal[axis])
         }));
@@ -174,9 +158,8 @@ impl RayNumbers<'_> {
             lines: Vec::new(),
         };
         let Some(way) = way else { return dark };
-        let mut told = Derivation::new(self.digits);
+        let (mut told, [o, d]) = self.derivation();
         let (n, p) = (vector("n", point.normal.clone()), vector("p", point.at.clone()));
-        let [o, d] = self.told();
         let (w, shown) = match (source, way.lamp.origin) {
             (Source::Point(position), _) => (vector_of_scene("l", position) - p, Numbers),
             (Source::Sun(direction), _) => (-vector_of_scene("l", direction), LineDetail::Result),
@@ -189,12 +172,11 @@ impl RayNumbers<'_> {
         if !is_at_point {
             told.line("n·ω", &[cosine], Numbers);
         }
-        let root = way.hidden_by.as_ref().map(|(_, shape)| way.first_root(shape));
+        let root = way.hidden_by.as_ref().map(|(root, _)| root.clone());
         if let Some(root) = &root {
-            told.given("s", &[number("s", root.clone())], true);
+            told.given("s", &[number("s", root.clone())]);
         }
-        let verdict = way.verdict();
-        if verdict == LightVerdict::Counts {
+        if way.verdict == LightVerdict::Counts {
             told.line("", &(vector("I", way.strength.clone()) * cosine).0, Numbers);
         }
 
@@ -202,56 +184,47 @@ impl RayNumbers<'_> {
             self.columns(|_, plain| way.plain(plain).way[axis])
         }));
         let cosines = self.columns(|_, plain| way.plain(plain).cosine);
-        quantities.push(cosines.against("n·ω", Some(&way.cosine)));
+        quantities.push(row("n·ω", cosines, way.cosine.clone()));
         let roots = self.columns(|_, plain| way.plain(plain).in_the_way.map(|(_, s)| s));
-        if root.is_some() || roots.0.into_iter().any(|entry| entry.flatten().is_some()) {
-            quantities.push(roots.against("s", root.as_ref()));
+        if root.is_some() || roots.into_iter().any(|entry| entry.flatten().is_some()) {
+            quantities.push(row("s", roots, root));
         }
         let [red, green, blue] = way.lamp.weight;
         let shown = if red == green && green == blue { &["I·n·ω"][..] } else { &CHANNELS };
         for (channel, symbol) in shown.iter().enumerate() {
             let given = self.columns(|kernel, plain| way.gives_plainly(kernel, plain, channel));
-            quantities.push(given.against(symbol, Some(&way.gives(channel))));
+            quantities.push(row(symbol, given, way.gives(channel)));
         }
-        let why = self.why(&verdict, way, is_at_point, root.as_ref());
+        let (verdict, why) = (way.verdict.clone(), self.why(way, is_at_point));
         LightExplanation { verdict, why, quantities, lines: told.lines, ..dark }
     }
 
     /// Why a light counts or not, and which kernel has it otherwise.
-    fn why(
-        &self,
-        verdict: &LightVerdict,
-        way: &ExactWay,
-        is_at_point: bool,
-        root: Option<&Root>,
-    ) -> Vec<Remark> {
+    fn why(&self, way: &ExactWay, is_at_point: bool) -> Vec<Remark> {
         let words = self.words;
-        let mut why = vec![match verdict {
-            LightVerdict::Counts if way.lamp.origin == LampOrigin::Eye => {
-                words.counts_at_eye.into()
-            }
-            LightVerdict::Counts if way.lamp.shadows => words.counts.into(),
-            LightVerdict::Counts => words.counts_without_shadow.into(),
-            LightVerdict::Behind => words.behind_surface.into(),
-            LightVerdict::Grazing if is_at_point => words.light_at_point.into(),
-            LightVerdict::Grazing => words.grazing.into(),
-            LightVerdict::Hidden { by } => {
-                let root = root.map_or(String::new(), |root| Short::new(root, self.digits).text);
+        let mut why = vec![match (way.cosine.signum(), &way.hidden_by) {
+            (-1, _) => words.behind_surface.into(),
+            (0, _) if is_at_point => words.light_at_point.into(),
+            (0, _) => words.grazing.into(),
+            (_, Some((root, by))) => {
+                let root = Short::new(root, self.digits).text;
                 Remark::of(words.hidden, [self.label(*by), root])
             }
-            LightVerdict::Dark => words.dark.into(),
+            _ if way.lamp.origin == LampOrigin::Eye => words.counts_at_eye.into(),
+            _ if way.lamp.shadows => words.counts.into(),
+            _ => words.counts_without_shadow.into(),
         }];
-        for (plain, column) in self.plain.iter().zip(COLUMNS) {
+        for (plain, column) in self.plain().into_iter().zip(COLUMNS) {
             let Some(plain) = plain else { continue };
             let PlainWay { in_the_way, cosine, .. } = *way.plain(plain);
             let column = column.to_owned();
-            why.push(match (in_the_way, verdict) {
-                (None, LightVerdict::Counts) if cosine > 0.0 => continue,
-                (Some(_), LightVerdict::Hidden { .. }) => continue,
-                (None, LightVerdict::Behind | LightVerdict::Grazing) if cosine <= 0.0 => continue,
-                (Some((id, _)), _) => Remark::of(words.wrong_in_the_way, [column, self.label(id)]),
-                (None, _) if cosine > 0.0 => Remark::of(words.wrong_counting, [column]),
-                (None, _) => Remark::of(words.wrong_behind, [column]),
+            why.push(match in_the_way {
+                Some(_) if way.hidden_by.is_some() => continue,
+                Some((id, _)) => Remark::of(words.wrong_in_the_way, [column, self.label(id)]),
+                None if cosine > 0.0 && way.verdict == LightVerdict::Counts => continue,
+                None if cosine > 0.0 => Remark::of(words.wrong_counting, [column]),
+                None if cosine <= 0.0 && way.cosine.signum() <= 0 => continue,
+                None => Remark::of(words.wrong_behind, [column]),
             });
         }
         why
@@ -261,11 +234,8 @@ impl RayNumbers<'_> {
     fn sky(&self, ways: &[ExactWay]) -> Option<SkyExplanation> {
         let sky = self.scene.sky?;
         let ways = &ways[ways.iter().position(|way| way.lamp.light.is_none())?..];
-        let n = |verdict: fn(&LightVerdict) -> bool| {
-            ways.iter().filter(|way| verdict(&way.verdict())).count()
-        };
-        let counting = n(|verdict| *verdict == LightVerdict::Counts);
-        let hidden = n(|verdict| matches!(verdict, LightVerdict::Hidden { .. }));
+        let counting = ways.iter().filter(|way| way.verdict == LightVerdict::Counts).count();
+        let hidden = ways.iter().filter(|way| way.hidden_by.is_some()).count();
         let n_plain = self.columns(|_, plain| {
             ways.iter().filter(|way| counts_plainly(way.plain(plain))).count() as f64
         });
@@ -282,8 +252,8 @@ impl RayNumbers<'_> {
             behind: ways.len() - counting - hidden,
             hidden,
             quantities: vec![
-                n_plain.against("suns", Some(&Root::from(integer(counting as i64)))),
-                given.against("ΣI·n·ω", Some(&sum_of(ways, 0))),
+                row("suns", n_plain, Root::from(integer(counting as i64))),
+                row("ΣI·n·ω", given, sum_of(ways, 0)),
             ],
         })
     }
@@ -304,12 +274,11 @@ impl RayNumbers<'_> {
         let channel = |channel: usize| {
             let value = enclosed(|n_bits| Some(mean.enclosed(channel, n_bits)));
             let byte = ChannelByte::new(mean, channel, &value);
-            let color = |plain: &PlainPoint| {
-                is_lit.then(|| self.scene.color(plain.id).0[channel] * plain.light[channel])
+            let color = |_, plain: &PlainPoint| {
+                self.scene.color(plain.id).0[channel] * plain.light[channel]
             };
-            let columns =
-                Columns(self.plain.each_ref().map(|plain| color(plain.as_ref()?).map(Some)));
-            for (column, value) in COLUMNS.into_iter().zip(columns.0) {
+            let columns = if is_lit { self.columns(color) } else { [None; 3] };
+            for (column, value) in COLUMNS.into_iter().zip(columns) {
                 let Some(Some(value)) = value else { continue };
                 let shown = Edges::srgb8().number(value);
                 if shown != u16::from(byte.byte) {
@@ -317,7 +286,7 @@ impl RayNumbers<'_> {
                     why.push(Remark::of(self.words.wrong_byte, parts));
                 }
             }
-            (byte, columns.against(CHANNELS[channel], Some(&value)))
+            (byte, row(CHANNELS[channel], columns, value))
         };
         let [red, green, blue] = [0, 1, 2].map(channel);
         ColorExplanation {
@@ -329,7 +298,8 @@ impl RayNumbers<'_> {
     }
 
     /// The colour of the pixel that has so many samples across.
-    fn mean(&self, lighting: Option<&Lighting>, pixels: &Pixels, n: u32) -> ColorExplanation {
+    fn mean(&self, pixels: &Pixels, n: u32) -> ColorExplanation {
+        let lighting = self.lighting.as_ref();
         let of_samples = pixels.samples(n);
         let rays = ExactPixels::new(&of_samples);
         let pixel = (pixels.x, pixels.y);
@@ -352,7 +322,7 @@ impl ChannelByte {
             name: CHANNELS[channel],
             byte,
             range: [low, high],
-            from_edge: Exact::from(&from_edge.unwrap_or_else(zero)),
+            from_edge: Exact::from(from_edge.unwrap_or_else(zero)),
         }
     }
 }
@@ -362,13 +332,13 @@ struct ExactWay<'a> {
     lamp: &'a Lamp,
     /// The lamp's place among all.
     index: usize,
-    beam: ExactBeam<'a>,
     /// `n·ω`
     cosine: Root,
     /// `I`
     strength: [Root; 3],
-    /// The first object in the way.
-    hidden_by: Option<(u32, Shape)>,
+    /// The first object in the way, after its `s`; of a sun of the sky any one, and 0.
+    hidden_by: Option<(Root, u32)>,
+    verdict: LightVerdict,
 }
 
 impl<'a> ExactWay<'a> {
@@ -376,7 +346,7 @@ impl<'a> ExactWay<'a> {
         scene: &Scene,
         index: usize,
         lighting: &'a Lighting,
-        point: &'a LitPoint,
+        point: &LitPoint,
     ) -> Option<ExactWay<'a>> {
         let lamp = &lighting.lamps[index];
         let beam = point.beam(lamp)?;
@@ -387,37 +357,27 @@ impl<'a> ExactWay<'a> {
                 if sign < 0 { magnitude.negated() } else { magnitude }
             }
         };
-        let strength =
-            lamp.exact_weight.each_ref().map(|x| Root::ratio(x.clone(), lighting.n_shares));
-        let mut way = ExactWay { lamp, index, beam, cosine, strength, hidden_by: None };
-        if way.cosine.signum() > 0 {
-            let mut all = point.in_the_way(scene, lamp, &way.beam);
-            way.hidden_by = match lamp.light {
-                None => all.next(),
-                // Of equal ones that with the lowest id, which comes first.
-                Some(_) => all.min_by_key(|(_, shape)| way.first_root(shape)),
-            };
-        }
-        Some(way)
-    }
-
-    /// `s` of an object that is in the way.
-    fn first_root(&self, shape: &Shape) -> Root {
-        enclosed(|n_bits| self.beam.first_root(shape, n_bits))
-    }
-
-    fn verdict(&self) -> LightVerdict {
-        match (self.cosine.signum(), &self.hidden_by) {
+        let root = |shape: Shape| enclosed(|n_bits| beam.first_root(&shape, n_bits));
+        let mut all = point.in_the_way(scene, lamp, &beam);
+        let hidden_by = match lamp.light {
+            _ if cosine.signum() <= 0 => None,
+            None => all.next().map(|(id, _)| (zero(), id)),
+            Some(_) => all.map(|(id, shape)| (root(shape), id)).min(),
+        };
+        let verdict = match (cosine.signum(), &hidden_by) {
             (-1, _) => LightVerdict::Behind,
             (0, _) => LightVerdict::Grazing,
-            (_, Some((by, _))) => LightVerdict::Hidden { by: *by },
+            (_, Some((_, by))) => LightVerdict::Hidden { by: *by },
             _ => LightVerdict::Counts,
-        }
+        };
+        let strength =
+            lamp.exact_weight.each_ref().map(|x| Root::ratio(x.clone(), lighting.n_shares));
+        Some(ExactWay { lamp, index, cosine, strength, hidden_by, verdict })
     }
 
     /// A channel of what the lamp gives.
     fn gives(&self, channel: usize) -> Root {
-        match self.verdict() {
+        match self.verdict {
             LightVerdict::Counts => self.strength[channel].times(&self.cosine),
             _ => zero(),
         }

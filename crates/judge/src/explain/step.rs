@@ -33,8 +33,8 @@ struct Node {
     op: Op,
     operands: [Step; 2],
     value: Root,
-    /// The letter that stands for it.
-    name: Option<&'static str>,
+    /// The letter that stands for it, if one does.
+    name: &'static str,
     /// True for what has a line before: its number stands in the lines that follow.
     is_told: bool,
 }
@@ -51,7 +51,7 @@ pub fn begin() {
 /// A number with a letter.
 pub fn number(name: &'static str, value: Root) -> Step {
     let step = given(value);
-    tell(&[step], Some(name));
+    tell(&[step], name);
     step
 }
 
@@ -70,13 +70,15 @@ pub fn vector(name: &'static str, values: [Root; 3]) -> V3<Step> {
     V3(values.map(|value| number(name, value)))
 }
 
-/// From now on the letter and the number stand for these.
-pub fn tell(steps: &[Step], name: Option<&'static str>) {
+/// From now on the letter, if there is one, and the number stand for these.
+pub fn tell(steps: &[Step], name: &'static str) {
     NODES.with_borrow_mut(|nodes| {
         for step in steps {
             let node = &mut nodes[step.0 as usize];
             node.is_told = true;
-            node.name = name.or(node.name);
+            if !name.is_empty() {
+                node.name = name;
+            }
         }
     });
 }
@@ -91,7 +93,7 @@ fn put(op: Op, operands: [Step; 2], value: impl FnOnce() -> Root) -> Step {
     if let Some(at) = NODES.with_borrow(|nodes| nodes.iter().position(is_it)) {
         return Step(at as u32);
     }
-    let node = Node { op, operands, value: value(), name: None, is_told: false };
+    let node = Node { op, operands, value: value(), name: "", is_told: false };
     NODES.with_borrow_mut(|nodes| {
         nodes.push(node);
         Step(nodes.len() as u32 - 1)
@@ -99,12 +101,12 @@ fn put(op: Op, operands: [Step; 2], value: impl FnOnce() -> Root) -> Step {
 }
 
 impl Op {
-    fn of(self, x: &Root, y: impl FnOnce() -> Root) -> Root {
+    fn of(self, x: &Root, y: Root) -> Root {
         match self {
-            Op::Add => x.plus(&y()),
-            Op::Sub => x.plus(&y().negated()),
-            Op::Mul => x.times(&y()),
-            Op::Div => x.over(&y()),
+            Op::Add => x.plus(&y),
+            Op::Sub => x.plus(&y.negated()),
+            Op::Mul => x.times(&y),
+            Op::Div => x.over(&y),
             Op::Neg => x.clone().negated(),
             Op::Sqrt => x.sqrt(),
             Op::Given | Op::Dot => x.clone(),
@@ -128,7 +130,7 @@ impl Step {
     }
 
     fn then(self, op: Op, other: Step) -> Step {
-        put(op, [self, other], || op.of(&self.value(), || other.value()))
+        put(op, [self, other], || op.of(&self.value(), other.value()))
     }
 
     fn both(self, op: Op) -> Option<[Step; 2]> {
@@ -257,12 +259,12 @@ impl Rounding<'_> {
     /// What a calculator makes of an expression.
     pub fn calculated(&self, step: Step) -> Root {
         if self.stands(step) {
-            let is_constant = step.node(|node| node.op == Op::Given && node.name.is_none());
+            let is_constant = step.node(|node| node.op == Op::Given && node.name.is_empty());
             let digits = if is_constant { MANY_DIGITS } else { self.digits };
             return Root::read(&step.value().to_decimal(digits)).unwrap_or_else(|| step.value());
         }
         let (op, [x, y]) = step.node(|node| (node.op, node.operands));
-        op.of(&self.calculated(x), || self.calculated(y))
+        op.of(&self.calculated(x), self.calculated(y))
     }
 }
 
@@ -314,8 +316,10 @@ impl Writer<'_> {
     }
 
     fn expression(&self, value: &[Step]) -> (String, Rank) {
-        match (self.numbers, common(value, |node| node.name).flatten()) {
-            (None, Some(name)) => return (self.notation.letter(name, value.len() > 1), Whole),
+        match (self.numbers, common(value, |node| node.name).unwrap_or_default()) {
+            (None, name) if !name.is_empty() => {
+                return (self.notation.letter(name, value.len() > 1), Whole);
+            }
             (Some(numbers), _) if numbers.stands(value[0]) => {
                 let written: Vec<_> = value.iter().map(|step| self.number(&step.value())).collect();
                 let rank = if let [(_, rank)] = written[..] { rank } else { Whole };

@@ -1,7 +1,5 @@
 //! An [`Explanation`] as plain text of at most [`WIDTH`] columns.
 
-use std::fmt::Write;
-
 use super::line::text_of;
 use super::numbers::{COLUMNS, decimal_f32, decimal_f64};
 use super::section::TextSection;
@@ -17,72 +15,59 @@ pub const WIDTH: usize = 100;
 /// The whole explanation.
 pub fn text(explanation: &Explanation) -> String {
     let words = explanation.lang.words();
-    let mut text = String::new();
-    section(&explanation.of_ray(), "", words, &mut text);
+    let mut text = section(&explanation.of_ray(), "", words);
     let first_sphere = explanation.objects.iter().position(|object| object.shape == "sphere");
     for (i, object) in explanation.objects.iter().enumerate() {
-        text.push('\n');
         let note = if first_sphere == Some(i) { words.stable_notes } else { "" };
-        section(&object.section(), note, words, &mut text);
+        text += &format!("\n{}", section(&object.section(), note, words));
     }
     let LeftOut { hit, behind, missed } = explanation.left_out;
     let n_left_out = hit + behind + missed;
     if n_left_out > 0 {
         let left_out = [n_left_out, explanation.n_objects, hit, behind, missed];
-        let _ = writeln!(text, "\n{}", Remark::of(words.left_out, left_out));
+        text += &format!("\n{}\n", Remark::of(words.left_out, left_out));
         if explanation.objects.len() < MOST_OBJECTS {
-            let _ = writeln!(text, "{}", Remark::of(words.all_shows, [MOST_OBJECTS]));
+            text += &format!("{}\n", Remark::of(words.all_shows, [MOST_OBJECTS]));
         }
     }
-    text.push('\n');
-    section(&explanation.of_point(numbers::DIGITS), "", words, &mut text);
-    seen(explanation, words, &mut text);
+    text += &format!("\n{}", section(&explanation.of_point(numbers::DIGITS), "", words));
+    text += &seen(explanation, words);
     for of_light in explanation.of_light() {
-        text.push('\n');
-        section(&of_light, "", words, &mut text);
+        text += &format!("\n{}", section(&of_light, "", words));
     }
-    let _ = write!(text, "\n{}", Remark::of(words.notes, [explanation.digits]));
-    if explanation.shading.is_some() {
-        text += words.light_notes;
-    }
-    text
+    let notes = Remark::of(words.notes, [explanation.digits]);
+    let of_light = if explanation.shading.is_some() { words.light_notes } else { "" };
+    text + &format!("\n{notes}{of_light}")
 }
 
 /// What the ray sees, in one or two lines.
 pub fn verdict(explanation: &Explanation) -> String {
-    let TextSection { subject, why, .. } = explanation.of_point(numbers::DIGITS);
-    let bare = TextSection { subject, why, lines: &[], quantities: &[] };
-    let mut text = String::new();
-    section(&bare, "", explanation.lang.words(), &mut text);
-    text
+    let bare = TextSection { lines: &[], quantities: &[], ..explanation.of_point(numbers::DIGITS) };
+    section(&bare, "", explanation.lang.words())
 }
 
 /// A section, with a note before its numbers.
-fn section(section: &TextSection, note: &str, words: &Words, text: &mut String) {
+fn section(section: &TextSection, note: &str, words: &Words) -> String {
     let subject: Vec<String> = section.subject.iter().map(Remark::to_string).collect();
-    let _ = writeln!(text, "{}", subject.join(", "));
-    for why in &section.why {
-        let _ = writeln!(text, "  → {why}");
-    }
-    for line in text_of(section.lines, WIDTH) {
-        let _ = writeln!(text, "{line}");
-    }
-    *text += note;
+    let mut text = subject.join(", ") + "\n";
+    text.extend(section.why.iter().map(|why| format!("  → {why}\n")));
+    text.extend(text_of(section.lines, WIDTH).iter().map(|line| format!("{line}\n")));
+    text += note;
     if !section.quantities.is_empty() {
-        table(section.quantities, words, text);
+        text += &table(section.quantities, words);
     }
+    text
 }
 
 /// A row of the table, right-aligned; columns that are blank at the end leave no blanks behind.
-fn line(symbol: &str, cells: [String; 4], text: &mut String) {
-    let [lecture, stable, double, exact] = cells;
+fn line(symbol: &str, [lecture, stable, double, exact]: [String; 4]) -> String {
     let row = format!("  {symbol:<7} {lecture:>16} {stable:>16} {double:>25} {exact:>28}");
-    let _ = writeln!(text, "{}", row.trim_end());
+    format!("{}\n", row.trim_end())
 }
 
-fn table(quantities: &[FormulaNumber], words: &Words, text: &mut String) {
+fn table(quantities: &[FormulaNumber], words: &Words) -> String {
     let [lecture, stable, double] = COLUMNS;
-    line("", [lecture, stable, double, words.exact_column].map(str::to_owned), text);
+    let mut text = line("", [lecture, stable, double, words.exact_column].map(str::to_owned));
     for row in quantities {
         let columns = row.columns();
         let value = |entry: Option<Approximation>, decimal: fn(f64) -> String| match entry {
@@ -92,14 +77,15 @@ fn table(quantities: &[FormulaNumber], words: &Words, text: &mut String) {
         let [lecture, stable] = [columns[0], columns[1]].map(|entry| value(entry, decimal_f32));
         let double = value(columns[2], decimal_f64);
         let exact = row.exact.as_ref().map_or(words.none.into(), |exact| exact.decimal.clone());
-        line(words.symbol(row.symbol), [lecture, stable, double, exact], text);
+        text += &line(words.symbol(row.symbol), [lecture, stable, double, exact]);
         let error = |entry: Approximation| error(&entry, row.exact.is_some(), words);
         let errors = columns.map(|entry| entry.map_or(String::new(), error));
         if errors.iter().any(|error| !error.is_empty() && error != words.exact) {
             let [lecture, stable, double] = errors;
-            line("", [lecture, stable, double, String::new()], text);
+            text += &line("", [lecture, stable, double, String::new()]);
         }
     }
+    text
 }
 
 /// `0.31 ulp`, `sign! 3.1e6 ulp` where the sign is wrong.
@@ -132,32 +118,32 @@ fn rough(x: f64) -> String {
 }
 
 /// What each kernel shows.
-fn seen(explanation: &Explanation, words: &Words, text: &mut String) {
+fn seen(explanation: &Explanation, words: &Words) -> String {
     let stage = match explanation.level {
         "exact" => words.exact_arithmetic,
         other => other,
     };
-    let _ = writeln!(text, "\n{}\n", Remark::of(words.decided, [stage]));
     let [kernel, on, shows, error, normal] = words.shown;
-    let head = format!("  {kernel:<9} {on:<3} {shows:<25} {:>15} {error:>11}  {normal}", "t");
-    let _ = writeln!(text, "{head}");
-    for seen in &explanation.seen {
-        of_seen(seen, words, text);
-    }
+    let mut text = format!(
+        "\n{}\n\n  {kernel:<9} {on:<3} {shows:<25} {:>15} {error:>11}  {normal}\n",
+        Remark::of(words.decided, [stage]),
+        "t"
+    );
+    text.extend(explanation.seen.iter().map(|seen| of_seen(seen, words)));
     if explanation.seen.iter().all(|seen| seen.device != "gpu") {
-        let _ = writeln!(text, "  {}", words.no_gpu);
+        text += &format!("  {}\n", words.no_gpu);
     }
+    text
 }
 
-fn of_seen(seen: &KernelResult, words: &Words, text: &mut String) {
+fn of_seen(seen: &KernelResult, words: &Words) -> String {
     let label = shortened(&seen.label, 25);
-    let (t, normal) = match seen.id {
-        0 => (String::new(), String::new()),
-        _ => (
-            decimal_f32(f64::from(seen.t)),
-            seen.normal.map(|component| format!("{component:.4}")).join(" "),
-        ),
-    };
+    let mut shown = [String::new(), String::new()];
+    if seen.id != 0 {
+        let normal = seen.normal.map(|component| format!("{component:.4}"));
+        shown = [decimal_f32(seen.t.into()), normal.join(" ")];
+    }
+    let [t, normal] = shown;
     let error = match (seen.right, seen.t_error_ulp) {
         (false, _) => words.wrong.into(),
         (true, Some(error)) if error.is_infinite() => "∞".into(),
@@ -166,5 +152,5 @@ fn of_seen(seen: &KernelResult, words: &Words, text: &mut String) {
     };
     let device = seen.device.to_uppercase();
     let row = format!("  {:<9} {device:<3} {label:<25} {t:>15} {error:>11}  {normal}", seen.kernel);
-    let _ = writeln!(text, "{}", row.trim_end());
+    format!("{}\n", row.trim_end())
 }

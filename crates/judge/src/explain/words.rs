@@ -64,9 +64,8 @@ impl Remark {
         let mut text = String::new();
         for (i, segment) in self.phrase.split('$').enumerate() {
             let is_formula = i % 2 == 1;
-            if is_formula && notation == Notation::Latex {
-                text.push('$');
-            }
+            let dollar = if is_formula && notation == Notation::Latex { "$" } else { "" };
+            text += dollar;
             for (j, piece) in segment.split('#').enumerate() {
                 if j > 0 {
                     let part = parts.next().map_or("", String::as_str);
@@ -74,9 +73,7 @@ impl Remark {
                 }
                 text += &if is_formula { notation.formula(piece) } else { notation.name(piece) };
             }
-            if is_formula && notation == Notation::Latex {
-                text.push('$');
-            }
+            text += dollar;
         }
         text
     }

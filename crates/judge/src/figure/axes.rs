@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-use super::drawing::Drawing;
+use super::drawing::{Drawing, HIDDEN, Hides};
 use super::words::{multiple, number, round_step};
 
 /// Draws axes through the origin that reach beyond all points, and the way along them to `to`.
-pub fn draw(drawing: &mut Drawing, points: &[DVec3], to: DVec3, hidden: &dyn Fn(DVec3) -> bool) {
+pub fn draw(drawing: &mut Drawing, points: &[DVec3], to: DVec3, hidden: Hides) {
     let extent = points.iter().fold(0.0, |extent: f64, p| extent.max(p.abs().max_element()));
     // Some three to six steps to the largest coordinate.
     let step = if extent > 0.0 { round_step(extent / 2.5) } else { 1.0 };
@@ -18,8 +18,7 @@ pub fn draw(drawing: &mut Drawing, points: &[DVec3], to: DVec3, hidden: &dyn Fn(
         axis(drawing, letter, [DVec3::ZERO, unit], [from, end], step, hidden);
     }
     let in_floor = DVec3::new(to.x, 0.0, to.z);
-    let way = [DVec3::ZERO, DVec3::X * to.x, in_floor, to];
-    drawing.thin(&way[1..], &|_| true);
+    drawing.thin(&[DVec3::X * to.x, in_floor, to], HIDDEN);
 }
 
 /// Draws an axis through `origin`, from one of its numbers to another, and the numbers at its steps.
@@ -29,17 +28,17 @@ pub fn axis(
     [origin, unit]: [DVec3; 2],
     [from, end]: [f64; 2],
     step: f64,
-    hidden: &dyn Fn(DVec3) -> bool,
+    hidden: Hides,
 ) {
     let at = |x: f64| origin + unit * x;
     drawing.arrow([at(from), at(end)], "ink", hidden);
-    drawing.label(at(end), (letter, String::new()), "ink");
+    drawing.label(at(end), letter, "", "ink");
     let first = (from / step).ceil() as i32;
     // None at the end itself, where the letter is.
     let last = (end / step - 0.1).floor() as i32;
     for i in (first..=last).filter(|i| *i != 0) {
         let x = multiple(step, i);
         drawing.tick(at(x), unit * step);
-        drawing.label(at(x), ("", number(x)), "soft");
+        drawing.label(at(x), "", &number(x), "soft");
     }
 }

@@ -21,6 +21,15 @@ const COLORS: [Shade; 5] = [
     ("found", "#7a5c00", "#e6c34d"),
 ];
 
+/// Says of a point that something hides it.
+pub type Hides<'a> = &'a dyn Fn(DVec3) -> bool;
+
+/// Nothing hides any point.
+pub const VISIBLE: Hides = &|_| false;
+
+/// All points are hidden.
+pub const HIDDEN: Hides = &|_| true;
+
 /// What is drawn so far.
 pub struct Drawing {
     pub pixels: Pixels,
@@ -72,28 +81,16 @@ impl Drawing {
     }
 
     /// Draws a line through points, dashed where it is hidden; a thin one is a help to find a point.
-    pub fn stroke(
-        &mut self,
-        points: &[DVec3],
-        class: &'static str,
-        is_thin: bool,
-        hidden: &dyn Fn(DVec3) -> bool,
-    ) {
-        let mut last: Option<(Vec<DVec2>, bool)> = None;
-        for pair in points.windows(2) {
+    pub fn stroke(&mut self, points: &[DVec3], class: &'static str, is_thin: bool, hidden: Hides) {
+        let piece = |pair: &[DVec3]| {
             let ends = self.at(pair[0]).zip(self.at(pair[1]));
-            let is_hidden = hidden((pair[0] + pair[1]) / 2.0);
-            let goes_on = ends.is_some()
-                && last.as_ref().is_some_and(|(_, was_hidden)| *was_hidden == is_hidden);
-            if !goes_on && let Some((run, was_hidden)) = last.take() {
-                self.put(run, class, was_hidden, is_thin);
-            }
-            if let Some((from, to)) = ends {
-                last.get_or_insert_with(|| (vec![from], is_hidden)).0.push(to);
-            }
-        }
-        if let Some((run, was_hidden)) = last {
-            self.put(run, class, was_hidden, is_thin);
+            ends.map(|(from, to)| (from, to, hidden((pair[0] + pair[1]) / 2.0)))
+        };
+        let pieces: Vec<_> = points.windows(2).map(piece).collect();
+        for run in pieces.chunk_by(|a, b| a.map(|a| a.2) == b.map(|b| b.2)) {
+            let Some((first, _, is_hidden)) = run[0] else { continue };
+            let ends = run.iter().flatten().map(|(_, to, _)| *to);
+            self.put([first].into_iter().chain(ends).collect(), class, is_hidden, is_thin);
         }
     }
 
@@ -107,19 +104,14 @@ impl Drawing {
     }
 
     /// Draws a thin line: a help to find a point.
-    pub fn thin(&mut self, points: &[DVec3], hidden: &dyn Fn(DVec3) -> bool) {
+    pub fn thin(&mut self, points: &[DVec3], hidden: Hides) {
         for pair in points.windows(2).filter(|pair| pair[0] != pair[1]) {
             self.stroke(&pieces(pair[0], pair[1]), "soft", true, hidden);
         }
     }
 
     /// Draws a line with a head at its end.
-    pub fn arrow(
-        &mut self,
-        [from, to]: [DVec3; 2],
-        class: &'static str,
-        hidden: &dyn Fn(DVec3) -> bool,
-    ) {
+    pub fn arrow(&mut self, [from, to]: [DVec3; 2], class: &'static str, hidden: Hides) {
         self.stroke(&pieces(from, to), class, false, hidden);
         let before = self.at(to + (from - to) / PIECES as f64);
         let Some((tip, before)) = self.at(to).zip(before) else { return };
@@ -149,12 +141,12 @@ impl Drawing {
     }
 
     /// Writes beside a point of the picture: a letter, and what it is.
-    pub fn label(&mut self, point: DVec3, (letter, rest): (&str, String), class: &'static str) {
+    pub fn label(&mut self, point: DVec3, letter: &str, rest: &str, class: &'static str) {
         let is_shown = |at: &DVec2| at.cmpge(DVec2::ZERO).all() && at.cmple(self.size()).all();
         let Some(at) = self.at(point).filter(is_shown) else { return };
         let is_number = letter.is_empty();
         let size = if is_number { 0.75 } else { 1.0 } * self.font_px();
-        self.labels.push(Label { at, letter: letter.into(), rest, class, size });
+        self.labels.push(Label { at, letter: letter.into(), rest: rest.into(), class, size });
     }
 
     pub fn svg(self, figure: Figure, lang: Lang) -> String {

@@ -14,16 +14,14 @@ pub fn legend_svg(clouds: &[Cloud]) -> Option<String> {
 
 /// An SVG picture as [`legend_svg`] draws it, of colourings wherever they come from.
 pub fn svg_of_colorings<'a>(all: impl IntoIterator<Item = &'a Coloring>) -> Option<String> {
-    let mut colorings: Vec<(&Coloring, bool)> = Vec::new();
+    let mut colorings: Vec<Coloring> = Vec::new();
     for coloring in all {
-        let is_same = |other: &&mut (&Coloring, bool)| {
-            let of = |c: &Coloring| (c.column.clone(), c.map, c.range, c.missing_color);
-            of(other.0) == of(coloring)
+        let is_alike = |other: &&mut Coloring| {
+            **other == Coloring { n_missing: other.n_missing, ..coloring.clone() }
         };
-        let misses = coloring.n_missing > 0;
-        match colorings.iter_mut().find(is_same) {
-            Some((_, other_misses)) => *other_misses |= misses,
-            None => colorings.push((coloring, misses)),
+        match colorings.iter_mut().find(is_alike) {
+            Some(other) => other.n_missing += coloring.n_missing,
+            None => colorings.push(coloring.clone()),
         }
     }
     if colorings.is_empty() {
@@ -31,8 +29,8 @@ pub fn svg_of_colorings<'a>(all: impl IntoIterator<Item = &'a Coloring>) -> Opti
     }
     let mut left = MARGIN;
     let mut bars = String::new();
-    for (bar, (coloring, misses)) in colorings.into_iter().enumerate() {
-        let (drawn, width) = draw(bar, left, coloring, misses);
+    for (bar, coloring) in colorings.iter().enumerate() {
+        let (drawn, width) = draw(bar, left, coloring);
         bars += &drawn;
         left += width + 2.0 * MARGIN;
     }
@@ -59,10 +57,10 @@ const MISSING_TOP: f64 = BAR_TOP + BAR_HEIGHT + 14.0;
 const HEIGHT: f64 = MISSING_TOP + BAR_WIDTH + MARGIN;
 
 /// Draws one bar and gives its width.
-fn draw(bar: usize, left: f64, coloring: &Coloring, misses: bool) -> (String, f64) {
+fn draw(bar: usize, left: f64, coloring: &Coloring) -> (String, f64) {
     const NO_VALUE: &str = "no value";
     let title = plain(&coloring.column).replace(['\n', '\t'], " ");
-    let ticks = ticks(coloring.range);
+    let (ticks, misses) = (ticks(coloring.range), coloring.n_missing > 0);
     let words = ticks.iter().map(|(_, label)| label.as_str()).chain(misses.then_some(NO_VALUE));
     let n_letters = words.map(|word| word.chars().count()).max().unwrap_or(0);
     let text_left = left + BAR_WIDTH + 10.0;

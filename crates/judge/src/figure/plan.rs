@@ -11,7 +11,7 @@ use kugelblitz::rays::{View, WorldRay};
 use kugelblitz::scene::{Framing, Object, Plane, Projection, Sphere};
 
 use super::axes;
-use super::drawing::{Drawing, pieces};
+use super::drawing::{Drawing, HIDDEN, VISIBLE, pieces};
 use super::sphere::outline;
 use super::words::round_step;
 use crate::explain::numbers::Short;
@@ -22,9 +22,6 @@ const N_RAYS: u64 = 6;
 
 /// What is free at each edge, as a part of the picture's shorter side: room for the caption.
 const MARGIN: f64 = 0.1;
-
-const VISIBLE: &dyn Fn(DVec3) -> bool = &|_| false;
-const HIDDEN: &dyn Fn(DVec3) -> bool = &|_| true;
 
 /// Draws figure 2: rays of pixels of the middle row as far as they see, and all points that their lines share with objects.
 /// Spheres are cut by the plane; one that is above it or below has a dashed outline.
@@ -49,7 +46,7 @@ pub fn rays(objects: &[(u32, Object)], drawing: &mut Drawing) -> Result<()> {
         let foot = position + across * ((*point - position).dot(*normal) / across.length_squared());
         let along = across.cross(true_up).normalize_or_zero() * end;
         drawing.stroke(&pieces(foot - along, foot + along), "surface", false, VISIBLE);
-        drawing.label(foot, (&id.to_string(), String::new()), "surface");
+        drawing.label(foot, &id.to_string(), "", "surface");
     }
     for i in 0..N_RAYS {
         let x = u64::from(pixels.image_width - 1) * i / (N_RAYS - 1);
@@ -90,7 +87,7 @@ pub fn discriminants(objects: &[(u32, Object)], drawing: &mut Drawing) -> Result
         for t in meeting(&ray, *object).1 {
             let at = position + forward * t.to_f64();
             drawing.dot(at, "found");
-            drawing.label(at, ("t", told(&t)), "found");
+            drawing.label(at, "t", &told(&t), "found");
         }
     }
     Ok(())
@@ -133,7 +130,7 @@ fn plan(
     let step = round_step((most - least) / 4.0);
     axes::axis(drawing, "t", [position, forward], ends, step, &is_behind);
     drawing.dot(position, "ink");
-    drawing.label(position, ("t", " = 0".into()), "ink");
+    drawing.label(position, "t", " = 0", "ink");
     for (id, (circle, is_in_plane, said)) in placed {
         let outline = outline(&circle, drawing).unwrap_or_default();
         if is_in_plane {
@@ -142,7 +139,7 @@ fn plan(
         drawing.stroke(&outline, "surface", true, &|_| !is_in_plane);
         drawing.dot(circle.center, "surface");
         let top = circle.center - right * circle.radius;
-        drawing.label(top, (&id.to_string(), said), "surface");
+        drawing.label(top, &id.to_string(), &said, "surface");
     }
     Ok(ends[1])
 }

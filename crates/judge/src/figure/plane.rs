@@ -4,7 +4,7 @@ use glam::DVec3;
 use kugelblitz::scene::Plane;
 
 use super::axes;
-use super::drawing::Drawing;
+use super::drawing::{Drawing, VISIBLE};
 use super::words::vector;
 
 /// Half the side of the piece of the plane that is shown, as a part of the larger of `|a|` and `|n|`.
@@ -38,21 +38,20 @@ pub fn draw(plane: &Plane, drawing: &mut Drawing) -> Option<()> {
         let in_it = (a - point).dot(unit).abs() <= half * f64::EPSILON.sqrt();
         !in_it && s > 0.0 && off.dot(right).abs() <= half && off.dot(back).abs() <= half
     };
-    let visible = |_: DVec3| false;
     axes::draw(drawing, &[a, a + n, p, DVec3::splat(1.8 * half)], a, &hidden);
-    drawing.arrow([a, p], "found", &visible);
-    drawing.arrow([a, a + n], "given", &visible);
+    drawing.arrow([a, p], "found", VISIBLE);
+    drawing.arrow([a, a + n], "given", VISIBLE);
     let side = RIGHT_ANGLE * n.length();
     let along = (p - a).normalize_or_zero() * side;
     let mark = [a + along, a + along + unit * side, a + unit * side];
-    drawing.stroke(&mark, "soft", false, &visible);
+    drawing.stroke(&mark, "soft", false, VISIBLE);
     drawing.dot(p, "found");
     if !drawing.dot(a, "given") {
         return None;
     }
-    drawing.label(a, ("a", format!(" = {}", vector(a))), "given");
-    drawing.label(a + n * 0.9, ("n", format!(" = {}", vector(n))), "given");
-    drawing.label(p, ("p", String::new()), "found");
-    drawing.label(a.lerp(p, 0.55), ("p − a", String::new()), "found");
+    drawing.label(a, "a", &format!(" = {}", vector(a)), "given");
+    drawing.label(a + n * 0.9, "n", &format!(" = {}", vector(n)), "given");
+    drawing.label(p, "p", "", "found");
+    drawing.label(a.lerp(p, 0.55), "p − a", "", "found");
     Some(())
 }

@@ -10,7 +10,7 @@ use kugelblitz::rays::Lens;
 use kugelblitz::scene::Sphere;
 
 use super::axes;
-use super::drawing::Drawing;
+use super::drawing::{Drawing, VISIBLE};
 use super::words::{number, vector};
 
 /// Corners of a circle.
@@ -49,15 +49,15 @@ pub fn draw(
         let (u, v) = (DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]);
         drawing.stroke(&circle(c, u * r, v * r), "surface", false, &is_behind);
     }
-    drawing.arrow([c, p], "given", &|_| false);
+    drawing.arrow([c, p], "given", VISIBLE);
     drawing.dot(p, "found");
     if !drawing.dot(c, "given") {
         return None;
     }
-    drawing.label(c, ("c", format!(" = {}", vector(c))), "given");
-    drawing.label(c.lerp(p, 0.5), ("r", format!(" = {}", number(r))), "given");
-    let of_p = if known.is_some() { format!(" = {}", vector(p)) } else { String::new() };
-    drawing.label(p, ("p", of_p), "found");
+    drawing.label(c, "c", &format!(" = {}", vector(c)), "given");
+    drawing.label(c.lerp(p, 0.5), "r", &format!(" = {}", number(r)), "given");
+    let of_p = known.map_or(String::new(), |p| format!(" = {}", vector(p)));
+    drawing.label(p, "p", &of_p, "found");
     Some(())
 }
 

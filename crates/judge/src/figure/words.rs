@@ -5,31 +5,27 @@ use crate::explain::Lang;
 
 /// What a figure shows.
 pub fn caption(figure: Figure, lang: Lang) -> &'static str {
-    match (figure, lang) {
-        (Figure::Rays, Lang::English) => {
-            "Figure 2: rays of a camera at t = 0, from above: each sees the point of its smallest t > 0"
-        }
-        (Figure::Rays, Lang::German) => {
-            "Abbildung 2: Strahlen einer Kamera bei t = 0, von oben: gesehen wird das kleinste t > 0"
-        }
-        (Figure::Plane, Lang::English) => {
-            "Figure 3: a plane in a coordinate system, with a point a and the normal n: (p − a)·n = 0"
-        }
-        (Figure::Plane, Lang::German) => {
-            "Abbildung 3: eine Ebene im Koordinatensystem, mit Punkt a und Normale n: (p − a)·n = 0"
-        }
-        (Figure::Sphere, Lang::English) => {
-            "Figure 4: a sphere in a coordinate system, with centre c and radius r: |p − c| = r"
-        }
-        (Figure::Sphere, Lang::German) => {
-            "Abbildung 4: eine Kugel im Koordinatensystem, mit Mittelpunkt c, Radius r: |p − c| = r"
-        }
-        (Figure::Discriminant, Lang::English) => {
-            "Figure 5: the points of a ray on spheres, turned about it into one plane, and D = b² − 4ak"
-        }
-        (Figure::Discriminant, Lang::German) => {
-            "Abbildung 5: Punkte des Strahls auf Kugeln, um ihn in eine Ebene gedreht; D = b² − 4ak"
-        }
+    let [english, german] = match figure {
+        Figure::Rays => [
+            "Figure 2: rays of a camera at t = 0, from above: each sees the point of its smallest t > 0",
+            "Abbildung 2: Strahlen einer Kamera bei t = 0, von oben: gesehen wird das kleinste t > 0",
+        ],
+        Figure::Plane => [
+            "Figure 3: a plane in a coordinate system, with a point a and the normal n: (p − a)·n = 0",
+            "Abbildung 3: eine Ebene im Koordinatensystem, mit Punkt a und Normale n: (p − a)·n = 0",
+        ],
+        Figure::Sphere => [
+            "Figure 4: a sphere in a coordinate system, with centre c and radius r: |p − c| = r",
+            "Abbildung 4: eine Kugel im Koordinatensystem, mit Mittelpunkt c, Radius r: |p − c| = r",
+        ],
+        Figure::Discriminant => [
+            "Figure 5: the points of a ray on spheres, turned about it into one plane, and D = b² − 4ak",
+            "Abbildung 5: Punkte des Strahls auf Kugeln, um ihn in eine Ebene gedreht; D = b² − 4ak",
+        ],
+    };
+    match lang {
+        Lang::English => english,
+        Lang::German => german,
     }
 }
 

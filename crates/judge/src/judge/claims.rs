@@ -81,8 +81,7 @@ impl Claims {
             given => given.to_vec(),
         };
         if conventions.channel.is_some() && quantities.len() != 1 {
-            let message = "--channel names one channel; say with --as what it tells";
-            return wrong_usage(message);
+            return wrong_usage("--channel names one channel; say with --as what it tells");
         }
         let view = match rays {
             Rays::Pixels(pixels) => Some(&pixels.view),
@@ -96,21 +95,27 @@ impl Claims {
                 Quantity::Color => colors = Some(reader.colors()?),
                 Quantity::Normal => normal = Some(reader.normals()?),
                 _ if depth.is_some() => {
-                    let message = "depths are of one kind: give one of depth, distance and zbuffer";
-                    return wrong_usage(message);
+                    return wrong_usage(
+                        "depths are of one kind: give one of depth, distance and zbuffer",
+                    );
                 }
                 _ => depth = Some(reader.depths(quantity)?),
             }
         }
         let (t, is_hit) = depth.unzip();
-        let of_normals =
-            |normals: &Vec<DVec3>| normals.iter().map(|n| n.length() >= LEAST_NORMAL).collect();
         let tolerance = conventions.color_tolerance;
-        let seen = ids.map(ClaimedHits::Ids);
-        let seen = seen.or(colors.map(|srgb8| ClaimedHits::Colors { srgb8, tolerance }));
-        let seen = seen.or(is_hit.or(normal.as_ref().map(of_normals)).map(ClaimedHits::Hit));
+        let seen = match (ids, colors, is_hit, &normal) {
+            (Some(ids), ..) => ClaimedHits::Ids(ids),
+            (_, Some(srgb8), ..) => ClaimedHits::Colors { srgb8, tolerance },
+            (_, _, Some(is_hit), _) => ClaimedHits::Hit(is_hit),
+            (.., Some(normals)) => {
+                let is_hit = normals.iter().map(|normal| normal.length() >= LEAST_NORMAL);
+                ClaimedHits::Hit(is_hit.collect())
+            }
+            _ => return wrong_usage("there is nothing to be judged"),
+        };
         Ok(Claims {
-            seen: seen.ok_or_else(|| Error::Usage("there is nothing to be judged".into()))?,
+            seen,
             t,
             is_distance: quantities.contains(&Quantity::Distance),
             normal,
@@ -229,11 +234,11 @@ impl<'a> Reader<'a> {
             });
         }
         let by_name = known.iter().find_map(|name| image.channel(name));
-        let alone = match image.channels.as_slice() {
-            [only] => Some(&only.samples),
-            _ => None,
-        };
-        by_name.or(alone).ok_or_else(|| self.missing(what))
+        match (by_name, &*image.channels) {
+            (Some(channel), _) => Ok(channel),
+            (None, [only]) => Ok(&only.samples),
+            _ => Err(self.missing(what)),
+        }
     }
 
     fn ids(&self) -> Result<Vec<u32>> {
@@ -272,8 +277,7 @@ impl<'a> Reader<'a> {
             return Ok(numbers.map(|x| (x * scale, !is_background(x))).unzip());
         }
         let Some([near, far]) = near_far else {
-            let message = "a z-buffer says nothing without --near and --far";
-            return wrong_usage(message);
+            return wrong_usage("a z-buffer says nothing without --near and --far");
         };
         let full = channel.full().unwrap_or(1.0);
         let is_parallel = self.view.is_some_and(|view| view.lens == Lens::Orthographic);
@@ -285,11 +289,12 @@ impl<'a> Reader<'a> {
     }
 
     fn normals(&self) -> Result<Vec<DVec3>> {
+        let image = self.image;
         let channels = match &self.conventions.channel {
-            Some(name) => three_of(self.image, name),
+            Some(name) => three_of(image, name),
             None => {
-                let by_name = NORMAL_NAMES.iter().find_map(|name| three_of(self.image, name));
-                by_name.or_else(|| colors_of(self.image))
+                let mut named = NORMAL_NAMES.iter().filter_map(|name| three_of(image, name));
+                named.next().or_else(|| colors_of(image))
             }
         };
         let channels = channels.ok_or_else(|| self.missing("normals"))?;
@@ -297,8 +302,9 @@ impl<'a> Reader<'a> {
             (NormalSpace::World, _) => [DVec3::X, DVec3::Y, DVec3::Z],
             (NormalSpace::Camera, Some(view)) => [view.right, view.true_up, -view.forward],
             (NormalSpace::Camera, None) => {
-                let message = "rays of a list have no camera; give normals in the world's axes";
-                return wrong_usage(message);
+                return wrong_usage(
+                    "rays of a list have no camera; give normals in the world's axes",
+                );
             }
         };
         let normal = |i| {
@@ -314,15 +320,12 @@ impl<'a> Reader<'a> {
 
     fn colors(&self) -> Result<Vec<[u8; 3]>> {
         let channels = colors_of(self.image).ok_or_else(|| self.missing("colours R, G and B"))?;
-        let byte = |i| {
-            if channels[0].full().is_none() {
-                let linear = channels.map(|channel| channel.number(i).clamp(0.0, 1.0));
-                return Color(linear).to_srgb8();
-            }
-            channels.map(|channel| {
+        let byte = |i| match channels[0].full() {
+            None => Color(channels.map(|channel| channel.number(i).clamp(0.0, 1.0))).to_srgb8(),
+            Some(_) => channels.map(|channel| {
                 let full = channel.full().unwrap_or(255.0);
                 (channel.number(i) / full * 255.0).round() as u8
-            })
+            }),
         };
         Ok((0..channels[0].len()).map(byte).collect())
     }

@@ -1,10 +1,8 @@
 //! Conventions that would make more of the claims right.
 
 use super::{
-    Case, CaseErrors, Claims, Conventions, ErrorStats, Judged, NormalSide, NormalSpace, Quantity,
-    RayError,
+    Case, CaseErrors, Claims, Conventions, Judged, NormalSide, NormalSpace, Quantity, RayError,
 };
-use crate::compare::ErrorSpread;
 
 /// The options under which these claims would be far more right, where there are such: results that mean
 /// something else look like gross errors.
@@ -36,13 +34,13 @@ const LITTLE: [f64; 3] = [8.0, 1e-6, 1e-3];
 /// How wrong claims are: the number of wrong ids, and the medians of relative errors of `t` and of angles.
 type Faults = [f64; 3];
 
-fn faults(CaseErrors { away, silhouettes, .. }: &CaseErrors) -> Faults {
-    let parts = || [away, silhouettes].into_iter();
-    let median = |of: fn(&ErrorStats) -> Option<ErrorSpread>| {
-        parts().find_map(of).map_or(0.0, |spread| spread.median)
+fn faults(CaseErrors { classes, .. }: &CaseErrors) -> Faults {
+    let median = |kind: usize| {
+        let mut spreads = classes.iter().filter_map(|class| class.spreads()[kind]);
+        spreads.next().map_or(0.0, |spread| spread.median)
     };
-    let wrong_ids = parts().map(|part| part.wrong_ids as f64).sum();
-    [wrong_ids, median(|part| part.t_relative), median(|part| part.normal_degrees)]
+    let wrong_ids = classes.iter().map(|class| class.wrong_ids as f64).sum();
+    [wrong_ids, median(1), median(2)]
 }
 
 /// Nothing is much worse, and something is a small part of what it was.

@@ -1,7 +1,7 @@
 //! Results of other renderers against exact arithmetic.
 //!
 //! A [`Case`] is what another renderer says of the rays of a scene: an [`Image`], read by [`Conventions`] as [`Claims`].
-//! [`truth`] finds what is exact: the object by the kernel `certified`, which proves it, and `t` and the
+//! [`Case::judge`] finds what is exact: the object by the kernel `certified`, which proves it, and `t` and the
 //! normal by exact arithmetic on that object. [`Judged`] is one held against the other by what is [`Allowed`].
 
 mod claims;
@@ -18,18 +18,16 @@ pub use conventions::{Conventions, NormalSide, NormalSpace, Quantity};
 pub use words::{Finding, object_in_words};
 
 pub use crate::compare::{Allowed, FALSE_HIT, FALSE_MISS, WRONG_OBJECT};
-use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::memory;
 use kugelblitz::picture::Image;
 use kugelblitz::rays::{Pixels, Rays};
 use kugelblitz::scene::{Color, Scene};
 use kugelblitz::trace::{Hits, Kernel, Wants};
-use kugelblitz::{Error, Result};
+use kugelblitz::{Error, Result, Session};
 
 use crate::compare::{
-    ErrorSpread, ErrorStats, ObjectCounts, RayError, RayResult, TError, Tolerance, Unit,
-    error_picture, short,
+    ErrorStats, ObjectCounts, RayError, RayResult, TError, Tolerance, Unit, error_picture, short,
 };
 use crate::verify::{ExactRays, TrueHit, Truth};
 use crate::wrong_usage;
@@ -37,20 +35,6 @@ use crate::wrong_usage;
 /// Bytes of memory that judging a ray takes: what is exact, what is claimed in the file and by
 /// another convention, and the errors.
 const RAY_BYTES: u64 = 512;
-
-/// The exact results of all rays.
-///
-/// # Errors
-/// Those of [`Session::trace`]; [`Error::Usage`] for a session with another kernel than `certified`.
-pub fn truth(session: &mut Session, rays: &Rays, control: &Control) -> Result<Truth> {
-    if session.kernel() != Kernel::Certified {
-        let message = format!("{} proves nothing; judge by certified", session.kernel().name());
-        return wrong_usage(message);
-    }
-    let mut hits = Hits::default();
-    session.trace(rays, Wants::default(), control, &mut hits)?;
-    Truth::of_known(session.scene(), rays, &hits.id, control)
-}
 
 /// What is judged: another renderer's results, and what they are of.
 pub struct Case {
@@ -92,20 +76,33 @@ impl Case {
         memory::require(what, bytes, "judge a part of the picture (crop)")?;
         let claims = Claims::new(image.clone(), &conventions, &rays)?;
         if scene.is_lit() && matches!(claims.seen, ClaimedHits::Colors { .. }) {
-            let message = "the scene is lit, so that colours don't tell its objects; judge ids, depths or normals, or \
-                           compare the picture with an exact one: `kugelblitz render` and `kugelblitz compare`";
-            return wrong_usage(message);
+            return wrong_usage(
+                "the scene is lit, so that colours don't tell its objects; judge ids, depths or normals, or \
+                 compare the picture with an exact one: `kugelblitz render` and `kugelblitz compare`",
+            );
         }
         Ok(Case { scene, rays, image, conventions, claims, allowed })
     }
 
-    /// Holds the results against what `session`, whose kernel is `certified`, proves.
+    /// Holds the results against what `session` proves.
     ///
     /// # Errors
-    /// Those of [`truth`].
+    /// Those of [`Session::trace`]; [`Error::Usage`] for a session with another kernel than `certified`.
     pub fn judge(self, session: &mut Session, control: &Control) -> Result<Judged> {
-        let truth = truth(session, &self.rays, control)?;
-        Judged::new(self, truth)
+        if session.kernel() != Kernel::Certified {
+            let name = session.kernel().name();
+            return wrong_usage(format!("{name} proves nothing; judge by certified"));
+        }
+        let mut hits = Hits::default();
+        session.trace(&self.rays, Wants::default(), control, &mut hits)?;
+        let truth = Truth::of_known(session.scene(), &self.rays, &hits.id, control)?;
+        let errors = self.errors(&self.claims, &truth);
+        let mut judged = Judged { case: self, truth, errors, broken: Vec::new(), hint: None };
+        judged.broken = judged.broken();
+        if !judged.broken.is_empty() {
+            judged.hint = hints::hint(&judged);
+        }
+        Ok(judged)
     }
 
     /// The errors of claims about these rays.
@@ -129,8 +126,8 @@ impl Case {
             Rays::List(_) => vec![false; errors.len()],
         };
         let class = |at| ErrorStats::new(&self.rays, &errors, |i| is_at_silhouette[i] == at);
-        let (away, silhouettes) = (class(false), class(true));
-        CaseErrors { of_rays: errors, is_at_silhouette, away, silhouettes }
+        let classes = [false, true].map(class);
+        CaseErrors { of_rays: errors, is_at_silhouette, classes }
     }
 }
 
@@ -141,10 +138,8 @@ pub struct CaseErrors {
     pub of_rays: Vec<RayError>,
     /// Whether one of a pixel's eight neighbours sees another object, by the exact ids; never in a list of rays.
     pub is_at_silhouette: Vec<bool>,
-    /// Errors of the rays that are not at silhouettes.
-    pub away: ErrorStats,
-    /// Errors of the rays at silhouettes.
-    pub silhouettes: ErrorStats,
+    /// Errors of the rays away from silhouettes, and of those at them.
+    pub classes: [ErrorStats; 2],
 }
 
 /// A case that was held against exact arithmetic.
@@ -179,35 +174,12 @@ pub struct JudgeSummary {
 }
 
 impl Judged {
-    /// A case with the truth about its rays.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] for the truth about another number of rays.
-    pub fn new(case: Case, truth: Truth) -> Result<Judged> {
-        let (n, n_rays) = (truth.hits.len(), case.rays.len());
-        if n != n_rays {
-            return wrong_usage(format!("{n} exact results were given for {n_rays} rays"));
-        }
-        let errors = case.errors(&case.claims, &truth);
-        let mut judged = Judged { case, truth, errors, broken: Vec::new(), hint: None };
-        judged.broken = judged.broken();
-        if !judged.broken.is_empty() {
-            judged.hint = hints::hint(&judged);
-        }
-        Ok(judged)
-    }
-
     /// The pixels, where the rays are those of pixels.
     pub fn pixels(&self) -> Option<&Pixels> {
         match &self.case.rays {
             Rays::Pixels(pixels) => Some(pixels),
             Rays::List(_) => None,
         }
-    }
-
-    /// The errors at silhouettes; `None` for a list of rays.
-    pub fn silhouettes(&self) -> Option<&ErrorStats> {
-        self.pixels().map(|_| &self.errors.silhouettes)
     }
 
     /// The names of what was judged.
@@ -224,6 +196,7 @@ impl Judged {
     /// All in numbers, with these findings.
     pub fn summary(&self, worst: Vec<Finding>) -> JudgeSummary {
         let (pixels, Case { scene, rays, allowed, .. }) = (self.pixels(), &self.case);
+        let [away, silhouettes] = self.errors.classes.clone();
         let is_part = |p: &&Pixels| (p.width, p.height) != (p.image_width, p.image_height);
         JudgeSummary {
             size: pixels.map(|p| [p.image_width, p.image_height]),
@@ -232,8 +205,8 @@ impl Judged {
             rays: rays.len(),
             judged: self.quantities(),
             allowed: allowed.to_string(),
-            away: self.errors.away.clone(),
-            silhouettes: self.silhouettes().cloned(),
+            away,
+            silhouettes: pixels.map(|_| silhouettes),
             worst,
             hint: self.hint.clone(),
             broken: self.broken.clone(),
@@ -249,21 +222,20 @@ impl Judged {
     }
 
     fn broken(&self) -> Vec<String> {
-        let (allowed, CaseErrors { away, silhouettes, .. }) = (&self.case.allowed, &self.errors);
+        let (allowed, classes) = (&self.case.allowed, &self.errors.classes);
         let mut broken = Vec::new();
-        let place = if silhouettes.rays > 0 { " away from silhouettes" } else { "" };
-        let parts = [(away, "ids", place), (silhouettes, "silhouettes", " at silhouettes")];
-        for (ErrorStats { wrong_ids, rays, .. }, key, place) in parts {
+        let away = if classes[1].rays > 0 { " away from silhouettes" } else { "" };
+        let places = [("ids", away), ("silhouettes", " at silhouettes")];
+        for (ErrorStats { wrong_ids, rays, .. }, (key, place)) in classes.iter().zip(places) {
             let most = allowed.limit(key);
             if !most.allows_part(*wrong_ids, *rays) {
                 broken.push(format!("{wrong_ids} of {rays} ids{place} are wrong, allowed: {most}"));
             }
         }
-        let worst = |of: fn(&ErrorStats) -> Option<ErrorSpread>| {
-            let spreads = [away, silhouettes].into_iter().filter_map(of);
+        let [ulp, relative, degrees] = [0, 1, 2].map(|kind| {
+            let spreads = classes.iter().filter_map(|class| class.spreads()[kind]);
             spreads.map(|spread| spread.worst).fold(0.0, f64::max)
-        };
-        let (ulp, relative) = (worst(|part| part.t_ulp), worst(|part| part.t_relative));
+        });
         if !allowed.allows_t(&TError { ulp, relative, is_nearest: false }) {
             broken.push(match allowed.limit("t") {
                 Tolerance { most, unit: Unit::Ulp } => {
@@ -272,7 +244,7 @@ impl Judged {
                 most => format!("t is off by a relative {}, allowed: {most}", short(relative)),
             });
         }
-        let (degrees, most) = (worst(|part| part.normal_degrees), allowed.limit("normal"));
+        let most = allowed.limit("normal");
         if !most.allows(degrees) {
             broken.push(format!("a normal is off by {}°, allowed: {most}°", short(degrees)));
         }

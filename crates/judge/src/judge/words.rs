@@ -59,16 +59,12 @@ impl Judged {
             let n = n.min(wrong.len());
             if kind < 2 {
                 wrong = (0..n).map(|k| wrong[k * wrong.len() / n]).collect();
-            } else if n > 0 {
-                let by_size =
-                    |a: &(f64, usize), b: &(f64, usize)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
-                wrong.select_nth_unstable_by(n - 1, by_size);
+            } else {
+                wrong.sort_by(|a, b| b.0.total_cmp(&a.0));
                 wrong.truncate(n);
-                wrong.sort_unstable_by(by_size);
             }
-            let found =
-                wrong.iter().take(n).map(|(_, ray)| self.finding(kind, *ray, explain(*ray)));
-            findings.extend(found);
+            let finding = |(_, ray)| self.finding(kind, ray, explain(ray));
+            findings.extend(wrong.into_iter().map(finding));
         }
         findings
     }
@@ -123,11 +119,13 @@ impl Judged {
 
     /// The errors away from silhouettes and at them.
     fn table(&self) -> String {
-        let parts: Vec<&ErrorStats> =
-            [Some(&self.errors.away), self.silhouettes()].into_iter().flatten().collect();
-        let has_pixels = parts.len() == 2;
-        let head = [format!("{:24}{:>26}{:>26}\n", "", "away from silhouettes", "at silhouettes")];
-        let mut text: String = head.into_iter().filter(|_| has_pixels).collect();
+        let has_pixels = self.pixels().is_some();
+        let parts = &self.errors.classes[..if has_pixels { 2 } else { 1 }];
+        let mut text = String::new();
+        if has_pixels {
+            text +=
+                "                             away from silhouettes            at silhouettes\n";
+        }
         let mut row = |name: &str, cell: &dyn Fn(&ErrorStats) -> String| {
             text += &format!("{name:<24}");
             parts.iter().for_each(|part| text += &format!("{:>26}", cell(part)));
@@ -140,25 +138,19 @@ impl Judged {
         row("  false hits", &|part| part.false_hits.to_string());
         row("  false misses", &|part| part.false_misses.to_string());
         row("  another object", &|part| part.wrong_object.to_string());
-        type Of = fn(&ErrorStats) -> Option<ErrorSpread>;
-        let spreads: [(&str, Of); 3] = [
-            ("t, ulp", |part| part.t_ulp),
-            ("t, relative", |part| part.t_relative),
-            ("normal, degrees", |part| part.normal_degrees),
-        ];
-        for (name, of) in
-            spreads.iter().filter(|(_, of)| parts.iter().any(|part| of(part).is_some()))
-        {
-            let worst = |ErrorSpread { worst, worst_ray, worst_pixel, .. }| match worst_pixel {
+        for (kind, name) in ["t, ulp", "t, relative", "normal, degrees"].into_iter().enumerate() {
+            if parts.iter().all(|part| part.spreads()[kind].is_none()) {
+                continue;
+            }
+            let mut row = |name: &str, shown: fn(ErrorSpread) -> String| {
+                row(name, &|part| part.spreads()[kind].map_or(NONE.into(), shown));
+            };
+            row(&format!("{name}: median"), |spread| short(spread.median));
+            row("  99 %", |spread| short(spread.p99));
+            row("  worst", |ErrorSpread { worst, worst_ray, worst_pixel, .. }| match worst_pixel {
                 Some([x, y]) => format!("{} at {x},{y}", short(worst)),
                 None => format!("{} at ray {worst_ray}", short(worst)),
-            };
-            let names = [&format!("{name}: median"), "  99 %", "  worst"];
-            let shown: [fn(ErrorSpread) -> String; 3] =
-                [|spread| short(spread.median), |spread| short(spread.p99), worst];
-            for (name, shown) in names.into_iter().zip(shown) {
-                row(name, &|part| of(part).map_or(NONE.into(), shown));
-            }
+            });
         }
         text
     }
@@ -199,22 +191,19 @@ impl Case {
         let mut colors: Vec<([u8; 3], u32)> =
             scene.colors().map(Color::to_srgb8).zip(0..).collect();
         colors.sort_unstable();
-        let (mut n_alike, mut pair) = (0, None);
-        for (i, &(color, id)) in colors.iter().enumerate() {
-            let within = |a: u8, b: u8| a.abs_diff(b) <= tolerance.saturating_mul(2);
-            let next = colors[i + 1..].iter().take_while(|(other, _)| within(other[0], color[0]));
-            let mut next = next.take(N_NEXT_COLORS);
-            if let Some(&(_, other)) =
-                next.find(|(other, _)| (1..3).all(|c| within(other[c], color[c])))
-            {
-                n_alike += 1;
-                pair.get_or_insert([id.min(other), id.max(other)]);
-            }
-        }
-        let [a, b] = pair?.map(|id| object_in_words(scene, id));
+        let within = |a: u8, b: u8| a.abs_diff(b) <= tolerance.saturating_mul(2);
+        let like = |(i, &(color, id)): (usize, &([u8; 3], u32))| {
+            let next = colors[i + 1..].iter().take(N_NEXT_COLORS);
+            let mut next = next.take_while(|(other, _)| within(other[0], color[0]));
+            let (_, other) = next.find(|(other, _)| (1..3).all(|c| within(other[c], color[c])))?;
+            Some([id.min(*other), id.max(*other)])
+        };
+        let alike: Vec<[u32; 2]> = colors.iter().enumerate().filter_map(like).collect();
+        let [a, b] = alike.first()?.map(|id| object_in_words(scene, id));
         Some(format!(
-            "{n_alike} of the scene's colours are too near to another one, those of {a} and {b} for one: they are not \
-             told apart"
+            "{} of the scene's colours are too near to another one, those of {a} and {b} for one: they are not told \
+             apart",
+            alike.len()
         ))
     }
 }

@@ -1,7 +1,5 @@
 //! The sign of the discriminant, as each kernel's arithmetic has it.
 
-use std::cmp::Ordering;
-
 use kugelblitz::exact::{ExactPixels, signum_of_discriminant};
 use kugelblitz::guard::{self, Guard};
 use kugelblitz::kernel::lecture::quadratic;
@@ -95,10 +93,10 @@ impl<'a> Discriminants<'a> {
     }
 }
 
+/// The sign; −1 of what is no number.
 fn sign(discriminant: f64) -> i32 {
-    match discriminant.partial_cmp(&0.0) {
-        Some(Ordering::Greater) => 1,
-        Some(Ordering::Equal) => 0,
-        Some(Ordering::Less) | None => -1,
+    if discriminant == 0.0 {
+        return 0;
     }
+    if discriminant > 0.0 { 1 } else { -1 }
 }

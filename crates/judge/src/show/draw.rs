@@ -2,8 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use kugelblitz::Result;
-use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::memory;
 use kugelblitz::output::OutputFile;
@@ -13,6 +11,7 @@ use kugelblitz::render::{Plan, Rendered, band_rows, bands, hits_bytes};
 use kugelblitz::scene::Samples;
 use kugelblitz::shade::{Colors, Encoding, Pixel, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
+use kugelblitz::{Result, Session};
 
 use super::{Entry, Rgb, Show, Tally, tints};
 

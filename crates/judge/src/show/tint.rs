@@ -22,20 +22,17 @@ pub type Rgb = [u8; 3];
 pub struct Tint {
     /// The colour.
     pub color: Rgb,
-    /// Place in the legend, or [`Tint::NO_ENTRY`].
-    pub entry: u8,
+    /// Place in the legend; `None` for a colour between those of the legend.
+    pub entry: Option<u8>,
 }
 
 impl Tint {
-    /// The entry of colours between those of the legend.
-    pub const NO_ENTRY: u8 = u8::MAX;
-
     fn free(color: Rgb) -> Tint {
-        Tint { color, entry: Tint::NO_ENTRY }
+        Tint { color, entry: None }
     }
 
     fn of(swatches: &[Swatch], entry: usize) -> Tint {
-        Tint { color: swatches[entry].0, entry: entry as u8 }
+        Tint { color: swatches[entry].0, entry: Some(entry as u8) }
     }
 }
 
@@ -220,10 +217,10 @@ fn depth(t: f32, range: Option<[f32; 2]>) -> Rgb {
 
 /// −1 … 1 as 0 … 255.
 fn normal_color(normal: [f32; 3], id: u32) -> Rgb {
-    match id {
-        0 => NOTHING,
-        _ => normal.map(|x| ((f64::from(x) + 1.0) * 127.5).round() as u8),
+    if id == 0 {
+        return NOTHING;
     }
+    normal.map(|x| ((f64::from(x) + 1.0) * 127.5).round() as u8)
 }
 
 /// The place of an error in [`ERRORS`].
@@ -296,12 +293,10 @@ mod tests {
         for show in Show::ALL {
             let swatches = swatches(show);
             for tint in shown(show, Kernel::Certified, middle()) {
-                match swatches.get(usize::from(tint.entry)) {
+                if let Some(entry) = tint.entry {
                     // That of the discriminant is shaded.
-                    Some((color, _)) => {
-                        assert!(show == Show::Discriminant || *color == tint.color, "{show}");
-                    }
-                    None => assert_eq!(tint.entry, Tint::NO_ENTRY, "{show}"),
+                    let (color, _) = swatches[usize::from(entry)];
+                    assert!(show == Show::Discriminant || color == tint.color, "{show}");
                 }
             }
         }
@@ -348,7 +343,10 @@ mod tests {
         let control = Control::default();
         let tints = tints(Show::Side, &prepared, &pixels, &hits, None, &control).unwrap();
         // The sphere's radius in that plane is √0.75, of its picture 1; a pixel is 0.097 wide.
-        assert_eq!([15, 15 + 8, 15 + 10, 15 + 12].map(|x| tints[15 * 31 + x].entry), [1, 1, 0, 2]);
+        assert_eq!(
+            [15, 15 + 8, 15 + 10, 15 + 12].map(|x| tints[15 * 31 + x].entry),
+            [1, 1, 0, 2].map(Some)
+        );
     }
 
     #[test]

@@ -177,9 +177,8 @@ impl Verification {
         if let Some(of_pixel) = self.colors {
             sample_bytes += COLOR_BYTES;
             let color_bytes: usize = ENCODINGS.map(Encoding::pixel_bytes).iter().sum();
-            bytes = bytes.saturating_add(n_rays.saturating_mul(2 * color_bytes as u64));
-            let n_rays = n_rays.saturating_mul(of_pixel.of_pixel().into());
-            bytes = bytes.saturating_add(hits_bytes(n_rays, Wants::default()));
+            let n_samples = n_rays * u64::from(of_pixel.of_pixel());
+            bytes += 2 * n_rays * color_bytes as u64 + hits_bytes(n_samples, Wants::default());
         }
         memory::require(
             format!("comparing {n_rays} pixels at once"),
@@ -358,16 +357,11 @@ impl Verified {
                 rows[3].extend(against_exact.rows().map(row));
             }
         }
-        let colors = |differ: &str, title: &str| {
-            let columns = ["in 8 bits", "in 16", "floats"].map(|what| format!("{differ} {what}"));
-            let [srgb8, srgb16, linear] = columns;
-            color_row(title, ["pixels".into(), srgb8, srgb16, linear])
-        };
         let heads = [
             "GPU against CPU   rays  hit or miss  other object  t differs  ulp max  normal differs  distance max\n",
             "against exact     rays   false hits  false misses  wrong object  t error, ulp  normal error\n",
-            &colors("other", "colours, GPU against CPU"),
-            &colors("wrong", "colours against exact"),
+            "colours, GPU against CPU  pixels  other in 8 bits  other in 16  other floats\n",
+            "colours against exact     pixels  wrong in 8 bits  wrong in 16  wrong floats\n",
         ];
         let parts = heads.iter().zip(&rows).filter(|(_, rows)| !rows.is_empty());
         let mut text: String = parts.map(|(head, rows)| format!("\n{head}{rows}")).collect();
@@ -383,10 +377,6 @@ impl Verified {
 impl ColorDifferences {
     fn row(&self, name: &str) -> String {
         let ColorDifferences { pixels, srgb8, srgb16, linear, .. } = self;
-        color_row(name, [pixels, srgb8, srgb16, linear].map(u64::to_string))
+        format!("{name:<24} {pixels:>7} {srgb8:>16} {srgb16:>12} {linear:>13}\n")
     }
-}
-
-fn color_row(name: &str, [pixels, srgb8, srgb16, linear]: [String; 4]) -> String {
-    format!("{name:<24} {pixels:>7} {srgb8:>16} {srgb16:>12} {linear:>13}\n")
 }
