@@ -34,16 +34,15 @@ pub fn document(markup: &str) -> String {
 pub fn wrapped(text: &str, width: usize, first: &str, then: &str) -> Vec<String> {
     let columns = |text: &str| text.chars().count();
     let mut words = text.split_whitespace();
-    let mut lines = Vec::new();
-    let mut line = first.to_owned() + words.next().unwrap_or_default();
+    let mut lines = vec![first.to_owned() + words.next().unwrap_or_default()];
     for word in words {
-        if columns(&line) + 1 + columns(word) > width {
-            lines.push(std::mem::replace(&mut line, then.to_owned() + word));
-        } else {
-            line = line + " " + word;
+        match lines.last_mut() {
+            Some(line) if columns(line) + 1 + columns(word) <= width => {
+                *line += &format!(" {word}");
+            }
+            _ => lines.push(then.to_owned() + word),
         }
     }
-    lines.push(line);
     lines
 }
 

@@ -326,10 +326,10 @@ fn ulp_distance_f64(a: f64, b: f64) -> u64 {
         return u64::from(a.to_bits() != b.to_bits()) * u64::MAX;
     }
     let ordered = |x: f64| {
-        let magnitude = i128::from(x.to_bits() & (u64::MAX >> 1));
+        let magnitude = x.abs().to_bits().cast_signed();
         if x.is_sign_negative() { -magnitude } else { magnitude }
     };
-    u64::try_from(ordered(a).abs_diff(ordered(b))).unwrap_or(u64::MAX)
+    ordered(a).abs_diff(ordered(b))
 }
 
 /// A linear number from 0 to 1; what is no number is 0.

@@ -72,9 +72,8 @@ impl RayError {
             Some(said) if said.id == right.id => RayError::Right {
                 id: said.id,
                 t: said.t.zip(right.t).map(|(t, right)| TError::of(t, right)),
-                normal: said.normal.zip(right.normal).map(|(normal, right)| NormalError {
-                    is_nearest: is_nearest(normal.as_vec3().into()),
-                    ..NormalError::of(normal, right)
+                normal: said.normal.zip(right.normal).map(|(normal, right)| {
+                    NormalError::of(normal, right, is_nearest(normal.as_vec3().into()))
                 }),
             },
             None | Some(RayResult { id: 0, .. }) => RayError::FalseMiss,
@@ -128,8 +127,8 @@ pub struct NormalError {
 }
 
 impl NormalError {
-    fn of(normal: DVec3, right: DVec3) -> NormalError {
-        let of = |distance, degrees| NormalError { distance, degrees, is_nearest: false };
+    fn of(normal: DVec3, right: DVec3, is_nearest: bool) -> NormalError {
+        let of = |distance, degrees| NormalError { distance, degrees, is_nearest };
         let bits = |normal: DVec3| normal.to_array().map(f64::to_bits);
         let distance = (normal - right).length();
         if bits(normal) == bits(right) {
@@ -192,16 +191,16 @@ impl RayDifferences {
             RayError::FalseMiss => &mut self.false_misses,
             RayError::WrongObject => &mut self.wrong_object,
             RayError::Right { t, normal, .. } => {
-                let differs = [
-                    t.is_some_and(|t| !t.is_nearest),
-                    normal.is_some_and(|normal| !normal.is_nearest),
-                ];
-                self.t_differs += u64::from(differs[0]);
-                self.t_ulp_max = self.t_ulp_max.max(t.map_or(0.0, |t| t.ulp));
-                self.normal_differs += u64::from(differs[1]);
-                let distance = normal.map_or(0.0, |normal| normal.distance);
-                self.normal_distance_max = self.normal_distance_max.max(distance);
-                if differs.contains(&true) {
+                let n_before = self.t_differs + self.normal_differs;
+                if let Some(t) = t {
+                    self.t_differs += u64::from(!t.is_nearest);
+                    self.t_ulp_max = self.t_ulp_max.max(t.ulp);
+                }
+                if let Some(normal) = normal {
+                    self.normal_differs += u64::from(!normal.is_nearest);
+                    self.normal_distance_max = self.normal_distance_max.max(normal.distance);
+                }
+                if self.t_differs + self.normal_differs > n_before {
                     self.first.get_or_insert(ray);
                 }
                 return;

@@ -5,10 +5,12 @@
 
 use Notation::{Latex, Text};
 use kugelblitz::exact::Root;
+use kugelblitz::num::V3;
 use serde::{Serialize, Serializer};
 
-use super::numbers::{MANY_DIGITS, Short};
+use super::numbers::{Columns, FormulaNumber, MANY_DIGITS, Short, row};
 use super::step::{self, Rounding, Step};
+use super::text::WIDTH;
 use crate::markup::wrapped;
 
 /// A way to write formulas.
@@ -82,15 +84,6 @@ impl Notation {
         let all = numbers.join(if self == Latex { r",\ " } else { ", " });
         if numbers.len() > 1 { format!("({all})") } else { all }
     }
-
-    /// The relation of two pieces of a line.
-    fn relation(self, is_rounded: bool) -> &'static str {
-        match (is_rounded, self) {
-            (false, _) => " = ",
-            (true, Text) => " ≈ ",
-            (true, Latex) => r" \approx ",
-        }
-    }
 }
 
 /// One line of a derivation.
@@ -124,8 +117,12 @@ impl Line {
         for (notation, pieces) in [Text, Latex].into_iter().zip(&mut self.pieces) {
             let (piece, is_rounded) = piece(notation);
             self.is_rounded = is_rounded;
-            let relation =
-                if pieces.is_empty() { "" } else { notation.relation(was_rounded || is_rounded) };
+            let relation = match (was_rounded || is_rounded, notation) {
+                _ if pieces.is_empty() => "",
+                (false, _) => " = ",
+                (true, Text) => " ≈ ",
+                (true, Latex) => r" \approx ",
+            };
             pieces.push(relation.to_owned() + &piece);
         }
     }
@@ -158,19 +155,38 @@ pub enum LineDetail {
     Addends,
 }
 
-/// A derivation, line by line. One at a time on a thread.
+/// A derivation, line by line, and the table of its numbers. One at a time on a thread.
 pub struct Derivation {
     /// Digits of the results.
     digits: usize,
     /// The lines.
     pub lines: Vec<Line>,
+    /// The rows of the table.
+    pub rows: Vec<FormulaNumber>,
 }
 
 impl Derivation {
     /// Begins one.
     pub fn new(digits: usize) -> Derivation {
         step::begin();
-        Derivation { digits, lines: Vec::new() }
+        Derivation { digits, lines: Vec::new(), rows: Vec::new() }
+    }
+
+    /// A row of the table.
+    pub fn row(&mut self, symbol: &'static str, columns: Columns, exact: impl Into<Option<Root>>) {
+        self.rows.push(row(symbol, columns, exact));
+    }
+
+    /// The rows of a vector, each against the exact component.
+    pub fn rows_of_vector(
+        &mut self,
+        symbols: [&'static str; 3],
+        exact: V3<Step>,
+        columns: impl Fn(usize) -> Columns,
+    ) {
+        for (axis, symbol) in symbols.into_iter().enumerate() {
+            self.row(symbol, columns(axis), exact.0[axis].value());
+        }
     }
 
     /// A number for the results of a line.
@@ -296,16 +312,13 @@ fn rounds_to(value: &Root, printed: &str, digits: usize) -> bool {
     })
 }
 
-/// Before a piece that goes on in another line, and where that line is too long.
-const INDENTS: [&str; 2] = ["      ", "        "];
-
-/// The lines in plain text of at most `width` columns.
-pub fn text_of(lines: &[Line], width: usize) -> Vec<String> {
+/// The lines in plain text of at most [`WIDTH`] columns.
+pub fn text_of(lines: &[Line]) -> Vec<String> {
     let mut written: Vec<String> = Vec::new();
     for line in lines {
         let pieces = line.pieces(Text);
         match written.last_mut() {
-            Some(last) if line.is_joined && columns(last) + 2 + line.columns() <= width => {
+            Some(last) if line.is_joined && columns(last) + 2 + line.columns() <= WIDTH => {
                 *last += &format!(", {}", pieces.concat());
                 continue;
             }
@@ -313,8 +326,8 @@ pub fn text_of(lines: &[Line], width: usize) -> Vec<String> {
         }
         for piece in &pieces[1..] {
             match written.last_mut() {
-                Some(last) if columns(last) + columns(piece) <= width => *last += piece,
-                _ => written.extend(wrapped(piece, width, INDENTS[0], INDENTS[1])),
+                Some(last) if columns(last) + columns(piece) <= WIDTH => *last += piece,
+                _ => written.extend(wrapped(piece, WIDTH, "      ", "        ")),
             }
         }
     }

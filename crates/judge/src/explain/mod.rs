@@ -266,14 +266,14 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<
         }
         Rays::List(_) => None,
     };
-    let (ray, ray_lines) = numbers.ray();
+    let ray = numbers.ray();
     let (of_point, point) = numbers.point().unzip();
     let mut explanation = Explanation {
         lang,
         digits,
         pixel,
-        ray,
-        ray_lines,
+        ray: ray.rows,
+        ray_lines: ray.lines,
         objects,
         n_objects,
         left_out,
@@ -418,13 +418,8 @@ fn ranked(numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, LeftOut) {
             .then_with(exact)
             .then(a.id.cmp(&b.id))
     };
-    let n_shown = limit.min(ranks.len());
-    let mut others = Vec::new();
-    if n_shown < ranks.len() {
-        ranks.select_nth_unstable_by(n_shown, order);
-        others = ranks.split_off(n_shown);
-    }
-    ranks.sort_by(order);
+    ranks.par_sort_unstable_by(order);
+    let others = ranks.split_off(limit.min(ranks.len()));
     (ranks, left_out(numbers, &others))
 }
 

@@ -1,10 +1,8 @@
 //! Numbers beside the exact ones.
 
 use kugelblitz::exact::{Dyadic, Enclosure, Root, exact, real};
-use kugelblitz::num::V3;
 use serde::Serialize;
 
-use super::step::Step;
 use crate::compare::Precision;
 
 /// Digits of an exact number.
@@ -169,15 +167,6 @@ pub fn row(
     };
     let [lecture, stable, f64] = [0, 1, 2].map(entry);
     FormulaNumber { symbol, lecture, stable, f64, exact }
-}
-
-/// The rows of a vector, each against the exact component.
-pub fn rows_of_vector(
-    symbols: [&'static str; 3],
-    exact: V3<Step>,
-    columns: impl Fn(usize) -> Columns,
-) -> [FormulaNumber; 3] {
-    [0, 1, 2].map(|axis| row(symbols[axis], columns(axis), exact.0[axis].value()))
 }
 
 /// The shortest decimal that gives this f32 back. A number beyond f32's range, which stands for

@@ -14,9 +14,9 @@ use kugelblitz::scene::{Object, Plane, Scene, Sphere};
 use kugelblitz::shade::{Lighting, PlainPoint};
 use kugelblitz::trace::{Kernel, Rays, WorldRay};
 
+use super::line::Derivation;
 use super::line::LineDetail::{Addends, Numbers};
-use super::line::{Derivation, Line};
-use super::numbers::{FormulaNumber, in_all, row, rows_of_vector, scaled};
+use super::numbers::{in_all, scaled};
 use super::shading::lighting;
 use super::step::{Step, vector};
 use super::words::Words;
@@ -140,26 +140,26 @@ impl<'a> RayNumbers<'a> {
     }
 
     /// Where the ray begins and goes.
-    pub fn ray(&self) -> (Vec<FormulaNumber>, Vec<Line>) {
+    pub fn ray(&self) -> Derivation {
         let (mut told, [o, d]) = self.derivation();
         told.given("o", &o.0);
         told.given("d", &d.0);
         let num::Ray { origin, direction, .. } = self.lecture;
-        let origins = rows_of_vector(["o.x", "o.y", "o.z"], o, |axis| {
+        told.rows_of_vector(["o.x", "o.y", "o.z"], o, |axis| {
             [Some(Some(origin.0[axis].into())), None, Some(Some(self.origin[axis]))]
         });
-        let directions = rows_of_vector(["d.x", "d.y", "d.z"], d, |axis| {
+        told.rows_of_vector(["d.x", "d.y", "d.z"], d, |axis| {
             let stable = scaled(self.stable.ray.direction.0[axis], self.exponent);
             in_all(direction.0[axis], stable, self.direction[axis])
         });
-        ([origins, directions].concat(), told.lines)
+        told
     }
 
     /// How the ray meets an object.
     pub fn object(&self, rank: &Rank) -> Option<ObjectExplanation> {
         let id = rank.id;
         let object = self.scene.object(id)?;
-        let (shape, (lines, quantities)) = match object {
+        let (shape, told) = match object {
             Object::Sphere(sphere) => ("sphere", self.sphere(sphere)),
             Object::Plane(plane) => ("plane", self.plane(plane)),
         };
@@ -168,8 +168,8 @@ impl<'a> RayNumbers<'a> {
             id,
             label: self.label(id),
             shape,
-            lines,
-            quantities,
+            lines: told.lines,
+            quantities: told.rows,
             reason: Reason::Degenerate,
             why: Vec::new(),
             gap: rank.root.is_none().then_some(gap),
@@ -179,7 +179,7 @@ impl<'a> RayNumbers<'a> {
         Some(explanation)
     }
 
-    fn sphere(&self, sphere: &Sphere) -> (Vec<Line>, Vec<FormulaNumber>) {
+    fn sphere(&self, sphere: &Sphere) -> Derivation {
         let (mut told, [o, d]) = self.derivation();
         let c = V3(told.of_scene("c", sphere.center.to_array()));
         let [r] = told.of_scene("r", [sphere.radius]);
@@ -207,24 +207,22 @@ impl<'a> RayNumbers<'a> {
         let is_hit = h >= 0.0;
         let stable = is_hit.then(|| roots_stable(ray, chord.b, h, k).map(|t| self.t_of_stable(t)));
 
-        let row = |symbol, lecture: Option<usize>, stable, exact: Option<Step>| {
+        let mut row = |symbol, lecture: Option<usize>, stable, exact: Option<Step>| {
             let [single, double] = [single, double].map(|numbers| lecture.map(|i| numbers[i]));
-            row(symbol, [single, stable, double], exact.map(Step::value))
+            told.row(symbol, [single, stable, double], exact.map(Step::value));
         };
         let (lit, discriminant) = (<Step as Real>::lit, exact.discriminant);
         let delta = is_line.then(|| discriminant / (lit(4.0) * exact.a));
         let half = is_met.then(|| discriminant.sqrt() / lit(2.0));
-        let quantities = vec![
-            row("a", Some(0), Some(Some(scaled(ray.a, 2 * e))), Some(exact.a)),
-            row("b", Some(1), Some(Some(-2.0 * scaled(chord.b, e))), Some(exact.b)),
-            row("k", Some(2), Some(Some(k.into())), Some(exact.k)),
-            row("D", Some(3), None, Some(discriminant)),
-            row("r²−P·P", None, Some(Some(chord.delta.into())), delta),
-            row("h", None, Some(is_hit.then(|| scaled(h, e))), half),
-            row("t₁", Some(4), Some(stable.map(|t| t[0])), roots.map(|roots| roots[0])),
-            row("t₂", Some(5), Some(stable.map(|t| t[1])), roots.map(|roots| roots[1])),
-        ];
-        (told.lines, quantities)
+        row("a", Some(0), Some(Some(scaled(ray.a, 2 * e))), Some(exact.a));
+        row("b", Some(1), Some(Some(-2.0 * scaled(chord.b, e))), Some(exact.b));
+        row("k", Some(2), Some(Some(k.into())), Some(exact.k));
+        row("D", Some(3), None, Some(discriminant));
+        row("r²−P·P", None, Some(Some(chord.delta.into())), delta);
+        row("h", None, Some(is_hit.then(|| scaled(h, e))), half);
+        row("t₁", Some(4), Some(stable.map(|t| t[0])), roots.map(|roots| roots[0]));
+        row("t₂", Some(5), Some(stable.map(|t| t[1])), roots.map(|roots| roots[1]));
+        told
     }
 
     /// A `t` of the kernel `stable`, as it reports it.
@@ -232,7 +230,7 @@ impl<'a> RayNumbers<'a> {
         f64::from(scaled(t, -self.exponent) as f32)
     }
 
-    fn plane(&self, plane: &Plane) -> (Vec<Line>, Vec<FormulaNumber>) {
+    fn plane(&self, plane: &Plane) -> Derivation {
         let (mut told, [o, d]) = self.derivation();
         let a = V3(told.of_scene("a", plane.point.to_array()));
         let n = V3(told.of_scene("n", plane.normal.to_array()));
@@ -250,20 +248,17 @@ impl<'a> RayNumbers<'a> {
         let slope = self.stable.ray.direction.dot(V3(of_stable.normal));
         let stable = [of_stable.n_offset(&self.stable), slope];
         let (e, of_normal) = (self.exponent, exponent_of(plane.normal));
-        let component = |i: usize, exponent, symbol| {
+        let rows = [("(a−o)·n", of_normal), ("d·n", of_normal + e)];
+        for (i, (symbol, exponent)) in rows.into_iter().enumerate() {
             let columns = in_all(single[i], scaled(stable[i], exponent), double[i]);
-            row(symbol, columns, exact[i].value())
-        };
+            told.row(symbol, columns, exact[i].value());
+        }
         let t_of_stable = self.t_of_stable(stable[0] / stable[1]);
         let t = in_all(single[0] / single[1], t_of_stable, double[0] / double[1]);
         // A quotient by 0 is an infinity or NaN: no root.
         let t = t.map(|t| t.map(|t| t.filter(|t| t.is_finite())));
-        let quantities = vec![
-            component(0, of_normal, "(a−o)·n"),
-            component(1, of_normal + e, "d·n"),
-            row("t", t, root.map(Step::value)),
-        ];
-        (told.lines, quantities)
+        told.row("t", t, root.map(Step::value));
+        told
     }
 
     /// `f(p)` of the object that a kernel sees, in its arithmetic: that of `lecture`, `stable` or `double`,

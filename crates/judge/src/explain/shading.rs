@@ -14,9 +14,7 @@ use super::light::{
 };
 use super::line::Derivation;
 use super::line::LineDetail::{self, Numbers};
-use super::numbers::{
-    COLUMNS, Columns, Exact, Short, decimal_f64, enclosed, row, rows_of_vector, zero,
-};
+use super::numbers::{COLUMNS, Columns, Exact, Short, decimal_f64, enclosed, row, zero};
 use super::ray::{RayNumbers, off_sphere};
 use super::step::{self, number, of_scene, vector, vector_of_scene};
 use super::words::Remark;
@@ -125,18 +123,18 @@ impl RayNumbers<'_> {
         let normal = if hit.side == Side::Back { -outward } else { outward };
         told.line(letter, &normal.0, Numbers);
 
-        let mut quantities = Vec::from(rows_of_vector(["p.x", "p.y", "p.z"], p, |axis| {
+        told.rows_of_vector(["p.x", "p.y", "p.z"], p, |axis| {
             let origin = |kernel| if kernel == 2 { self.reference[axis] } else { 0.0 };
             let world = |kernel, plain: &PlainPoint| origin(kernel) + plain.at[axis];
             let [lecture, _, double] = self.columns(world);
             [lecture, None, double]
-        }));
+        });
         let residual = self.columns(|kernel, plain| self.residual(kernel, plain));
-        quantities.push(row("f(p)", residual, off.value()));
-        quantities.extend(rows_of_vector(["n.x", "n.y", "n.z"], normal, |axis| {
+        told.row("f(p)", residual, off.value());
+        told.rows_of_vector(["n.x", "n.y", "n.z"], normal, |axis| {
             self.columns(|_, plain| plain.normal[axis])
-        }));
-        let explanation = PointExplanation { quantities, lines: told.lines };
+        });
+        let explanation = PointExplanation { quantities: told.rows, lines: told.lines };
         let [at, normal] = [p, normal].map(|v| v.0.map(|x| x.value()));
         Some((explanation, Point { lit, at, normal }))
     }
@@ -180,23 +178,23 @@ impl RayNumbers<'_> {
             told.line("", &(vector("I", way.strength.clone()) * cosine).0, Numbers);
         }
 
-        let mut quantities = Vec::from(rows_of_vector(["w.x", "w.y", "w.z"], w, |axis| {
+        told.rows_of_vector(["w.x", "w.y", "w.z"], w, |axis| {
             self.columns(|_, plain| way.plain(plain).way[axis])
-        }));
+        });
         let cosines = self.columns(|_, plain| way.plain(plain).cosine);
-        quantities.push(row("n·ω", cosines, way.cosine.clone()));
+        told.row("n·ω", cosines, way.cosine.clone());
         let roots = self.columns(|_, plain| way.plain(plain).in_the_way.map(|(_, s)| s));
         if root.is_some() || roots.into_iter().any(|entry| entry.flatten().is_some()) {
-            quantities.push(row("s", roots, root));
+            told.row("s", roots, root);
         }
         let [red, green, blue] = way.lamp.weight;
         let shown = if red == green && green == blue { &["I·n·ω"][..] } else { &CHANNELS };
         for (channel, symbol) in shown.iter().enumerate() {
             let given = self.columns(|kernel, plain| way.gives_plainly(kernel, plain, channel));
-            quantities.push(row(symbol, given, way.gives(channel)));
+            told.row(symbol, given, way.gives(channel));
         }
         let (verdict, why) = (way.verdict.clone(), self.why(way, is_at_point));
-        LightExplanation { verdict, why, quantities, lines: told.lines, ..dark }
+        LightExplanation { verdict, why, quantities: told.rows, lines: told.lines, ..dark }
     }
 
     /// Why a light counts or not, and which kernel has it otherwise.

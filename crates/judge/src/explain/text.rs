@@ -51,7 +51,7 @@ fn section(section: &TextSection, note: &str, words: &Words) -> String {
     let subject: Vec<String> = section.subject.iter().map(Remark::to_string).collect();
     let mut text = subject.join(", ") + "\n";
     text.extend(section.why.iter().map(|why| format!("  → {why}\n")));
-    text.extend(text_of(section.lines, WIDTH).iter().map(|line| format!("{line}\n")));
+    text.extend(text_of(section.lines).iter().map(|line| format!("{line}\n")));
     text += note;
     if !section.quantities.is_empty() {
         text += &table(section.quantities, words);

@@ -30,6 +30,14 @@ pub const VISIBLE: Hides = &|_| false;
 /// All points are hidden.
 pub const HIDDEN: Hides = &|_| true;
 
+/// From a point towards the eye of a view, not of any length.
+pub fn towards_eye(view: &View, point: DVec3) -> DVec3 {
+    match view.lens {
+        Lens::Perspective => view.position - point,
+        Lens::Orthographic => -view.forward,
+    }
+}
+
 /// What is drawn so far.
 pub struct Drawing {
     pub pixels: Pixels,
@@ -61,15 +69,6 @@ impl Drawing {
         let size = self.size();
         let far_off = 10.0 * size.max_element();
         ((at - size / 2.0).abs().max_element() < far_off).then_some(at)
-    }
-
-    /// From a point towards the eye, not of any length.
-    pub fn towards_eye(&self) -> impl Fn(DVec3) -> DVec3 + use<> {
-        let View { lens, position, forward, .. } = self.pixels.view;
-        move |point| match lens {
-            Lens::Perspective => position - point,
-            Lens::Orthographic => -forward,
-        }
     }
 
     /// Fills a polygon.
@@ -187,11 +186,9 @@ fn written(Label { letter, rest, class, size, .. }: &Label, place: &DVec2) -> St
 }
 
 fn path(points: &[DVec2]) -> String {
-    let steps = points
-        .iter()
-        .enumerate()
-        .map(|(i, at)| format!("{}{} {}", if i == 0 { 'M' } else { 'L' }, px(at.x), px(at.y)));
-    steps.collect()
+    let points: Vec<String> =
+        points.iter().map(|at| format!("{} {}", px(at.x), px(at.y))).collect();
+    format!("M{}", points.join("L"))
 }
 
 /// Hundredths of a pixel.

@@ -4,7 +4,7 @@ use glam::DVec3;
 use kugelblitz::scene::Plane;
 
 use super::axes;
-use super::drawing::{Drawing, VISIBLE};
+use super::drawing::{Drawing, VISIBLE, towards_eye};
 use super::words::vector;
 
 /// Half the side of the piece of the plane that is shown, as a part of the larger of `|a|` and `|n|`.
@@ -29,9 +29,8 @@ pub fn draw(plane: &Plane, drawing: &mut Drawing) -> Option<()> {
 
     let corners = [at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)];
     drawing.surface(&corners);
-    let towards_eye = drawing.towards_eye();
     let hidden = |point: DVec3| {
-        let way = towards_eye(point);
+        let way = towards_eye(&view, point);
         let s = (a - point).dot(unit) / way.dot(unit);
         let off = point + way * s - a;
         // What lies in the plane itself is not hidden by it.

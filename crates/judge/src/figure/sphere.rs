@@ -10,7 +10,7 @@ use kugelblitz::rays::Lens;
 use kugelblitz::scene::Sphere;
 
 use super::axes;
-use super::drawing::{Drawing, VISIBLE};
+use super::drawing::{Drawing, VISIBLE, towards_eye};
 use super::words::{number, vector};
 
 /// Corners of a circle.
@@ -34,9 +34,8 @@ pub fn draw(
     let p = known.unwrap_or_else(|| c + toward.normalize_or_zero() * r);
 
     drawing.surface(&outline(sphere, drawing)?);
-    let towards_eye = drawing.towards_eye();
     let hidden = |point: DVec3| {
-        let way = towards_eye(point).normalize_or_zero();
+        let way = towards_eye(&view, point).normalize_or_zero();
         let [o, d, c] = [point, way, c].map(V3::<f64>::near);
         let q = quadratic(o, d, c, r);
         // The root of a point on the sphere is 0 up to that of f64's rounding.
@@ -44,7 +43,7 @@ pub fn draw(
     };
     axes::draw(drawing, &[c + DVec3::splat(r), c, p], c, &hidden);
     // What faces away from the eye.
-    let is_behind = |point: DVec3| (point - c).dot(towards_eye(point)) <= 0.0;
+    let is_behind = |point: DVec3| (point - c).dot(towards_eye(&view, point)) <= 0.0;
     for axis in 0..3 {
         let (u, v) = (DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]);
         drawing.stroke(&circle(c, u * r, v * r), "surface", false, &is_behind);

@@ -174,9 +174,10 @@ fn quantities_of(image: &Image, conventions: &Conventions) -> Result<Vec<Quantit
     ];
     let mut found: Vec<_> =
         known.into_iter().filter(|(_, is_there)| *is_there).map(|(q, _)| q).collect();
-    let is_colored =
-        image.channel("R").and_then(ChannelValues::full).is_some() || image.format == "OpenEXR";
-    if found.is_empty() && colors_of(image).is_some() && is_colored {
+    if found.is_empty()
+        && let Some([red, ..]) = colors_of(image)
+        && (red.full().is_some() || image.format == "OpenEXR")
+    {
         found.push(Quantity::Color);
     }
     if !found.is_empty() && conventions.channel.is_none() {

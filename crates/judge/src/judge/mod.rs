@@ -15,9 +15,9 @@ use serde::Serialize;
 
 pub use claims::{ClaimedHits, Claims};
 pub use conventions::{Conventions, NormalSide, NormalSpace, Quantity};
-pub use words::{Finding, object_in_words};
+pub use words::Finding;
 
-pub use crate::compare::{Allowed, FALSE_HIT, FALSE_MISS, WRONG_OBJECT};
+pub use crate::compare::Allowed;
 use kugelblitz::control::Control;
 use kugelblitz::memory;
 use kugelblitz::picture::Image;
@@ -255,12 +255,10 @@ impl Judged {
 /// Whether one of a pixel's eight neighbours sees another object.
 fn silhouettes(pixels: &Pixels, hits: &[TrueHit]) -> Vec<bool> {
     let (width, height) = (pixels.width as usize, pixels.height as usize);
+    let around = |at: usize, n: usize| at.saturating_sub(1)..(at + 2).min(n);
     let at = |i: usize| {
-        let (x, y) = (i % width, i / width);
-        let rows = y.saturating_sub(1)..=(y + 1).min(height - 1);
-        let columns = x.saturating_sub(1)..=(x + 1).min(width - 1);
-        rows.flat_map(|y| columns.clone().map(move |x| y * width + x))
-            .any(|j| hits[j].id != hits[i].id)
+        let differs = |x: usize, y: usize| hits[y * width + x].id != hits[i].id;
+        around(i / width, height).any(|y| around(i % width, width).any(|x| differs(x, y)))
     };
     (0..hits.len()).map(at).collect()
 }

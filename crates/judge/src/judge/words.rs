@@ -170,7 +170,7 @@ fn says(scene: &Scene, seen: &ClaimedHits, ray: usize) -> String {
 }
 
 /// `object 3 “red giant”`, or `the background`.
-pub fn object_in_words(scene: &Scene, id: u32) -> String {
+fn object_in_words(scene: &Scene, id: u32) -> String {
     match (id, scene.object(id), scene.name(id)) {
         (0, ..) => "the background".into(),
         (_, None, _) => "no object of the scene".into(),

@@ -44,12 +44,11 @@ impl<'a> Discriminants<'a> {
             (m, 1.0 - m / (sphere.radius * sphere.radius))
         };
         let n_spheres = self.prepared.scene.spheres.len();
-        let chosen = match (id as usize).checked_sub(1).filter(|&i| i < n_spheres) {
-            Some(i) => Some(i),
-            None if n_spheres > MOST_SEARCHED => None,
-            None => (0..n_spheres).max_by(|&a, &b| nearness(a).1.total_cmp(&nearness(b).1)),
+        let i = match (id as usize).checked_sub(1).filter(|&i| i < n_spheres) {
+            Some(i) => i,
+            None if n_spheres > MOST_SEARCHED => return None,
+            None => (0..n_spheres).max_by(|&a, &b| nearness(a).1.total_cmp(&nearness(b).1))?,
         };
-        let i = chosen?;
         let (m, value) = nearness(i);
         let sign = match &self.prepared.objects {
             ObjectRecords::Lecture(lists) => {

@@ -10,7 +10,7 @@ use std::fmt;
 
 pub use draw::{ShownPicture, draw, keep, n_steps, range_of_t, side_by_side, union};
 pub use legend::{Entry, Tally};
-pub use tint::{Rgb, Tint, id_color, palette, tints};
+pub use tint::{Rgb, Tint, palette, tints};
 
 use kugelblitz::Result;
 use kugelblitz::picture::{ChannelBits, Format, PictureOptions};

@@ -5,7 +5,7 @@ use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::exact;
 use kugelblitz::prepare::Prepared;
-use kugelblitz::rays::{Lens, Pixels, View, WorldRay};
+use kugelblitz::rays::{Lens, Pixels, WorldRay};
 use kugelblitz::scene::{Color, Object, Scene};
 use kugelblitz::trace::{Hits, Level};
 use rayon::prelude::*;
@@ -101,18 +101,18 @@ pub(super) fn swatches(show: Show) -> &'static [Swatch] {
     }
 }
 
-/// Colours by id, the background's first: the objects' own where `show` has none by id.
+/// Colours by id, the background's first: the objects' own where `show` has none by id. Sides are those
+/// that rays from the eye see, see [`Show::is_of_objects`].
 pub fn palette(show: Show, scene: &Scene, pixels: &Pixels) -> Vec<Rgb> {
     tints_by_id(show, scene, pixels).into_iter().map(|tint| tint.color).collect()
 }
 
 /// Tints by id, with the colours of [`palette`].
 fn tints_by_id(show: Show, scene: &Scene, pixels: &Pixels) -> Vec<Tint> {
-    let View { position: eye, forward, lens, .. } = pixels.view;
+    let eye = pixels.view.position;
     let is_front = |id| {
         let at = scene.object(id).map_or(eye, |object| object.extent().0);
-        let direction = if lens == Lens::Orthographic { forward } else { at - eye };
-        is_front(scene, id, eye, direction)
+        is_front(scene, id, eye, at - eye)
     };
     let tint = |(id, color): (u32, Color)| match (show, id) {
         (Show::Id, 0) => Tint::free(NOTHING),
@@ -125,7 +125,7 @@ fn tints_by_id(show: Show, scene: &Scene, pixels: &Pixels) -> Vec<Tint> {
 }
 
 /// Hues a golden angle apart, so that neighbouring ids differ.
-pub fn id_color(id: u32) -> Rgb {
+fn id_color(id: u32) -> Rgb {
     let hue = (f64::from(id) * 0.618_033_988_749_895).fract() * 6.0;
     let (value, chroma) = if id.is_multiple_of(2) { (0.95, 0.62) } else { (0.75, 0.55) };
     let channel = |shift: f64| {
@@ -163,8 +163,7 @@ pub fn tints(
         }
         Show::Color | Show::Id | Show::Side => {
             let by_id = tints_by_id(show, scene, pixels);
-            let tint = |&id: &u32| by_id.get(id as usize).copied();
-            hits.id.iter().map(|id| tint(id).unwrap_or(Tint::free(NOTHING))).collect()
+            hits.id.iter().map(|&id| by_id[id as usize]).collect()
         }
         Show::Depth => hits.t.iter().map(|&t| Tint::free(depth(t, range))).collect(),
         Show::Normal => {
@@ -254,6 +253,7 @@ mod tests {
     use std::path::Path;
     use std::sync::Arc;
 
+    use kugelblitz::rays::View;
     use kugelblitz::scene::parse_scene;
     use kugelblitz::trace::{Kernel, Rays, Wants};
     use kugelblitz::tracer::Tracer;

@@ -68,10 +68,6 @@ impl RenderedColors {
             self.linear.get(index).map(|color| color.map(f32::to_bits)),
         ]
     }
-
-    fn len(&self) -> usize {
-        self.srgb8.len().max(self.srgb16.len()).max(self.linear.len())
-    }
 }
 
 /// The exact colours of some of the pixels.
@@ -109,18 +105,12 @@ impl ColorTruth {
             let samples = samples.iter().map(|(id, point)| (*id, point.as_ref()));
             let mean = exact_mean(scene, lighting.as_ref(), samples);
             let channels = [0, 1, 2];
-            Ok((
-                channels.map(|channel| mean.srgb8(channel)),
-                channels.map(|channel| mean.srgb16(channel)),
-                channels.map(|channel| mean.linear(channel)),
-            ))
+            let srgb8 = channels.map(|channel| mean.srgb8(channel));
+            let srgb16 = channels.map(|channel| mean.srgb16(channel));
+            Ok((srgb8, (srgb16, channels.map(|channel| mean.linear(channel)))))
         });
-        let seen: Vec<_> = seen.collect::<Result<_>>()?;
-        let colors = RenderedColors {
-            srgb8: seen.iter().map(|seen| seen.0).collect(),
-            srgb16: seen.iter().map(|seen| seen.1).collect(),
-            linear: seen.iter().map(|seen| seen.2).collect(),
-        };
+        let (srgb8, (srgb16, linear)) = seen.collect::<Result<(Vec<_>, (Vec<_>, Vec<_>))>>()?;
+        let colors = RenderedColors { srgb8, srgb16, linear };
         Ok(ColorTruth { index, colors })
     }
 }
@@ -187,7 +177,7 @@ impl ColorDifferences {
 
     /// Counts the pixels of a band, which begins at `first_pixel`, whose colours in two results differ.
     pub fn see_all(&mut self, a: &RenderedColors, b: &RenderedColors, first_pixel: usize) {
-        self.see((a, 0..a.len().max(b.len())), b, first_pixel);
+        self.see((a, 0..a.srgb8.len().max(b.srgb8.len())), b, first_pixel);
     }
 }
 

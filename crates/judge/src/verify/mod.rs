@@ -15,8 +15,8 @@ use truth::hit_of;
 pub(crate) use truth::{ExactRays, Near, is_clearly_missed};
 pub use truth::{SAMPLE_BYTES, TrueHit, Truth, sample};
 
+pub use crate::compare::RayError;
 use crate::compare::{RayDifferences, RayResult};
-pub use crate::compare::{RayError, TError};
 use kugelblitz::trace::{Hits, Kernel};
 
 /// The exact `t`'s own rounding to f64, which adds to a kernel's error: 2⁻⁵³ of `t`, which is at most
