@@ -61,7 +61,7 @@ fn errors_repeat_exactly_and_times_have_their_range() {
     let devices = [gpu, Device::Cpu];
     let benchmarks: Vec<_> = devices
         .iter()
-        .flat_map(|device| KERNELS.map(|kernel| Benchmark::new(kernel, device)))
+        .flat_map(|device| KERNELS.map(|kernel| Benchmark { kernel, device: device.clone() }))
         .collect();
     let cases = cases(&["figure2", "far_1e8"]);
     let settings = Settings { sweeps: true, rounds: 1, clouds: vec![3000], ..SETTINGS };
@@ -126,10 +126,10 @@ fn errors_repeat_exactly_and_times_have_their_range() {
         for benchmark in &benchmarks {
             let is_own = |row: &&Row| {
                 matches!(&row.key.of, Of::Sweep { sweep, .. } if sweep == swept.name)
-                    && (&row.key.kernel, &row.key.device) == (&benchmark.name, &benchmark.device)
+                    && row.key == benchmark.key(row.key.of.clone())
             };
             // Clouds with certified alone.
-            let has_clouds = swept.name == "objects" && benchmark.name == "certified";
+            let has_clouds = swept.name == "objects" && benchmark.kernel == Kernel::Certified;
             let n_rows = first.rows.iter().filter(is_own).count();
             assert_eq!(n_rows, n_points + usize::from(has_clouds), "{}", swept.name);
         }
@@ -149,7 +149,7 @@ fn light(report: &Report, kernel: &str, epsilon: Option<f64>) -> [u64; 4] {
 /// large, light leaks in. What is proven needs none.
 #[test]
 fn acne_leaks_and_neither_of_them_show() {
-    let benchmarks = Kernel::ALL.map(|kernel| Benchmark::new(kernel, &Device::Cpu));
+    let benchmarks = Kernel::ALL.map(|kernel| Benchmark { kernel, device: Device::Cpu });
     let cases = cases(&["contacts_1e-6"]);
     let (report, control) = measure(&cases, &benchmarks, SETTINGS);
     // Its rays are no part of the tables of rays.
@@ -189,7 +189,7 @@ fn given_scenes_with_lights_are_lit() {
     let text = kugelblitz_tests::text_of(path);
     let scene = parse_scene(&text, path.as_ref()).unwrap().into();
     let case = ReportScene::new(scene, &text, path.as_ref(), Class::Given).unwrap();
-    let benchmarks = [Benchmark::new(Kernel::Certified, &Device::Cpu)];
+    let benchmarks = [Benchmark { kernel: Kernel::Certified, device: Device::Cpu }];
     let (report, _) = measure(&[case], &benchmarks, SETTINGS);
     // The scene, its class, its light.
     assert_eq!(report.rows.len(), 3);

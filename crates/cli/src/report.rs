@@ -180,9 +180,8 @@ fn benchmarks(
     let mut benchmarks = Vec::new();
     for device in devices {
         for &kernel in kernels {
-            let benchmark = Benchmark::new(kernel, device);
             match why_not(kernel, device)? {
-                None => benchmarks.push(benchmark),
+                None => benchmarks.push(Benchmark { kernel, device: device.clone() }),
                 Some(why) => missing.push(Missing {
                     what: format!("{} on {}", kernel.name(), device.label()),
                     why,

@@ -169,7 +169,7 @@ impl Baseline {
         let n = self.times.len();
         let [faster, slower, few] =
             [TimeVerdict::Faster, TimeVerdict::Slower, TimeVerdict::TooFewRuns]
-                .map(|v| self.count(v));
+                .map(|verdict| self.times.iter().filter(|time| time.verdict == verdict).count());
         let mut words = vec![format!(
             "Against {} ({}, {}): {}.",
             self.file,
@@ -192,11 +192,6 @@ impl Baseline {
             words.push(format!("Times tell of more than the program: {different}."));
         }
         words
-    }
-
-    /// How many times have a verdict.
-    pub fn count(&self, verdict: TimeVerdict) -> usize {
-        self.times.iter().filter(|change| change.verdict == verdict).count()
     }
 }
 

@@ -70,20 +70,13 @@ fn typeset_word(word: &str) -> String {
     if word.len() < 5 || !word.bytes().all(|byte| byte.is_ascii_digit()) {
         return word.to_string();
     }
-    let group = |(i, digit): (usize, char)| {
-        if i > 0 && (word.len() - i).is_multiple_of(3) {
-            vec!['\u{202f}', digit]
-        } else {
-            vec![digit]
-        }
-    };
-    word.chars().enumerate().flat_map(group).collect()
+    let groups = word.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
+    groups.collect::<Vec<_>>().join("\u{202f}")
 }
 
 fn superscript(exponent: &str) -> String {
-    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    let raised = |c: char| c.to_digit(10).map_or('⁻', |digit| DIGITS[digit as usize]);
-    exponent.chars().map(raised).collect()
+    let raised = |digit: u32| "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(digit as usize);
+    exponent.chars().map(|c| c.to_digit(10).and_then(raised).unwrap_or('⁻')).collect()
 }
 
 /// A name that can't break a line, a terminal or an XML file: control characters, and those that

@@ -27,7 +27,7 @@ pub mod text;
 pub use baseline::{Baseline, Change, Earlier, TimeVerdict, WrongIds};
 pub use environment::{AdapterArithmetic, Environment};
 pub use light::LIGHT_SIZE;
-pub use measure::{Benchmark, Make};
+pub use measure::Benchmark;
 pub use noise::Noise;
 pub use pictures::ErrorPicture;
 pub use scenes::{Class, ReportScene, default_cases};
@@ -36,7 +36,7 @@ pub use sweep::{CLOUD_SIZE, SWEEPS, Sweep};
 use kugelblitz::Result;
 use kugelblitz::control::Control;
 
-use measure::{ResultSamples, Work};
+use measure::Work;
 
 /// The version of a report's fields in `docs/json.md`.
 pub const SCHEMA: u32 = 2;
@@ -77,13 +77,9 @@ impl Report {
         control: &Control,
     ) -> Result<Report> {
         let work = Work { cases, benchmarks, settings: &settings, control };
-        let mut rows = work.scene_rows()?;
-        let mut pictures = work.pictures(&rows)?;
-        rows.extend(work.sweep_rows()?);
-        let (clouds, missing) = work.cloud_rows()?;
-        rows.extend(clouds);
+        let (mut rows, missing) = work.ray_rows()?;
         rows.extend(work.light_rows()?);
-        pictures.extend(work.light_pictures(&rows)?);
+        let pictures = [work.pictures(&rows)?, work.light_pictures(&rows)?].concat();
         let (scenes, noise) = (cases.to_vec(), Noise::of(&rows));
         Ok(Report { environment, settings, scenes, rows, missing, noise, baseline: None, pictures })
     }
@@ -91,12 +87,8 @@ impl Report {
     /// Rays that [`Report::measure`] traces, lights or compares, but for those of the few pictures.
     pub fn n_rays(cases: &[ReportScene], benchmarks: &[Benchmark], settings: &Settings) -> u64 {
         let work = Work { cases, benchmarks, settings, control: &Control::default() };
-        work.n_scene_rays() + work.n_sweep_rays() + work.n_cloud_rays() + work.n_light_rays()
-    }
-
-    /// The scene that is called so.
-    fn scene(&self, name: &str) -> Option<&ReportScene> {
-        self.scenes.iter().find(|scene| scene.name == name)
+        let subjects = work.scenes().into_iter().chain(work.made());
+        subjects.map(|subject| subject.n_traced(settings)).sum::<u64>() + work.n_light_rays()
     }
 }
 
@@ -268,15 +260,6 @@ pub enum Count {
 }
 
 impl Row {
-    /// A row of `benchmark` with what was measured of it.
-    fn new(of: Of, benchmark: &Benchmark, measured: &[&ResultSamples]) -> Row {
-        let (kernel, device) = (benchmark.name.clone(), benchmark.device.clone());
-        let key = RowKey { of, kernel, device, epsilon: None };
-        let numbers = measured.iter().flat_map(|samples| samples.spreads()).collect();
-        let counts = measured.iter().flat_map(|samples| samples.counts.clone()).collect();
-        Row { key, numbers, counts }
-    }
-
     /// A quantity's values; `None` where it was not measured.
     pub fn number(&self, metric: Metric) -> Option<Spread> {
         self.numbers.get(&metric).copied()

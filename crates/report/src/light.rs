@@ -5,6 +5,7 @@
 //! no other lamp shines: where it is not black, the lamp counts. So the bytes and the shadows of every
 //! kernel come from the same painter.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use kugelblitz::control::Control;
@@ -17,9 +18,9 @@ use kugelblitz::{Error, Result, Session};
 use kugelblitz_judge::compare::{FALSE_HIT, WRONG_OBJECT, graded};
 use kugelblitz_judge::verify::{ColorTruth, sample};
 
-use super::measure::{IDS, ResultSamples, Work, n_pixels, picture};
+use super::measure::{IDS, Work, add, n_pixels, picture};
 use super::pictures::{ErrorPicture, share_of_pixels, worst_first};
-use super::{Benchmark, Count, Of, ReportScene, Row};
+use super::{Benchmark, Count, Of, ReportScene, Row, RowKey};
 
 /// Size of the pictures, px.
 pub const LIGHT_SIZE: [u32; 2] = [640, 360];
@@ -65,13 +66,15 @@ struct Wrong {
 }
 
 impl Wrong {
-    fn count(&self, n_lights: usize, samples: &mut ResultSamples) {
-        samples.count(Count::Pixels, 1);
-        samples.count(Count::Verdicts, n_lights as u64);
-        samples.count(Count::FalseShadows, self.false_shadows);
-        samples.count(Count::Leaks, self.leaks);
-        samples.count(Count::WrongBytes, u64::from(self.levels > 0));
-        samples.count(Count::FarBytes, u64::from(self.levels > FAR_LEVELS));
+    fn counts(&self, n_lights: usize) -> [(Count, u64); 6] {
+        [
+            (Count::Pixels, 1),
+            (Count::Verdicts, n_lights as u64),
+            (Count::FalseShadows, self.false_shadows),
+            (Count::Leaks, self.leaks),
+            (Count::WrongBytes, u64::from(self.levels > 0)),
+            (Count::FarBytes, u64::from(self.levels > FAR_LEVELS)),
+        ]
     }
 
     fn is_of_shadows(&self) -> bool {
@@ -225,14 +228,14 @@ impl<'a> Work<'a> {
             for benchmark in self.of_first_device() {
                 let painted = scene.painted(benchmark.kernel, &pixels, self.control)?;
                 for (lit, &epsilon) in painted.iter().zip(epsilons(benchmark.kernel)) {
-                    let mut samples = ResultSamples::default();
+                    let mut counts = BTreeMap::new();
                     for (at, &pixel) in index.iter().enumerate() {
-                        lit.wrong(pixel, &exact, at).count(exact.lamps.len(), &mut samples);
+                        let wrong = lit.wrong(pixel, &exact, at);
+                        add(&mut counts, wrong.counts(exact.lamps.len()));
                     }
                     let of = Of::Light { scene: case.name.clone() };
-                    let mut row = Row::new(of, benchmark, &[&samples]);
-                    row.key.epsilon = epsilon;
-                    rows.push(row);
+                    let key = RowKey { epsilon, ..benchmark.key(of) };
+                    rows.push(Row { key, numbers: BTreeMap::new(), counts });
                 }
             }
         }
@@ -252,23 +255,21 @@ impl<'a> Work<'a> {
             return Ok(Vec::new());
         };
         let own = |case: &ReportScene, benchmark: &Benchmark| {
-            let (of, kernel) = (Of::Light { scene: case.name.clone() }, benchmark.name.clone());
-            rows.iter().filter(move |row| row.key.of == of && row.key.kernel == kernel)
+            let key = benchmark.key(Of::Light { scene: case.name.clone() });
+            rows.iter().filter(move |row| RowKey { epsilon: None, ..row.key.clone() } == key)
         };
         let wrong = |case| own(case, plain).map(Row::wrong_shadows).sum();
         let mut pictures = Vec::new();
         for case in worst_first(self.lit(), wrong, MOST_SCENES) {
             let pixels = picture(case, self.settings.picture_size)?;
             let scene = Separated::of(&case.scene)?;
-            let proven = scene.painted(Kernel::Certified, &pixels, self.control)?;
-            let exact = proven[0].clone();
-            for (benchmark, painted) in
-                [(certified, proven), (plain, scene.painted(SHOWN, &pixels, self.control)?)]
-            {
+            let mut exact = None;
+            for benchmark in [certified, plain] {
+                let painted = scene.painted(benchmark.kernel, &pixels, self.control)?;
                 for (lit, row) in painted.into_iter().zip(own(case, benchmark)) {
+                    let exact = exact.get_or_insert_with(|| lit.clone());
                     let n = pixels.len();
-                    let wrong = |pixel| lit.wrong(pixel, &exact, pixel);
-                    let all: Vec<Wrong> = (0..n).map(wrong).collect();
+                    let all: Vec<_> = (0..n).map(|pixel| lit.wrong(pixel, exact, pixel)).collect();
                     let n_of_shadows = all.iter().filter(|wrong| wrong.is_of_shadows()).count();
                     let n_wrong = all.iter().filter(|wrong| **wrong != Wrong::default()).count();
                     let n_other = n_wrong - n_of_shadows;
@@ -303,11 +304,11 @@ mod tests {
 
     /// False shadows, leaks, wrong bytes and far bytes.
     fn errors(lit: &LitPixels) -> [u64; 4] {
-        let (exact, mut samples) = (self::lit(), ResultSamples::default());
-        (0..2).for_each(|pixel| lit.wrong(pixel, &exact, pixel).count(4, &mut samples));
-        assert_eq!((samples.counts[&Count::Pixels], samples.counts[&Count::Verdicts]), (2, 8));
+        let (exact, mut counts) = (self::lit(), BTreeMap::new());
+        (0..2).for_each(|pixel| add(&mut counts, lit.wrong(pixel, &exact, pixel).counts(4)));
+        assert_eq!((counts[&Count::Pixels], counts[&Count::Verdicts]), (2, 8));
         [Count::FalseShadows, Count::Leaks, Count::WrongBytes, Count::FarBytes]
-            .map(|count| samples.counts[&count])
+            .map(|count| counts[&count])
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Runs every benchmark on every scene: errors once, times in rounds.
+//! Runs benchmarks on subjects: errors once, times in rounds.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,7 +16,11 @@ use kugelblitz::{Error, Result};
 use kugelblitz_judge::compare::{RayDifferences, RayError};
 use kugelblitz_judge::verify::{SAMPLE_BYTES, Truth, ray_errors, sample};
 
-use super::{Class, Count, Metric, Missing, Of, ReportScene, Row, Settings, Spread};
+use super::Metric::{
+    BuildMs, CompileMs, DeviceNsPerRay, FirstPictureMs, NormalDegrees, PictureMs, ReadbackMs,
+    SurfaceNsPerRay, TRelative, TUlp, TraceNsPerRay,
+};
+use super::{Class, Count, Metric, Missing, Of, ReportScene, Row, RowKey, Settings, Spread};
 
 /// A picture's need.
 pub const IDS: Wants = Wants { surface: false, level: false };
@@ -27,42 +31,33 @@ pub const SURFACE: Wants = Wants { surface: true, level: false };
 /// The CPU as a device's name.
 const CPU: &str = "CPU";
 
-/// Makes the tracer that is measured.
-pub type Make = Box<dyn Fn(&Arc<Prepared>, Wants) -> Result<Made>>;
-
-/// A kernel on a device, or anything else that traces, to be measured.
+/// A kernel on a device, to be measured.
 pub struct Benchmark {
-    /// The kernel's name in the report.
-    pub name: String,
-    /// The adapter's name, or `CPU`.
-    pub device: String,
-    /// The kernel that scenes are prepared for.
+    /// The kernel.
     pub kernel: Kernel,
-    /// Makes its tracer.
-    pub make: Make,
+    /// The device.
+    pub device: Device,
 }
 
 impl Benchmark {
-    /// A kernel on a device.
-    pub fn new(kernel: Kernel, device: &Device) -> Benchmark {
-        let device = device.clone();
-        Benchmark {
-            name: kernel.name().into(),
-            device: device.facts().map_or(CPU, |facts| &facts.name).into(),
-            kernel,
-            make: Box::new(move |prepared, wants| {
-                if let Device::Gpu(gpu) = &device {
-                    gpu.forget_programs();
-                }
-                device.tracer(prepared, wants)
-            }),
-        }
+    /// The adapter's name, or `CPU`.
+    pub fn device_name(&self) -> &str {
+        self.device.facts().map_or(CPU, |facts| &facts.name)
     }
 
-    /// A tracer for `scene` and `rays`.
+    /// What a row of it is of, where there is no epsilon.
+    pub fn key(&self, of: Of) -> RowKey {
+        let (kernel, device) = (self.kernel.name().into(), self.device_name().into());
+        RowKey { of, kernel, device, epsilon: None }
+    }
+
+    /// A new tracer for `scene` and `rays`, its shader compiled anew.
     pub(super) fn tracer(&self, scene: &Arc<Scene>, rays: &Rays, wants: Wants) -> Result<Made> {
         let prepared = Arc::new(Prepared::new(Arc::clone(scene), self.kernel, rays)?);
-        (self.make)(&prepared, wants)
+        if let Device::Gpu(gpu) = &self.device {
+            gpu.forget_programs();
+        }
+        self.device.tracer(&prepared, wants)
     }
 }
 
@@ -75,11 +70,57 @@ pub struct Work<'a> {
     pub control: &'a Control,
 }
 
+/// Makes a scene and rays through it, which take memory.
+pub type Make<'a> = Box<dyn Fn() -> Result<(Arc<Scene>, Rays)> + 'a>;
+
+/// What is timed, and which times of it are measured.
+pub type Times = &'static [(Wants, &'static [Metric])];
+
+/// Rays through a scene, and what is measured of them.
+pub struct Subject<'a> {
+    pub of: Of,
+    pub make: Make<'a>,
+    pub n_rays: u64,
+    /// Most rays that are compared with exact arithmetic.
+    pub n_compared: usize,
+    pub times: Times,
+    pub benchmarks: Vec<&'a Benchmark>,
+}
+
+impl Subject<'_> {
+    /// Rays that [`Work::measured`] traces or compares, as [`Control::rays_done`] counts them.
+    pub fn n_traced(&self, settings: &Settings) -> u64 {
+        let n_timed = self.times.len() * settings.rounds * (1 + settings.runs);
+        let n_pictures = n_timed + usize::from(self.n_compared > 0);
+        let n_traced = self.n_rays * (n_pictures * self.benchmarks.len()) as u64;
+        if n_traced > 0 { n_traced + self.n_rays.min(self.n_compared as u64) } else { 0 }
+    }
+}
+
+/// What was measured of a benchmark in a subject.
+struct Measured<'a> {
+    of: Of,
+    benchmark: &'a Benchmark,
+    counts: BTreeMap<Count, u64>,
+    values: BTreeMap<Metric, Vec<f64>>,
+}
+
+/// The times of a scene's picture.
+const SCENE_TIMES: Times = &[
+    (IDS, &[TraceNsPerRay, DeviceNsPerRay, ReadbackMs, CompileMs, FirstPictureMs]),
+    (SURFACE, &[SurfaceNsPerRay]),
+];
+
+/// The times of which a class has means.
+const CLASS_TIMES: [Metric; 2] = [TraceNsPerRay, SurfaceNsPerRay];
+
+const ERRORS: [Metric; 3] = [TUlp, TRelative, NormalDegrees];
+
 impl<'a> Work<'a> {
     /// The benchmarks of the device that stands first.
     pub fn of_first_device(&self) -> impl Iterator<Item = &'a Benchmark> + use<'a> {
         let all = self.benchmarks;
-        all.iter().take_while(|benchmark| benchmark.device == all[0].device)
+        all.iter().take_while(|benchmark| benchmark.device_name() == all[0].device_name())
     }
 
     /// The scenes whose rays are measured.
@@ -87,17 +128,20 @@ impl<'a> Work<'a> {
         self.cases.iter().filter(|case| case.class != Class::Lit)
     }
 
-    /// Pictures of a benchmark in all rounds, those included that come first in each.
-    pub fn n_pictures(&self) -> u64 {
-        (self.settings.rounds * (1 + self.settings.runs)) as u64
-    }
-
-    /// Rays that [`Work::scene_rows`] traces or compares, as [`Control::rays_done`] counts them.
-    pub fn n_scene_rays(&self) -> u64 {
-        let n_pixels = n_pixels(self.settings.size);
-        let n_pictures = self.benchmarks.len() as u64 * 2 * self.n_pictures();
-        let n_compared = n_pixels.min(self.settings.samples as u64);
-        self.timed().count() as u64 * (n_pixels * n_pictures + n_compared)
+    /// The rays of each scene's picture.
+    pub fn scenes(self) -> Vec<Subject<'a>> {
+        let Settings { size, samples, .. } = *self.settings;
+        let subject = |case: &'a ReportScene| Subject {
+            of: Of::Scene { scene: case.name.clone(), class: case.class },
+            make: Box::new(move || {
+                Ok((Arc::clone(&case.scene), Rays::Pixels(picture(case, size)?)))
+            }),
+            n_rays: n_pixels(size),
+            n_compared: samples,
+            times: SCENE_TIMES,
+            benchmarks: self.benchmarks.iter().collect(),
+        };
+        self.timed().map(subject).collect()
     }
 
     fn refuse_what_cannot_fit(&self) -> Result<()> {
@@ -110,164 +154,184 @@ impl<'a> Work<'a> {
         memory::require(what, hits + samples, "measure a smaller --size, or fewer --samples")
     }
 
-    /// Each benchmark's errors and costs in each scene, then those of each class of scenes.
+    /// All rows of rays: the scenes, their classes, and what is made for the report; and what did not fit.
     ///
     /// # Errors
     /// Those of tracing; [`Error::Interrupted`].
-    pub fn scene_rows(&self) -> Result<Vec<Row>> {
+    pub fn ray_rows(self) -> Result<(Vec<Row>, Vec<Missing>)> {
         self.refuse_what_cannot_fit()?;
-        let Settings { size, samples, seed, rounds, .. } = *self.settings;
-        let n_measured = self.timed().count() * self.benchmarks.len();
-        let mut measured = vec![Measured::default(); n_measured];
-        for round in 0..rounds {
-            let mut measured = measured.iter_mut();
-            for case in self.timed() {
-                let pixels = picture(case, size)?;
-                let index = || sample(pixels.len(), samples, seed);
-                let truth = || Truth::of_pixels(&case.scene, &pixels, index(), self.control);
-                let truth = (round == 0).then(truth).transpose()?;
-                let rays = Rays::Pixels(pixels);
-                for (benchmark, measured) in self.benchmarks.iter().zip(&mut measured) {
-                    let mut hits = Hits::default();
-                    let mut timed = |wants| {
-                        let mut made = benchmark.tracer(&case.scene, &rays, wants)?;
-                        if wants == IDS {
-                            made.tracer.use_device_clock();
-                        }
-                        self.run(made, &rays, &mut hits)
-                    };
-                    measured.add(&timed(IDS)?, &timed(SURFACE)?);
-                    if let Some(truth) = &truth {
-                        measured.errors.add_errors(&hits, truth);
-                    }
-                }
-            }
-        }
-        let mut own = measured.iter();
-        let mut rows = Vec::new();
-        for case in self.timed() {
-            let of = Of::Scene { scene: case.name.clone(), class: case.class };
-            for (benchmark, measured) in self.benchmarks.iter().zip(&mut own) {
-                rows.push(Row::new(of.clone(), benchmark, &[&measured.errors, &measured.costs]));
-            }
-        }
-        let classes = self.class_rows(&rows, &measured);
-        Ok([rows, classes].concat())
-    }
-
-    /// A row for each of some benchmarks, and what did not fit.
-    ///
-    /// # Errors
-    /// Those of tracing; [`Error::Interrupted`].
-    pub fn rows<'b>(
-        &self,
-        of: &Of,
-        benchmarks: impl IntoIterator<Item = &'b Benchmark>,
-        subject: &Subject,
-    ) -> Result<(Vec<Row>, Vec<Missing>)> {
-        let (mut rows, mut missing) = (Vec::new(), Vec::new());
-        for benchmark in benchmarks {
-            match self.measured(benchmark, subject) {
-                Ok(samples) => rows.push(Row::new(of.clone(), benchmark, &[&samples])),
-                Err(Error::TooLarge(why)) => {
-                    missing.push(Missing {
-                        what: format!("{} on {}", of.name(), benchmark.device),
-                        why,
-                    });
-                }
-                Err(error) => return Err(error),
-            }
+        let mut missing = Vec::new();
+        let scenes = self.measured(&self.scenes(), &mut missing)?;
+        let classes = self.class_rows(&scenes);
+        let mut rows: Vec<Row> = scenes.into_iter().map(Measured::row).chain(classes).collect();
+        // One after the other: the errors of each are many numbers.
+        for subject in self.made() {
+            rows.extend(self.measured(&[subject], &mut missing)?.into_iter().map(Measured::row));
         }
         Ok((rows, missing))
     }
 
+    /// Each benchmark of each subject that fits: the errors in the first round, the times in all.
     fn measured(
         &self,
-        benchmark: &Benchmark,
-        Subject { scene, rays, truth, n_rounds }: &Subject,
-    ) -> Result<ResultSamples> {
-        let (mut samples, mut hits) = (ResultSamples::default(), Hits::default());
+        subjects: &[Subject<'a>],
+        missing: &mut Vec<Missing>,
+    ) -> Result<Vec<Measured<'a>>> {
+        let unmeasured = |subject: &Subject<'a>| -> Vec<Measured> {
+            let of = |&benchmark| Measured::new(subject.of.clone(), benchmark);
+            subject.benchmarks.iter().map(of).collect()
+        };
+        let mut all: Vec<_> = subjects.iter().map(unmeasured).collect();
+        for round in 0..self.settings.rounds {
+            for (subject, measured) in subjects.iter().zip(&mut all) {
+                let is_over = round > 0 && subject.times.is_empty();
+                if is_over || measured.is_empty() {
+                    continue;
+                }
+                let (scene, rays) = (subject.make)()?;
+                let is_compared = round == 0 && subject.n_compared > 0;
+                let index = match &rays {
+                    Rays::Pixels(_) => sample(rays.len(), subject.n_compared, self.settings.seed),
+                    Rays::List(_) => (0..rays.len()).collect(),
+                };
+                let truth = || Truth::of_rays(&scene, &rays, index, self.control);
+                let truth = is_compared.then(truth).transpose()?;
+                for mut own in std::mem::take(measured) {
+                    match self.add_round(&mut own, (&scene, &rays), subject.times, truth.as_ref()) {
+                        Err(Error::TooLarge(why)) if !matches!(own.of, Of::Scene { .. }) => {
+                            let device = own.benchmark.device_name();
+                            let what = format!("{} on {device}", own.of.name());
+                            missing.push(Missing { what, why });
+                        }
+                        added => {
+                            added?;
+                            measured.push(own);
+                        }
+                    }
+                }
+            }
+        }
+        Ok(all.into_iter().flatten().collect())
+    }
+
+    /// Adds a round of a benchmark: the errors where the truth is there, and these times.
+    fn add_round(
+        &self,
+        measured: &mut Measured,
+        (scene, rays): (&Arc<Scene>, &Rays),
+        times: Times,
+        truth: Option<&Truth>,
+    ) -> Result<()> {
+        let benchmark = measured.benchmark;
+        let mut hits = Hits::default();
         if let Some(truth) = truth {
-            benchmark.tracer(scene, rays, SURFACE)?.tracer.trace(rays, self.control, &mut hits)?;
-            samples.add_errors(&hits, truth);
+            let mut tracer = benchmark.tracer(scene, rays, SURFACE)?.tracer;
+            tracer.trace(rays, self.control, &mut hits)?;
+            measured.add_errors(&hits, truth);
         }
-        for _ in 0..*n_rounds {
-            let prepared = Arc::new(Prepared::new(Arc::clone(scene), benchmark.kernel, rays)?);
-            samples.add(Metric::BuildMs, [ms(prepared.build_time())]);
-            let made = (benchmark.make)(&prepared, IDS)?;
-            let runs = self.run(made, rays, &mut hits)?;
-            samples.add(Metric::TraceNsPerRay, runs.ns_per_ray());
-            let of_pictures = runs.timed.iter().map(|time| ms(time.deciding() + time.readback));
-            samples.add(Metric::PictureMs, of_pictures);
+        for (wants, metrics) in times {
+            let mut made = benchmark.tracer(scene, rays, *wants)?;
+            if metrics.contains(&DeviceNsPerRay) {
+                made.tracer.use_device_clock();
+            }
+            let mut trace = || made.tracer.trace(rays, self.control, &mut hits);
+            let first = trace()?;
+            let runs = (0..self.settings.runs).map(|_| trace()).collect::<Result<Vec<_>>>()?;
+            let ns = |time: Duration| 1e9 * time.as_secs_f64() / rays.len() as f64;
+            let picture = |timing: &Timing| ms(timing.deciding() + timing.readback);
+            for &metric in *metrics {
+                let of_runs = |value: &dyn Fn(&Timing) -> f64| runs.iter().map(value).collect();
+                let values: Vec<f64> = match metric {
+                    BuildMs => vec![ms(made.tracer.prepared().build_time())],
+                    CompileMs => vec![ms(made.compile)],
+                    FirstPictureMs => vec![picture(&first)],
+                    PictureMs => of_runs(&picture),
+                    ReadbackMs => of_runs(&|timing| ms(timing.readback)),
+                    DeviceNsPerRay => runs.iter().filter_map(|run| run.on_device).map(ns).collect(),
+                    _ => of_runs(&|timing| ns(timing.deciding())),
+                };
+                measured.values.entry(metric).or_default().extend(values);
+            }
+            // Of other subjects they don't repeat: tiles of many objects are as large as time allows.
+            if *wants == IDS && matches!(measured.of, Of::Scene { .. }) {
+                measured.counts.insert(Count::BytesDevice, made.tracer.bytes_device());
+            }
         }
-        Ok(samples)
+        Ok(())
     }
 
     /// The errors of each class put together, and the means of its times.
-    fn class_rows(&self, rows: &[Row], measured: &[Measured]) -> Vec<Row> {
-        let mut classes = Vec::new();
-        for class in [Class::Lecture, Class::Hard, Class::Given] {
-            for (number, benchmark) in self.benchmarks.iter().enumerate() {
-                // Of each scene there is a row for each benchmark, in their order.
-                let cases = self.timed().enumerate().filter(|(_, case)| case.class == class);
-                let own: Vec<usize> =
-                    cases.map(|(at, _)| at * self.benchmarks.len() + number).collect();
-                if own.is_empty() {
-                    continue;
-                }
-                let mut errors = ResultSamples::default();
-                own.iter().for_each(|&at| errors.append(&measured[at].errors));
-                errors.count(Count::Scenes, own.len() as u64);
-                let mut row = Row::new(Of::Class { class }, benchmark, &[&errors]);
-                for metric in [Metric::TraceNsPerRay, Metric::SurfaceNsPerRay] {
-                    let times: Vec<_> =
-                        own.iter().filter_map(|&at| rows[at].number(metric)).collect();
-                    row.numbers.extend(geometric_mean(&times).map(|mean| (metric, mean)));
-                }
-                classes.push(row);
+    fn class_rows(&self, scenes: &[Measured]) -> Vec<Row> {
+        let mut rows = Vec::new();
+        let each = |class| self.benchmarks.iter().map(move |benchmark| (class, benchmark));
+        for (class, benchmark) in Class::ALL.into_iter().flat_map(each) {
+            let is_own = |scene: &&Measured| {
+                matches!(scene.of, Of::Scene { class: own, .. } if own == class)
+                    && std::ptr::eq(scene.benchmark, benchmark)
+            };
+            let own: Vec<_> = scenes.iter().filter(is_own).collect();
+            if own.is_empty() {
+                continue;
+            }
+            let mut counts = BTreeMap::from([(Count::Scenes, own.len() as u64)]);
+            own.iter().for_each(|scene| add(&mut counts, scene.counts.clone()));
+            counts.remove(&Count::BytesDevice);
+            let values = |metric| own.iter().filter_map(move |scene| scene.values.get(&metric));
+            let errors = ERRORS
+                .map(|metric| (metric, Spread::of(values(metric).flatten().copied().collect())));
+            let times = CLASS_TIMES.map(|metric| {
+                let times = values(metric).filter_map(|times| Spread::of(times.clone()));
+                (metric, geometric_mean(&times.collect::<Vec<_>>()))
+            });
+            let numbers = errors.into_iter().chain(times);
+            let numbers = numbers.filter_map(|(metric, spread)| Some((metric, spread?))).collect();
+            rows.push(Row { key: benchmark.key(Of::Class { class }), numbers, counts });
+        }
+        rows
+    }
+}
+
+impl<'a> Measured<'a> {
+    fn new(of: Of, benchmark: &'a Benchmark) -> Measured<'a> {
+        Measured { of, benchmark, counts: BTreeMap::new(), values: BTreeMap::new() }
+    }
+
+    /// Adds the errors of a result against the truth about some of its rays.
+    fn add_errors(&mut self, hits: &Hits, truth: &Truth) {
+        let mut found = RayDifferences::default();
+        let mut add_error = |metric, error: Option<f64>| {
+            self.values.entry(metric).or_default().extend(error);
+        };
+        for (ray, error) in ray_errors(hits, truth).enumerate() {
+            found.see(ray, &error);
+            if let RayError::Right { id: 1.., t, normal } = error {
+                add_error(TUlp, t.map(|t| t.ulp));
+                add_error(TRelative, t.map(|t| t.relative));
+                add_error(NormalDegrees, normal.map(|normal| normal.degrees));
             }
         }
-        classes
+        let counts = [
+            (Count::Rays, found.rays),
+            (Count::FalseHits, found.false_hits),
+            (Count::FalseMisses, found.false_misses),
+            (Count::WrongObject, found.wrong_object),
+            (Count::F32, hits.counts.f32),
+            (Count::F64, hits.counts.f64),
+            (Count::Exact, hits.counts.exact),
+        ];
+        add(&mut self.counts, counts);
     }
 
-    /// Traces once, and then as often as is timed; `hits` are those of the last run.
-    fn run(&self, made: Made, rays: &Rays, hits: &mut Hits) -> Result<Runs> {
-        let Made { mut tracer, compile, .. } = made;
-        let mut trace = || tracer.trace(rays, self.control, hits);
-        let first = trace()?;
-        let timed = (0..self.settings.runs).map(|_| trace()).collect::<Result<_>>()?;
-        Ok(Runs { n_rays: rays.len(), compile, first, timed, bytes_device: tracer.bytes_device() })
+    fn row(self) -> Row {
+        let spread = |(metric, values)| Some((metric, Spread::of(values)?));
+        let numbers = self.values.into_iter().filter_map(spread).collect();
+        Row { key: self.benchmark.key(self.of), numbers, counts: self.counts }
     }
 }
 
-/// Rays through a scene, what is true of them where their errors are measured, and how often they are timed.
-pub struct Subject {
-    pub scene: Arc<Scene>,
-    pub rays: Rays,
-    pub truth: Option<Truth>,
-    pub n_rounds: usize,
-}
-
-/// What was measured of a benchmark in a scene.
-#[derive(Clone, Default)]
-struct Measured {
-    errors: ResultSamples,
-    costs: ResultSamples,
-}
-
-impl Measured {
-    /// Adds a round: its runs of ids, and those with `t` and normals.
-    fn add(&mut self, ids: &Runs, surface: &Runs) {
-        let costs = &mut self.costs;
-        costs.add(Metric::TraceNsPerRay, ids.ns_per_ray());
-        costs.add(Metric::SurfaceNsPerRay, surface.ns_per_ray());
-        let on_device = ids.timed.iter().filter_map(|timing| timing.on_device);
-        costs.add(Metric::DeviceNsPerRay, on_device.map(|time| ids.ns(time)));
-        costs.add(Metric::ReadbackMs, ids.timed.iter().map(|timing| ms(timing.readback)));
-        costs.add(Metric::CompileMs, [ms(ids.compile)]);
-        costs.add(Metric::FirstPictureMs, [ms(ids.first.deciding() + ids.first.readback)]);
-        costs.set(Count::BytesDevice, ids.bytes_device);
-    }
+/// Adds counts to those that are there.
+pub fn add(counts: &mut BTreeMap<Count, u64>, more: impl IntoIterator<Item = (Count, u64)>) {
+    more.into_iter().for_each(|(count, n)| *counts.entry(count).or_default() += n);
 }
 
 /// All pixels that `case`'s camera sees at a size.
@@ -296,87 +360,7 @@ fn geometric_mean(spreads: &[Spread]) -> Option<Spread> {
     })
 }
 
-/// The work of one tracer: a first run, and those that are timed.
-struct Runs {
-    n_rays: usize,
-    compile: Duration,
-    first: Timing,
-    timed: Vec<Timing>,
-    bytes_device: u64,
-}
-
-impl Runs {
-    /// The times of all stages but the read-back.
-    fn ns_per_ray(&self) -> impl Iterator<Item = f64> {
-        self.timed.iter().map(|timing| self.ns(timing.deciding()))
-    }
-
-    fn ns(&self, time: Duration) -> f64 {
-        1e9 * time.as_secs_f64() / self.n_rays as f64
-    }
-}
-
 /// A time in milliseconds.
 fn ms(time: Duration) -> f64 {
     1e3 * time.as_secs_f64()
-}
-
-/// Values and counts of one or more results.
-#[derive(Clone, Debug, Default)]
-pub struct ResultSamples {
-    pub counts: BTreeMap<Count, u64>,
-    values: BTreeMap<Metric, Vec<f64>>,
-}
-
-impl ResultSamples {
-    /// Adds `n` to a count.
-    pub fn count(&mut self, count: Count, n: u64) {
-        *self.counts.entry(count).or_default() += n;
-    }
-
-    /// Sets a count.
-    pub fn set(&mut self, count: Count, n: u64) {
-        self.counts.insert(count, n);
-    }
-
-    /// Adds values of a quantity.
-    pub fn add(&mut self, metric: Metric, values: impl IntoIterator<Item = f64>) {
-        self.values.entry(metric).or_default().extend(values);
-    }
-
-    /// Adds the errors of a result against the truth about some of its rays.
-    pub fn add_errors(&mut self, hits: &Hits, truth: &Truth) {
-        let mut found = RayDifferences::default();
-        for (ray, error) in ray_errors(hits, truth).enumerate() {
-            found.see(ray, &error);
-            if let RayError::Right { id: 1.., t, normal } = error {
-                self.add(Metric::TUlp, t.map(|t| t.ulp));
-                self.add(Metric::TRelative, t.map(|t| t.relative));
-                self.add(Metric::NormalDegrees, normal.map(|normal| normal.degrees));
-            }
-        }
-        for (count, n) in [
-            (Count::Rays, found.rays),
-            (Count::FalseHits, found.false_hits),
-            (Count::FalseMisses, found.false_misses),
-            (Count::WrongObject, found.wrong_object),
-            (Count::F32, hits.counts.f32),
-            (Count::F64, hits.counts.f64),
-            (Count::Exact, hits.counts.exact),
-        ] {
-            self.count(count, n);
-        }
-    }
-
-    /// Adds what another one collected.
-    pub fn append(&mut self, other: &ResultSamples) {
-        other.counts.iter().for_each(|(&count, &n)| self.count(count, n));
-        other.values.iter().for_each(|(&metric, values)| self.add(metric, values.iter().copied()));
-    }
-
-    /// How the values of each quantity lie.
-    pub fn spreads(&self) -> impl Iterator<Item = (Metric, Spread)> {
-        let values = self.values.iter();
-        values.filter_map(|(&metric, values)| Some((metric, Spread::of(values.clone())?)))
-    }
 }

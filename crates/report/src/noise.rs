@@ -32,15 +32,10 @@ impl Noise {
         Noise { times, wide, typical_range }
     }
 
-    /// True where the middle one of the times spreads by too much.
-    pub fn is_loud(&self) -> bool {
-        self.typical_range > NOISY
-    }
-
     /// What to make of the times, and what to do, where the machine was noisy.
     pub fn warning(&self) -> Option<String> {
         let share = |x: f64| percent((1000.0 * x).round() as u64, 1000);
-        self.is_loud().then(|| {
+        (self.typical_range > NOISY).then(|| {
             format!(
                 "The machine was noisy: the runs of a kernel in a scene are typically {} of their \
                  median apart, and more than {} in {} of {} cases. Small differences of times mean \

@@ -3,11 +3,20 @@
 use super::figures::{list, short_name};
 use super::{Class, Metric, Of, Report, Row, RowKey, Sweep};
 
-/// Adds what is not there yet.
-pub fn add<T: PartialEq>(known: &mut Vec<T>, new: T) {
-    if !known.contains(&new) {
-        known.push(new);
+/// What has the same key together, in the order in which the keys come first.
+pub fn grouped<T, K: PartialEq>(
+    items: impl IntoIterator<Item = T>,
+    key: impl Fn(&T) -> K,
+) -> Vec<(K, Vec<T>)> {
+    let mut groups: Vec<(K, Vec<T>)> = Vec::new();
+    for item in items {
+        let own = key(&item);
+        match groups.iter_mut().find(|(known, _)| *known == own) {
+            Some((_, items)) => items.push(item),
+            None => groups.push((own, vec![item])),
+        }
     }
+    groups
 }
 
 impl Report {
@@ -22,9 +31,8 @@ impl Report {
     }
 
     fn named(&self, name: fn(&RowKey) -> &String) -> Vec<&str> {
-        let mut names = Vec::new();
-        self.rows.iter().for_each(|row| add(&mut names, name(&row.key).as_str()));
-        names
+        let groups = grouped(&self.rows, |row| name(&row.key).as_str());
+        groups.into_iter().map(|(name, _)| name).collect()
     }
 
     /// The device's short name, if no other device has the same.
@@ -40,11 +48,6 @@ impl Report {
         devices.iter().position(|known| *known == device).unwrap_or(devices.len())
     }
 
-    /// `certified, CPU`
-    pub(super) fn label(&self, key: &RowKey) -> String {
-        format!("{}, {}", key.kernel, self.short(&key.device))
-    }
-
     /// The rows of some things.
     pub(super) fn rows_of(&self, is: impl Fn(&Of) -> bool) -> Vec<&Row> {
         self.rows.iter().filter(|row| is(&row.key.of)).collect()
@@ -52,13 +55,8 @@ impl Report {
 
     /// The classes that have results, each with its rows.
     pub(super) fn classes(&self) -> Vec<(Class, Vec<&Row>)> {
-        let classes = [Class::Lecture, Class::Hard, Class::Lit, Class::Given];
-        let rows = |class| self.rows_of(|of| *of == Of::Class { class });
-        classes
-            .map(|class| (class, rows(class)))
-            .into_iter()
-            .filter(|(_, rows)| !rows.is_empty())
-            .collect()
+        let rows = |class| (class, self.rows_of(|of| *of == Of::Class { class }));
+        Class::ALL.into_iter().map(rows).filter(|(_, rows)| !rows.is_empty()).collect()
     }
 
     /// The rows of a sweep, in ascending order.
@@ -86,45 +84,32 @@ pub struct Series<'a> {
 impl<'a> Series<'a> {
     /// The rows of each kernel on each device.
     pub fn each(rows: &[&'a Row]) -> Vec<Series<'a>> {
-        let mut lines: Vec<Series> = Vec::new();
-        for row in rows {
-            let RowKey { kernel, device, .. } = &row.key;
-            let is_own =
-                |line: &&mut Series| (&line.key().kernel, &line.key().device) == (kernel, device);
-            match lines.iter_mut().find(is_own) {
-                Some(line) => line.rows.push(row),
-                None => lines.push(Series { rows: vec![row], devices: vec![device] }),
-            }
-        }
-        lines
+        let lines = grouped(rows.iter().copied(), |row| (&row.key.kernel, &row.key.device));
+        let line =
+            |((_, device), rows): ((_, &'a String), _)| Series { rows, devices: vec![device] };
+        lines.into_iter().map(line).collect()
     }
 
     /// The lines of some rows. Devices whose errors are the same to the last bit share one; times are
     /// never taken for the same.
     pub fn shared(rows: &[&'a Row]) -> Vec<Series<'a>> {
-        let mut lines: Vec<Series> = Vec::new();
-        for line in Series::each(rows) {
-            match lines.iter_mut().find(|other| other.is_alike(&line)) {
-                Some(other) => other.devices.extend(line.devices),
-                None => lines.push(line),
-            }
-        }
-        lines
+        let errors = |row: &&'a Row| (row.x(), &row.numbers, &row.counts);
+        let is_timed = |row: &&Row| row.number(Metric::TraceNsPerRay).is_some();
+        let key = |line: &Series<'a>| {
+            let RowKey { kernel, device, .. } = line.key();
+            let of_device = line.rows.iter().any(is_timed).then_some(device);
+            (kernel, of_device, line.rows.iter().map(errors).collect::<Vec<_>>())
+        };
+        let together = |(_, lines): (_, Vec<Series<'a>>)| Series {
+            devices: lines.iter().flat_map(|line| &line.devices).copied().collect(),
+            rows: lines[0].rows.clone(),
+        };
+        grouped(Series::each(rows), key).into_iter().map(together).collect()
     }
 
     /// What its first row is of.
     pub fn key(&self) -> &'a RowKey {
         &self.rows[0].key
-    }
-
-    fn is_alike(&self, other: &Series) -> bool {
-        let same = |(a, b): (&&Row, &&Row)| {
-            let is_timed = a.number(Metric::TraceNsPerRay).is_some();
-            (a.x(), &a.numbers, &a.counts) == (b.x(), &b.numbers, &b.counts) && !is_timed
-        };
-        self.key().kernel == other.key().kernel
-            && self.rows.len() == other.rows.len()
-            && self.rows.iter().zip(&other.rows).all(same)
     }
 
     /// How many devices share the line.

@@ -29,16 +29,6 @@ pub struct ErrorPicture {
     pub verdict: [String; 2],
 }
 
-impl ErrorPicture {
-    /// The scene's name.
-    pub(super) fn scene(&self) -> &str {
-        match &self.key.of {
-            Of::Scene { scene, .. } | Of::Light { scene } => scene,
-            _ => "",
-        }
-    }
-}
-
 /// `12 wrong pixels (3 %)`
 pub fn share_of_pixels(n: usize, what: &str, all: usize) -> String {
     match n {

@@ -6,7 +6,7 @@ use kugelblitz::words::cut;
 
 use super::figures::{plain, typeset};
 use super::plot::theme::kernel_class;
-use super::tables::{Cell, Emphasis, Part, Table};
+use super::tables::{Cell, Column, Emphasis, Table};
 
 /// Columns of a terminal that a table takes at most.
 pub const WIDTH: usize = 110;
@@ -26,45 +26,48 @@ impl Cell {
     }
 }
 
-/// Text for a terminal. Parts that do not fit stand in further blocks, each with the names.
+/// Text for a terminal. What does not fit stands in further blocks, each with the names.
 pub fn terminal(table: &Table) -> String {
-    let mut parts = table.parts.iter().map(|part| aligned(table, part));
+    let rows = || table.groups.iter().flat_map(|group| &group.rows);
+    let lines = |(i, column): (usize, &Column)| {
+        let cells = rows().map(|row| shortened(&row[i].whole()));
+        to_one_width(column, [shortened(&column.name)].into_iter().chain(cells).collect())
+    };
+    let lines: Vec<_> = table.columns.iter().enumerate().map(lines).collect();
+    let columns: Vec<_> = table.columns.iter().zip(&lines).collect();
+    let mut parts = columns.chunk_by(|(a, _), (b, _)| a.is_beside(b)).map(|part| {
+        let (column, _) = part[0];
+        let lines: Vec<_> = part.iter().map(|(_, lines)| *lines).collect();
+        let lines = [shortened(&column.over)].into_iter().chain(joined(&lines));
+        to_one_width(column, lines.collect())
+    });
     let Some(names) = parts.next() else { return String::new() };
     let mut blocks: Vec<Vec<String>> = Vec::new();
     for part in parts {
         let fits =
             |block: &&mut Vec<String>| length(&block[0]) + GAP.len() + length(&part[0]) <= WIDTH;
         match blocks.last_mut().filter(fits) {
-            Some(block) => *block = joined(&[block.clone(), part]),
-            None => blocks.push(joined(&[names.clone(), part])),
+            Some(block) => *block = joined(&[block, &part]),
+            None => blocks.push(joined(&[&names, &part])),
         }
     }
     let texts = blocks.iter().map(|block| with_groups(table, block));
     texts.collect::<Vec<_>>().join("\n")
 }
 
-/// The lines of a part, all of one width: its heading, the columns' names, the rows.
-fn aligned(table: &Table, part: &Part) -> Vec<String> {
-    let to_one_width = |lines: Vec<String>| -> Vec<String> {
-        let width = lines.iter().map(|line| length(line)).max().unwrap_or(0);
-        let line = |line: &String| match part.first {
-            0 => format!("{line:<width$}"),
-            _ => format!("{line:>width$}"),
-        };
-        lines.iter().map(line).collect()
+/// Lines of a column, or of several, filled up.
+fn to_one_width(column: &Column, lines: Vec<String>) -> Vec<String> {
+    let width = lines.iter().map(|line| length(line)).max().unwrap_or(0);
+    let line = |line: &String| match column.is_name {
+        true => format!("{line:<width$}"),
+        false => format!("{line:>width$}"),
     };
-    let column = |(name, i): (&String, usize)| {
-        let rows = table.groups.iter().flat_map(|group| &group.rows);
-        let cells = rows.map(|row| shortened(&row[i].whole()));
-        to_one_width([shortened(name)].into_iter().chain(cells).collect())
-    };
-    let columns: Vec<Vec<String>> = part.columns.iter().zip(part.first..).map(column).collect();
-    to_one_width([shortened(&part.over)].into_iter().chain(joined(&columns)).collect())
+    lines.iter().map(line).collect()
 }
 
 /// Texts of as many lines, side by side.
-fn joined(texts: &[Vec<String>]) -> Vec<String> {
-    let n_lines = texts.first().map_or(0, Vec::len);
+fn joined(texts: &[&Vec<String>]) -> Vec<String> {
+    let n_lines = texts.first().map_or(0, |text| text.len());
     let line = |i: usize| texts.iter().map(|text| text[i].as_str()).collect::<Vec<_>>().join(GAP);
     (0..n_lines).map(line).collect()
 }
@@ -93,13 +96,11 @@ fn shortened(text: &str) -> String {
 /// A table in Markdown.
 pub fn markdown(table: &Table) -> String {
     let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-    let columns =
-        || table.parts.iter().flat_map(|part| part.columns.iter().map(move |c| (part, c)));
-    let names = columns().map(|(part, name)| match part.over.as_str() {
+    let names = table.columns.iter().map(|Column { over, name, .. }| match over.as_str() {
         "" => name.clone(),
         over => format!("{}: {name}", markdown_text(over)),
     });
-    let rules = columns().map(|(part, _)| if part.first == 0 { "---" } else { "---:" });
+    let rules = table.columns.iter().map(|column| if column.is_name { "---" } else { "---:" });
     let head = [line(names.collect()), line(rules.map(str::to_string).collect())].concat();
     let rows = table.groups.iter().flat_map(|group| &group.rows);
     let cells = |row: &Vec<Cell>| row.iter().map(|cell| markdown_text(&cell.whole())).collect();
@@ -119,29 +120,27 @@ pub fn markdown_text(text: &str) -> String {
 
 /// A table for a page, scrolled where it is wider.
 pub fn html(table: &Table) -> Markup {
-    let has_overs = table.parts.iter().any(|part| !part.over.is_empty());
-    let n_names = table.parts.first().map_or(0, |part| part.columns.len());
-    let n_columns: usize = table.parts.iter().map(|part| part.columns.len()).sum();
+    let has_overs = table.columns.iter().any(|column| !column.over.is_empty());
     html! {
         div.wide {
             table {
                 thead {
                     tr {
-                        @for part in &table.parts {
-                            @if part.over.is_empty() {
-                                @for name in &part.columns {
-                                    th class=(if part.first == 0 { "name" } else { "" })
+                        @for part in table.columns.chunk_by(Column::is_beside) {
+                            @if part[0].over.is_empty() {
+                                @for Column { name, is_name, .. } in part {
+                                    th class=(if *is_name { "name" } else { "" })
                                         rowspan=(1 + usize::from(has_overs)) { (name) }
                                 }
                             } @else {
-                                th.over colspan=(part.columns.len()) { (with_key(&part.over)) }
+                                th.over colspan=(part.len()) { (with_key(&part[0].over)) }
                             }
                         }
                     }
                     @if has_overs {
                         tr {
-                            @for part in table.parts.iter().filter(|part| !part.over.is_empty()) {
-                                @for name in &part.columns { th { (name) } }
+                            @for column in table.columns.iter().filter(|column| !column.over.is_empty()) {
+                                th { (column.name) }
                             }
                         }
                     }
@@ -149,12 +148,12 @@ pub fn html(table: &Table) -> Markup {
                 @for group in &table.groups {
                     tbody {
                         @if !group.name.is_empty() {
-                            tr { th.group colspan=(n_columns) { (typeset(&group.name)) } }
+                            tr { th.group colspan=(table.columns.len()) { (typeset(&group.name)) } }
                         }
                         @for row in &group.rows {
                             tr {
-                                @for (i, cell) in row.iter().enumerate() {
-                                    (html_cell(cell, i < n_names))
+                                @for (column, cell) in table.columns.iter().zip(row) {
+                                    (html_cell(cell, column.is_name))
                                 }
                             }
                         }
@@ -198,14 +197,14 @@ mod tests {
         let cell = |text: &str| Cell { text: text.into(), range: None, emphasis: Emphasis::Plain };
         let row = |name: &str, figure: &str| [vec![cell(name)], vec![cell(figure); 12]].concat();
         let rows = vec![row("a", "1.5"), row(&"long ".repeat(10), "123456789")];
-        let names = Part { over: String::new(), first: 0, columns: vec!["name".into()] };
-        let pairs = (0..6).map(|i| Part {
-            over: format!("pair {i}"),
-            first: 1 + 2 * i,
-            columns: vec!["x".into(); 2],
+        let names = Column { over: String::new(), name: "name".into(), is_name: true };
+        let pairs = (0..12).map(|i| Column {
+            over: format!("pair {}", i / 2),
+            name: "x".into(),
+            is_name: false,
         });
         let table = Table {
-            parts: [names].into_iter().chain(pairs).collect(),
+            columns: [names].into_iter().chain(pairs).collect(),
             groups: vec![Group { name: "all".into(), rows }],
         };
         let text = terminal(&table);

@@ -22,6 +22,9 @@ pub enum Class {
 }
 
 impl Class {
+    /// In the order of a report.
+    pub(super) const ALL: [Class; 4] = [Class::Lecture, Class::Hard, Class::Lit, Class::Given];
+
     /// In a table or a legend.
     pub fn name(self) -> &'static str {
         match self {

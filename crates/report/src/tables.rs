@@ -1,4 +1,4 @@
-//! The report's tables: what each shows is data; [`table`] makes them all, and
+//! The report's tables: what each row shows is a line of named cells; [`table`] makes them all, and
 //! [`super::print`] prints them.
 
 use super::Count::{
@@ -12,7 +12,7 @@ use super::Metric::{
 use super::figures::{
     NONE, count, digits, digits_borne, figure, median, percent, quantity, range, typeset, wrong,
 };
-use super::order::{Series, add};
+use super::order::{Series, grouped};
 use super::{
     Baseline, Change, Class, Count, Metric, Of, Report, Row, RowKey, Spread, Sweep, TimeVerdict,
     WrongIds,
@@ -21,27 +21,35 @@ use super::{
 /// Rows of cells under a head.
 pub struct Table {
     /// The head: first the names of a row, then its figures.
-    pub parts: Vec<Part>,
+    pub columns: Vec<Column>,
     /// The rows.
-    pub groups: Vec<Group<Vec<Cell>>>,
+    pub groups: Vec<Group>,
 }
 
-/// Neighbouring columns.
-pub struct Part {
-    /// Stands over them; empty for none.
+/// The head of a column.
+#[derive(Clone, PartialEq)]
+pub struct Column {
+    /// Stands over it and its neighbours; empty for none.
     pub over: String,
-    /// Place of the first one among all columns.
-    pub first: usize,
-    /// The columns' own names.
-    pub columns: Vec<String>,
+    /// The column's own name.
+    pub name: String,
+    /// True where it names the rows.
+    pub is_name: bool,
+}
+
+impl Column {
+    /// True of neighbours that stand under one heading.
+    pub fn is_beside(&self, other: &Column) -> bool {
+        (self.is_name, &self.over) == (other.is_name, &other.over)
+    }
 }
 
 /// Rows that belong together.
-pub struct Group<R> {
+pub struct Group {
     /// Their class; empty where there is one group alone.
     pub name: String,
-    /// The rows; in a table as many cells in each as there are columns.
-    pub rows: Vec<R>,
+    /// As many cells in each as there are columns.
+    pub rows: Vec<Vec<Cell>>,
 }
 
 /// A name or a figure.
@@ -64,300 +72,254 @@ pub enum Emphasis {
     Kernel,
     /// As a count of wrong ids that is not 0.
     Wrong,
-    /// As a count of wrong ids that is 0, or of nothing.
+    /// As a count of wrong ids that is 0.
     Right,
 }
 
 impl Table {
-    /// A table whose head has these columns, the first of them names, under what stands over them.
-    fn new(head: Vec<(&str, Vec<String>)>, groups: Vec<Group<Vec<Cell>>>) -> Table {
-        let mut n_columns = 0;
-        let part = |(over, columns): (&str, Vec<String>)| {
-            let first = n_columns;
-            n_columns += columns.len();
-            Part { over: over.to_string(), first, columns }
-        };
-        Table { parts: head.into_iter().map(part).collect(), groups }
-    }
-
-    /// A table in one group, whose head has names and figures with nothing over them.
-    fn of_changes<const N: usize>(head: [[&str; N]; 2], rows: Vec<Vec<Cell>>) -> Table {
-        let columns = |names: [&str; N]| ("", names.map(String::from).to_vec());
-        Table::new(head.map(columns).to_vec(), one_group(rows))
-    }
-
     pub fn is_empty(&self) -> bool {
         self.groups.iter().all(|group| group.rows.is_empty())
     }
 }
 
-/// Columns side by side, with their names.
-type Columns<'a> = &'a [(&'a str, Figure)];
+/// What a table shows of a thing: names first, then figures.
+type Line = Vec<(Column, Cell)>;
 
-/// Columns of figures under a heading, which may be empty.
-type Under<'a> = (&'a str, Columns<'a>);
-
-/// What a cell shows of a row.
-#[derive(Clone, Copy)]
-enum Figure {
-    /// The thing that was measured.
-    Subject,
-    Kernel,
-    Device,
-    Epsilon,
-    /// The quantity that is swept.
-    X,
-    Counted(Count),
-    /// The share of wrong ids, or `0 of N`.
-    Wrong,
-    /// The share of wrong ids, without the number of rays.
-    WrongShare,
-    WrongShadows,
-    WrongPixels,
-    /// The share of rays that a stage decided.
-    Decided(Count),
-    /// The median of errors.
-    Median(Metric),
-    P999(Metric),
-    Largest(Metric),
-    /// A median with its range.
-    Time(Metric),
-    /// The median alone.
-    TimeAlone(Metric),
-}
-
-use Figure::*;
-
-impl Figure {
-    fn of(self, row: &Row, report: &Report) -> Cell {
-        let error = |metric, part: fn(Spread) -> f64| {
-            cell(row.number(metric).map_or(NONE.into(), |errors| figure(part(errors))))
-        };
-        let time = |metric| row.number(metric).map_or(cell(NONE), |times| spread(&times));
-        let share = |wrong, of| share_of(wrong, row.count(of));
-        match self {
-            Subject => cell(row.key.of.name()),
-            Kernel => kernel(&row.key),
-            Device => device(&row.key, report),
-            Epsilon => cell(with_epsilon(row.key.epsilon)),
-            X => cell(quantity(row.x())),
-            Counted(count) => cell(row.count(count).to_string()),
-            Wrong => wrong_share(row),
-            WrongShare => share(row.wrong_ids(), Rays),
-            WrongShadows => share(row.wrong_shadows(), Verdicts),
-            WrongPixels => share(row.count(WrongBytes), Pixels),
-            Decided(stage) => decided(row, row.count(stage)),
-            Median(metric) => error(metric, |errors| errors.median),
-            P999(metric) => error(metric, |errors| errors.p999),
-            Largest(metric) => error(metric, |errors| errors.max),
-            Time(metric) => time(metric),
-            TimeAlone(metric) => Cell { range: None, ..time(metric) },
-        }
-    }
-}
-
-/// The rows of `groups`: columns that name a row, and columns of figures. Rows of the same names stand in one line
-/// where they differ in what is `across`, which is over their columns.
-fn table(
-    report: &Report,
-    groups: Vec<Group<&Row>>,
-    names: Columns,
-    across: Option<Figure>,
-    columns: &[Under],
-) -> Table {
-    let over = |row: &Row| across.map_or_else(String::new, |across| across.of(row, report).text);
-    let mut overs: Vec<String> = Vec::new();
-    groups.iter().flat_map(|group| &group.rows).for_each(|row| add(&mut overs, over(row)));
-    let cells = |rows: Vec<&Row>| -> Vec<Vec<Cell>> {
-        let mut lines: Vec<(Vec<Cell>, Vec<&Row>)> = Vec::new();
-        for row in rows {
-            let own: Vec<Cell> = names.iter().map(|(_, name)| name.of(row, report)).collect();
-            match lines.iter_mut().find(|line| across.is_some() && line.0 == own) {
-                Some((_, rows)) => rows.push(row),
-                None => lines.push((own, vec![row])),
-            }
-        }
-        let with_figures = |(mut line, rows): (Vec<Cell>, Vec<&Row>)| {
-            for wanted in &overs {
-                let row = rows.iter().find(|row| over(row) == *wanted);
-                let figures = columns.iter().flat_map(|(_, columns)| *columns);
-                line.extend(figures.map(|(_, f)| row.map_or(cell(NONE), |row| f.of(row, report))));
-            }
-            line
-        };
-        lines.into_iter().map(with_figures).collect()
+/// Lines with the same names stand in one row, with the columns of each.
+fn table(groups: Vec<(String, Vec<Line>)>) -> Table {
+    let all = groups.iter().flat_map(|(_, lines)| lines).flatten();
+    let columns = grouped(all, |(column, _)| column.clone());
+    let columns: Vec<Column> = columns.into_iter().map(|(column, _)| column).collect();
+    let names = |line: &Line| -> Vec<Cell> {
+        line.iter().filter(|(column, _)| column.is_name).map(|(_, name)| name.clone()).collect()
     };
-    let mut head = vec![("", names)];
-    for over in &overs {
-        for &(own, columns) in columns {
-            head.push((if over.is_empty() { own } else { over.as_str() }, columns));
-        }
-    }
-    let titles = |columns: Columns| columns.iter().map(|(name, _)| name.to_string()).collect();
-    let head = head.into_iter().map(|(over, columns)| (over, titles(columns))).collect();
-    let group = |Group { name, rows }| Group { name, rows: cells(rows) };
-    Table::new(head, groups.into_iter().map(group).collect())
+    let row = |(_, lines): (_, Vec<Line>)| -> Vec<Cell> {
+        let shown = |column: &Column| {
+            let own = lines.iter().flatten().find(|(own, _)| own == column);
+            own.map_or(cell(NONE), |(_, cell)| cell.clone())
+        };
+        columns.iter().map(shown).collect()
+    };
+    let groups = groups.into_iter().map(|(name, lines)| Group {
+        name,
+        rows: grouped(lines, names).into_iter().map(row).collect(),
+    });
+    Table { groups: groups.collect(), columns }
 }
 
-const CONFIG: Columns = &[("kernel", Kernel), ("device", Device)];
-const FAULTS: Under = (
-    "wrong ids",
-    &[
-        ("share", Wrong),
-        ("false hit", Counted(FalseHits)),
-        ("false miss", Counted(FalseMisses)),
-        ("another", Counted(WrongObject)),
-    ],
-);
-const T_ULP: Under = ("error of t, ulp", &quantiles(TUlp));
-const T_RELATIVE: Under = ("error of t, relative", &quantiles(TRelative));
-const NORMAL: Under = ("error of the normal, °", &quantiles(NormalDegrees));
-const STAGES: Under =
-    ("decided in", &[("f32", Decided(F32)), ("f64", Decided(F64)), ("exact", Decided(Exact))]);
+/// A table in one group.
+fn plain<R>(rows: impl IntoIterator<Item = R>, line: impl Fn(R) -> Line) -> Table {
+    table(vec![(String::new(), rows.into_iter().map(line).collect())])
+}
 
-/// The columns of an error.
-const fn quantiles(metric: Metric) -> [(&'static str, Figure); 3] {
-    [("median", Median(metric)), ("99.9 %", P999(metric)), ("largest", Largest(metric))]
+/// A table with a group a class, each under its name.
+fn by_class(report: &Report, line: impl Fn(&Row) -> Line) -> Table {
+    let group = |(class, rows): (Class, Vec<&Row>)| {
+        let most = |of| rows.iter().map(|row| row.count(of)).max().unwrap_or(0);
+        let n_scenes = count(most(Scenes) as usize, "scene");
+        let name = format!("{}: {n_scenes}, {} rays compared", class.name(), most(Rays));
+        (name, rows.into_iter().map(&line).collect())
+    };
+    table(report.classes().into_iter().map(group).collect())
+}
+
+fn name(name: &str, cell: Cell) -> (Column, Cell) {
+    (Column { over: String::new(), name: name.into(), is_name: true }, cell)
+}
+
+/// Figures under a heading, which may be empty.
+fn under<const N: usize>(over: &str, figures: [(&str, Cell); N]) -> Line {
+    let column = |name: &str| Column { over: over.into(), name: name.into(), is_name: false };
+    figures.into_iter().map(|(name, cell)| (column(name), cell)).collect()
+}
+
+fn config(key: &RowKey, report: &Report) -> Line {
+    vec![name("kernel", kernel(key)), name("device", device(key, report))]
+}
+
+fn faults(row: &Row) -> Line {
+    let counted = |count| cell(row.count(count).to_string());
+    under(
+        "wrong ids",
+        [
+            ("share", wrong_share(row)),
+            ("false hit", counted(FalseHits)),
+            ("false miss", counted(FalseMisses)),
+            ("another", counted(WrongObject)),
+        ],
+    )
+}
+
+fn quantiles(row: &Row, over: &str, metric: Metric) -> Line {
+    under(
+        over,
+        [
+            ("median", error(row, metric, |errors| errors.median)),
+            ("99.9 %", error(row, metric, |errors| errors.p999)),
+            ("largest", error(row, metric, |errors| errors.max)),
+        ],
+    )
+}
+
+fn stages(row: &Row) -> Line {
+    let stages = [("f32", F32), ("f64", F64), ("exact", Exact)];
+    under("decided in", stages.map(|(name, stage)| (name, decided(row, stage))))
 }
 
 /// The classes: how wrong.
 pub fn class_errors(report: &Report) -> Table {
-    let normal: Under = ("normal, °", &[("largest", Largest(NormalDegrees))]);
-    table(report, by_class(report), CONFIG, None, &[FAULTS, T_ULP, normal])
+    by_class(report, |row| {
+        let normal = [("largest", error(row, NormalDegrees, |errors| errors.max))];
+        let t = quantiles(row, "error of t, ulp", TUlp);
+        [config(&row.key, report), faults(row), t, under("normal, °", normal)].concat()
+    })
 }
 
 /// The classes: how fast, and which stage decided.
 pub fn class_costs(report: &Report) -> Table {
-    let times: Columns =
-        &[("ids", Time(TraceNsPerRay)), ("with t and normals", Time(SurfaceNsPerRay))];
-    table(report, by_class(report), CONFIG, None, &[("time, ns a ray", times), STAGES])
+    by_class(report, |row| {
+        let times = [("ids", TraceNsPerRay), ("with t and normals", SurfaceNsPerRay)];
+        let times = under("time, ns a ray", times.map(|(name, metric)| (name, time(row, metric))));
+        [config(&row.key, report), times, stages(row)].concat()
+    })
 }
 
 /// The classes in a few columns.
 pub fn summary(report: &Report) -> Table {
-    let figures: Columns = &[
-        ("rays with a wrong object", Wrong),
-        ("error of `t`, 99.9 %, ulp", P999(TUlp)),
-        ("ns a ray (least–most)", Time(TraceNsPerRay)),
-    ];
-    let names = &[("scenes", Subject), ("kernel", Kernel), ("device", Device)];
-    let rows = report.classes().into_iter().flat_map(|(_, rows)| rows).collect();
-    table(report, one_group(rows), names, None, &[("", figures)])
+    plain(report.classes().into_iter().flat_map(|(_, rows)| rows), |row| {
+        let figures = [
+            ("rays with a wrong object", wrong_share(row)),
+            ("error of `t`, 99.9 %, ulp", error(row, TUlp, |errors| errors.p999)),
+            ("ns a ray (least–most)", time(row, TraceNsPerRay)),
+        ];
+        [vec![name("scenes", of(row))], config(&row.key, report), under("", figures)].concat()
+    })
 }
 
 /// Many spheres.
 pub fn clouds(report: &Report) -> Table {
-    let figures: Columns = &[
-        ("ms a picture (least–most)", Time(PictureMs)),
-        ("building, ms", Time(BuildMs)),
-        ("decided in f64", Decided(F64)),
-        ("exactly", Decided(Exact)),
-        ("wrong ids", Wrong),
-    ];
-    let names = &[("cloud", Subject), ("device", Device)];
-    let rows = report.rows_of(|of| matches!(of, Of::Cloud { .. }));
-    table(report, one_group(rows), names, None, &[("", figures)])
+    plain(report.rows_of(|of| matches!(of, Of::Cloud { .. })), |row| {
+        let names = vec![name("cloud", of(row)), name("device", device(&row.key, report))];
+        let figures = [
+            ("ms a picture (least–most)", time(row, PictureMs)),
+            ("building, ms", time(row, BuildMs)),
+            ("decided in f64", decided(row, F64)),
+            ("exactly", decided(row, Exact)),
+            ("wrong ids", wrong_share(row)),
+        ];
+        [names, under("", figures)].concat()
+    })
 }
 
 /// Lit scenes: wrong shadows and bytes of each kernel with each epsilon.
 pub fn light(report: &Report) -> Table {
-    let wrong: Columns = &[("shadows", WrongShadows), ("bytes", WrongPixels)];
-    let names = &[("lit scene", Subject), ("", Epsilon)];
-    let rows = report.rows_of(|of| matches!(of, Of::Light { .. }));
-    table(report, one_group(rows), names, Some(Kernel), &[("", wrong)])
+    plain(report.rows_of(|of| matches!(of, Of::Light { .. })), |row| {
+        let epsilon = cell(with_epsilon(row.key.epsilon));
+        let wrong = [
+            ("shadows", share(row.wrong_shadows(), row.count(Verdicts))),
+            ("bytes", share(row.count(WrongBytes), row.count(Pixels))),
+        ];
+        [vec![name("lit scene", of(row)), name("", epsilon)], under(&row.key.kernel, wrong)]
+            .concat()
+    })
 }
 
 /// All scenes: who was wrong, and the time of ids.
 pub fn overview(report: &Report) -> Table {
-    let figures: Columns = &[("wrong", WrongShare), ("ns/ray", TimeAlone(TraceNsPerRay))];
-    let names = &[("scene", Subject), ("device", Device)];
+    let line = |row: &Row| {
+        let names = vec![name("scene", of(row)), name("device", device(&row.key, report))];
+        let time = Cell { range: None, ..time(row, TraceNsPerRay) };
+        let figures = [("wrong", share(row.wrong_ids(), row.count(Rays))), ("ns/ray", time)];
+        [names, under(&row.key.kernel, figures)].concat()
+    };
     let group = |(class, _): (Class, _)| {
         let is_own = |of: &Of| matches!(of, Of::Scene { class: own, .. } if *own == class);
-        Group { name: class.name().into(), rows: report.rows_of(is_own) }
+        (class.name().into(), report.rows_of(is_own).into_iter().map(line).collect())
     };
-    let groups = report.classes().into_iter().map(group).collect();
-    table(report, groups, names, Some(Kernel), &[("", figures)])
+    table(report.classes().into_iter().map(group).collect())
 }
 
 /// All figures of one scene: errors, more errors, costs.
-pub fn scene(report: &Report, name: &str) -> [Table; 3] {
-    let rays: Under = ("", &[("rays compared", Counted(Rays))]);
-    let per_ray: Under = (
-        "time, ns a ray",
-        &[
-            ("ids", Time(TraceNsPerRay)),
-            ("with t and normals", Time(SurfaceNsPerRay)),
-            ("device's clock", Time(DeviceNsPerRay)),
-        ],
-    );
-    let times: Under = (
-        "time, ms",
-        &[
-            ("read-back", Time(ReadbackMs)),
-            ("compiling", Time(CompileMs)),
-            ("first picture", Time(FirstPictureMs)),
-        ],
-    );
-    let bytes: Under = ("", &[("bytes on the device", Counted(BytesDevice))]);
-    let own = report.rows_of(|of| matches!(of, Of::Scene { scene, .. } if scene == name));
-    [[rays, FAULTS, T_ULP], [T_RELATIVE, NORMAL, STAGES], [per_ray, times, bytes]]
-        .map(|columns| table(report, one_group(own.clone()), CONFIG, None, &columns))
+pub fn scene(report: &Report, scene: &str) -> [Table; 3] {
+    let times = |row: &Row, over: &str, names: [(&str, Metric); 3]| {
+        under(over, names.map(|(name, metric)| (name, time(row, metric))))
+    };
+    let per_ray = [
+        ("ids", TraceNsPerRay),
+        ("with t and normals", SurfaceNsPerRay),
+        ("device's clock", DeviceNsPerRay),
+    ];
+    let per_picture =
+        [("read-back", ReadbackMs), ("compiling", CompileMs), ("first picture", FirstPictureMs)];
+    let parts = |row: &Row| {
+        let counted = |name, count| under("", [(name, cell(row.count(count).to_string()))]);
+        [
+            [counted("rays compared", Rays), faults(row), quantiles(row, "error of t, ulp", TUlp)],
+            [
+                quantiles(row, "error of t, relative", TRelative),
+                quantiles(row, "error of the normal, °", NormalDegrees),
+                stages(row),
+            ],
+            [
+                times(row, "time, ns a ray", per_ray),
+                times(row, "time, ms", per_picture),
+                counted("bytes on the device", BytesDevice),
+            ],
+        ]
+    };
+    [0, 1, 2].map(|part| {
+        let own = report.rows_of(|of| matches!(of, Of::Scene { scene: own, .. } if own == scene));
+        plain(own, |row| [config(&row.key, report), parts(row)[part].concat()].concat())
+    })
 }
 
 /// All numbers of a sweep: a row an x, and columns for each line.
 pub fn sweep(report: &Report, sweep: &Sweep) -> Table {
     let rows = report.rows_along(sweep);
-    let figures: Columns = if rows.iter().any(|row| row.number(TraceNsPerRay).is_some()) {
-        &[("ns a ray", Time(TraceNsPerRay))]
-    } else {
-        &[("wrong ids", Wrong), ("t, 99.9 %, ulp", P999(TUlp))]
-    };
+    let is_timed = rows.iter().any(|row| row.number(TraceNsPerRay).is_some());
+    let series = Series::shared(&rows);
     // A line is named after all of its devices.
-    let of_line = |line: Series| -> Vec<Row> {
-        let kernel = line.label(report);
-        let key = |row: &Row| RowKey { kernel: kernel.clone(), ..row.key.clone() };
-        line.rows.into_iter().map(|row| Row { key: key(row), ..row.clone() }).collect()
-    };
-    let lines: Vec<Row> = Series::shared(&rows).into_iter().flat_map(of_line).collect();
-    let named = one_group(lines.iter().collect());
-    let names = &[(sweep.x_label, X)];
-    table(report, named, names, Some(Kernel), &[("", figures)])
+    let lines =
+        series.iter().flat_map(|line| line.rows.iter().map(move |row| (line.label(report), *row)));
+    plain(lines, |(label, row)| {
+        let x = vec![name(sweep.x_label, cell(quantity(row.x())))];
+        let t = error(row, TUlp, |errors| errors.p999);
+        let figures = match is_timed {
+            true => under(&label, [("ns a ray", time(row, TraceNsPerRay))]),
+            false => under(&label, [("wrong ids", wrong_share(row)), ("t, 99.9 %, ulp", t)]),
+        };
+        [x, figures].concat()
+    })
 }
 
 /// All that changed since an earlier report, with its title.
 pub fn since(baseline: &Baseline, report: &Report) -> [(&'static str, Table); 2] {
-    [
-        ("Changes beyond noise", changes(baseline, report)),
-        ("Wrong ids that changed", changed_ids(baseline, report)),
-    ]
-}
-
-/// Times that changed by more than noise.
-fn changes(baseline: &Baseline, report: &Report) -> Table {
-    let row = |change: &Change| {
+    let names =
+        |key: &RowKey| [vec![name("of", cell(key.of.name()))], config(key, report)].concat();
+    let change = |change: &Change| {
         let Change { key, metric, before, now, ratio, verdict } = change;
         let n_digits = digits_borne(before).min(digits_borne(now));
         let (mark, emphasis) = match verdict {
             TimeVerdict::Slower => ("▲ slower", Emphasis::Wrong),
             _ => ("▼ faster", Emphasis::Plain),
         };
-        let ratio = cell(format!("× {}", digits(*ratio, n_digits)));
-        let figures = [spread(before), spread(now), ratio, Cell { emphasis, ..cell(mark) }];
-        let names = [cell(key.of.name()), kernel(key), device(key, report), cell(metric.name())];
-        [names, figures].concat()
+        let figures = [
+            ("before", spread(before)),
+            ("now", spread(now)),
+            ("change", cell(format!("× {}", digits(*ratio, n_digits)))),
+            ("", Cell { emphasis, ..cell(mark) }),
+        ];
+        [names(key), vec![name("time", cell(metric.name()))], under("", figures)].concat()
     };
-    let head = [["of", "kernel", "device", "time"], ["before", "now", "change", ""]];
-    Table::of_changes(head, baseline.beyond_noise().map(row).collect())
-}
-
-/// Numbers of wrong ids that changed.
-fn changed_ids(baseline: &Baseline, report: &Report) -> Table {
-    let row = |WrongIds { key, rays, before, now }: &WrongIds| {
-        let names = [cell(key.of.name()), kernel(key), device(key, report)];
-        [names, [rays, before, now].map(|n| cell(n.to_string()))].concat()
+    let changed_ids = |WrongIds { key, rays, before, now }: &WrongIds| {
+        let figures = [("rays compared", rays), ("wrong before", before), ("wrong now", now)];
+        let figures = figures.map(|(name, n)| (name, cell(n.to_string())));
+        [names(key), under("", figures)].concat()
     };
-    let head = [["of", "kernel", "device"], ["rays compared", "wrong before", "wrong now"]];
-    Table::of_changes(head, baseline.wrong_ids.iter().map(row).collect())
+    [
+        ("Changes beyond noise", plain(baseline.beyond_noise(), change)),
+        ("Wrong ids that changed", plain(&baseline.wrong_ids, changed_ids)),
+    ]
 }
 
 impl Of {
@@ -383,24 +345,12 @@ impl Metric {
     }
 }
 
-/// One group a class, under its name.
-fn by_class(report: &Report) -> Vec<Group<&Row>> {
-    let mut groups = Vec::new();
-    for (class, rows) in report.classes() {
-        let most = |of| rows.iter().map(|row| row.count(of)).max().unwrap_or(0);
-        let n_scenes = count(most(Scenes) as usize, "scene");
-        let name = format!("{}: {n_scenes}, {} rays compared", class.name(), most(Rays));
-        groups.push(Group { name, rows });
-    }
-    groups
-}
-
-fn one_group<R>(rows: Vec<R>) -> Vec<Group<R>> {
-    vec![Group { name: String::new(), rows }]
-}
-
 fn cell(text: impl Into<String>) -> Cell {
     Cell { text: text.into(), range: None, emphasis: Emphasis::Plain }
+}
+
+fn of(row: &Row) -> Cell {
+    cell(row.key.of.name())
 }
 
 fn kernel(key: &RowKey) -> Cell {
@@ -420,7 +370,7 @@ pub fn with_epsilon(epsilon: Option<f64>) -> String {
 }
 
 /// A share of wrong ones, `0` of none.
-fn share_of(wrong: u64, of: u64) -> Cell {
+fn share(wrong: u64, of: u64) -> Cell {
     match (wrong, of) {
         (_, 0) => cell(NONE),
         (0, _) => Cell { emphasis: Emphasis::Right, ..cell("0") },
@@ -430,14 +380,23 @@ fn share_of(wrong: u64, of: u64) -> Cell {
 
 /// The share of wrong ids, or `0 of N`.
 fn wrong_share(row: &Row) -> Cell {
-    let emphasis = if row.wrong_ids() > 0 { Emphasis::Wrong } else { Emphasis::Right };
-    Cell { emphasis, ..cell(wrong(row)) }
+    Cell { text: wrong(row), ..share(row.wrong_ids(), row.count(Rays)) }
 }
 
 /// The share of rays that a stage decided.
-fn decided(row: &Row, part: u64) -> Cell {
+fn decided(row: &Row, stage: Count) -> Cell {
     let all = [F32, F64, Exact].map(|stage| row.count(stage)).iter().sum();
+    let part = row.count(stage);
     cell(if part == 0 && all > 0 { "0".into() } else { percent(part, all) })
+}
+
+/// A part of the errors' spread.
+fn error(row: &Row, metric: Metric, part: fn(Spread) -> f64) -> Cell {
+    cell(row.number(metric).map_or(NONE.into(), |errors| figure(part(errors))))
+}
+
+fn time(row: &Row, metric: Metric) -> Cell {
+    row.number(metric).map_or(cell(NONE), |times| spread(&times))
 }
 
 /// Median with its range.

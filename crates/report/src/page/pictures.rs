@@ -9,6 +9,7 @@ use maud::{Markup, html};
 
 use crate::figures::{short_name, typeset};
 use crate::light::{FALSE_SHADOW, LEAK};
+use crate::order::grouped;
 use crate::plot::theme::kernel_class;
 use crate::tables::with_epsilon;
 use crate::{ErrorPicture, Of, Report};
@@ -46,23 +47,20 @@ pub const LIGHT: Gallery = Gallery {
 impl Gallery {
     /// All pictures, scene by scene.
     pub fn show(&self, report: &Report) -> Markup {
-        let own = || report.pictures.iter().filter(|picture| (self.is_own)(&picture.key.of));
-        let mut names: Vec<&str> = own().map(ErrorPicture::scene).collect();
-        names.dedup();
+        let own = report.pictures.iter().filter(|picture| (self.is_own)(&picture.key.of));
+        let scenes = grouped(own, |picture| picture.key.of.name());
         html! {
-            @if !names.is_empty() {
+            @if !scenes.is_empty() {
                 section {
                     h2 { (self.title) }
                     p { (self.about) }
                     (self.legend())
-                    @for name in names {
+                    @for (name, pictures) in scenes {
                         h3 { (name) }
-                        @if let Some(scene) = report.scene(name) { p.note { (scene.about) } }
-                        div.rows {
-                            @for picture in own().filter(|picture| picture.scene() == name) {
-                                (row(picture))
-                            }
+                        @for scene in report.scenes.iter().filter(|scene| scene.name == name) {
+                            p.note { (scene.about) }
                         }
+                        div.rows { @for picture in pictures { (row(picture)) } }
                     }
                 }
             }
@@ -91,9 +89,8 @@ fn row(picture: &ErrorPicture) -> Markup {
     let kernel = &picture.key.kernel;
     let is_light = matches!(picture.key.of, Of::Light { .. });
     let epsilon = is_light.then(|| with_epsilon(picture.key.epsilon));
-    let shown =
-        [picture.scene().into(), format!("kernel {kernel}")].into_iter().chain(epsilon.clone());
-    let what = shown.collect::<Vec<String>>().join(", ");
+    let what = [picture.key.of.name(), format!("kernel {kernel}")];
+    let what = what.into_iter().chain(epsilon.clone()).collect::<Vec<_>>().join(", ");
     html! {
         p {
             span.key.(kernel_class(kernel)) {} strong { (kernel) } br;

@@ -4,8 +4,10 @@
 use kugelblitz_judge::markup::{document, escaped};
 
 use super::scale::Scale;
-use super::theme;
+use super::theme::{self, kernel_class};
 use crate::figures::{quantity, typeset};
+use crate::order::Series;
+use crate::{Class, Count, Metric, Of, Report, Row, Spread};
 
 /// Width of a chart, px.
 const WIDTH: f64 = 860.0;
@@ -41,39 +43,75 @@ pub const DASHES: [&str; 4] = ["none", "6 4", "2 3.5", "9 3 2 3"];
 /// A place in numbers: x is positive, y is that, 0 or infinite.
 pub type Point = (f64, f64);
 
-/// Something measured.
-pub struct Mark {
-    pub at: Point,
-    /// Ends of a bar: where repeated measurements went.
-    pub range: [Point; 2],
-    /// Drawn as an outline.
-    pub is_open: bool,
-    /// Shown to who points at it.
-    pub title: String,
+/// What an axis shows of a row: a value, and the least and largest where it was measured repeatedly.
+pub type AxisValue = fn(&Row) -> Option<[f64; 3]>;
+
+/// The share of rays with a wrong object, percent.
+pub fn wrong(row: &Row) -> Option<[f64; 3]> {
+    (row.count(Count::Rays) > 0).then(|| [100.0 * row.wrong_share(); 3])
 }
 
-impl Mark {
-    fn places(&self) -> [Point; 3] {
-        let [from, to] = self.range;
-        [self.at, from, to]
-    }
+/// The time of ids, nanoseconds a ray.
+pub fn time(row: &Row) -> Option<[f64; 3]> {
+    let time = row.number(Metric::TraceNsPerRay).filter(Spread::is_drawable)?;
+    Some([time.median, time.min, time.max])
+}
+
+/// Something measured.
+pub struct Mark {
+    /// The place, and the ends of a bar: where repeated measurements went.
+    pub places: [Point; 3],
+    /// Drawn as an outline.
+    is_open: bool,
+    /// Shown to who points at it.
+    title: String,
 }
 
 /// Marks of one colour and shape.
 pub struct ChartLine {
-    pub name: String,
+    name: String,
     /// The class of its colour.
-    pub color: &'static str,
+    color: &'static str,
     /// Place of its device in the order of devices, for shape and dashes.
-    pub device: usize,
+    device: usize,
     /// In order; `None` for a gap.
     pub marks: Vec<Option<Mark>>,
 }
 
 impl ChartLine {
+    /// A mark a row, with its title, where both quantities have a place.
+    pub fn new(
+        report: &Report,
+        series: &Series,
+        name: String,
+        [x, y]: [AxisValue; 2],
+        title: impl Fn(&Row) -> String,
+    ) -> ChartLine {
+        let mark = |row: &&Row| {
+            let (x, y) = (x(row)?, y(row)?);
+            let has_place = x[0] > 0.0 && x[0].is_finite() && y[0] >= 0.0;
+            has_place.then(|| Mark {
+                places: [0, 1, 2].map(|i| (x[i], y[i])),
+                is_open: is_open(&row.key.of),
+                title: title(row),
+            })
+        };
+        ChartLine {
+            name,
+            color: kernel_class(&series.key().kernel),
+            device: report.device_index(&series.key().device),
+            marks: series.rows.iter().map(mark).collect(),
+        }
+    }
+
     fn drawn(&self) -> impl Iterator<Item = &Mark> {
         self.marks.iter().flatten()
     }
+}
+
+/// True of what marks are outlines of.
+pub fn is_open(of: &Of) -> bool {
+    *of == Of::Class { class: Class::Hard }
 }
 
 /// One quantity of several lines.
@@ -113,7 +151,7 @@ impl Chart<'_> {
     /// The picture as an SVG file.
     pub fn svg(&self) -> String {
         let marks = || self.drawn().flat_map(|panel| &panel.lines).flat_map(ChartLine::drawn);
-        let x = Scale::new(marks().flat_map(Mark::places).map(|(x, _)| x), (LEFT, RIGHT));
+        let x = Scale::new(marks().flat_map(|mark| mark.places).map(|(x, _)| x), (LEFT, RIGHT));
         let mut svg = String::new();
         for (i, words) in self.key.iter().enumerate() {
             svg += &text(LEFT, 8.0 + ROW * (i as f64 + 0.7), "start", "ink", words);
@@ -160,7 +198,7 @@ struct Layout<'a> {
 impl<'a> Layout<'a> {
     fn new(panel: &'a Panel, x: &'a Scale, top: f64) -> Layout<'a> {
         let lines_at = |y: f64| -> Vec<usize> {
-            let has = |i: &usize| panel.lines[*i].drawn().any(|mark| mark.at.1 == y);
+            let has = |i: &usize| panel.lines[*i].drawn().any(|mark| mark.places[0].1 == y);
             (0..panel.lines.len()).filter(has).collect()
         };
         let (above, below) = (lines_at(f64::INFINITY), lines_at(0.0));
@@ -169,7 +207,7 @@ impl<'a> Layout<'a> {
             n => n as f64 * LANE + GAP,
         };
         let marks = panel.lines.iter().flat_map(ChartLine::drawn);
-        let ys = marks.flat_map(Mark::places).map(|(_, y)| y);
+        let ys = marks.flat_map(|mark| mark.places).map(|(_, y)| y);
         let ys: Vec<f64> = ys.filter(|y| *y > 0.0 && y.is_finite()).collect();
         let axis_top = top + strip(&above);
         let height = if ys.is_empty() { 0.0 } else { panel.height };
@@ -215,16 +253,16 @@ impl<'a> Layout<'a> {
         }
         for (i, line) in panel.lines.iter().enumerate() {
             let curve = if panel.is_joined { self.curve(i, line) } else { String::new() };
-            let ranges = line.drawn().map(|mark| mark.range.map(|point| self.place(i, point)));
-            let ranges = ranges.filter(|[from, to]| from != to);
-            let ranges: String = ranges.map(|[from, to]| straight(from, to)).collect();
+            let places = line.drawn().map(|mark| mark.places.map(|point| self.place(i, point)));
+            let ranges = places.filter(|[_, from, to]| from != to);
+            let ranges: String = ranges.map(|[_, from, to]| straight(from, to)).collect();
             let drawn = format!("{curve}<g opacity=\"0.6\">{ranges}</g>");
             svg += &in_class(line.color, " stroke-width=\"2\"", &drawn);
         }
         for (i, line) in panel.lines.iter().enumerate() {
             let mark = |mark: &Mark| {
                 let said = escaped(&format!("{}, {}", line.name, mark.title));
-                let marker = marker(line.device, mark.is_open, self.place(i, mark.at));
+                let marker = marker(line.device, mark.is_open, self.place(i, mark.places[0]));
                 format!("<g><title>{said}</title>{marker}</g>")
             };
             svg += &in_class(line.color, "", &line.drawn().map(mark).collect::<String>());
@@ -240,7 +278,7 @@ impl<'a> Layout<'a> {
     fn curve(&self, i: usize, line: &ChartLine) -> String {
         let dash = DASHES[line.device % DASHES.len()];
         let runs = line.marks.split(Option::is_none);
-        let place = |mark: &Mark| self.place(i, mark.at);
+        let place = |mark: &Mark| self.place(i, mark.places[0]);
         runs.map(|run| polyline(run.iter().flatten().map(place), dash)).collect()
     }
 
@@ -248,7 +286,7 @@ impl<'a> Layout<'a> {
     fn names(&self) -> String {
         let lines = self.panel.lines.iter().enumerate();
         let last = |(i, line): (usize, &'a ChartLine)| {
-            Some((line, self.place(i, line.drawn().last()?.at)))
+            Some((line, self.place(i, line.drawn().last()?.places[0])))
         };
         let mut ends: Vec<_> = lines.filter_map(last).collect();
         ends.sort_by(|(_, a), (_, b)| a.1.total_cmp(&b.1));

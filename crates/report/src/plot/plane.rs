@@ -1,33 +1,35 @@
 //! Time against error: each kernel on each device as a point, one a class of scenes.
 
-use super::chart::{Chart, ChartLine, Mark, Panel, Point};
-use super::theme::kernel_class;
+use super::chart::{self, Chart, ChartLine, Panel, Point, is_open};
 use crate::figures::{count, typeset, wrong};
 use crate::order::Series;
 use crate::tables::spread;
-use crate::{Class, Count, Metric, Of, Report, Row, Spread};
+use crate::{Class, Count, Metric, Of, Report, Row};
 
 /// The plane.
 pub fn chart(report: &Report) -> Chart<'static> {
-    let lines = Series::each(&report.rows_of(|of| matches!(of, Of::Class { .. })));
+    let series = Series::each(&report.rows_of(|of| matches!(of, Of::Class { .. })));
     let classes = report.classes();
     let key = |((class, rows), dash): (&(Class, Vec<&Row>), &str)| {
         let rays = count(rows[0].count(Count::Rays) as usize, "ray");
-        let mark = if is_open(*class) { "○" } else { "●" };
+        let mark = if is_open(&rows[0].key.of) { "○" } else { "●" };
         format!("{mark} {dash} {} ({}) and their Pareto front", class.name(), typeset(&rays))
     };
-    let line = |line: &Series| ChartLine {
-        name: report.label(line.key()),
-        color: kernel_class(&line.key().kernel),
-        device: report.device_index(&line.key().device),
-        marks: line.rows.iter().map(|row| mark(row)).collect(),
+    let title = |row: &Row| {
+        let time = row.number(Metric::TraceNsPerRay).map(|time| spread(&time).whole());
+        let [wrong, ns] = [wrong(row), time.unwrap_or_default()].map(|words| typeset(&words));
+        format!("{}: {wrong} wrong, {ns} ns a ray", row.key.of.name())
     };
+    let line = |own: &Series| {
+        ChartLine::new(report, own, own.label(report), [chart::time, chart::wrong], title)
+    };
+    let lines: Vec<ChartLine> = series.iter().map(line).collect();
     let panel = Panel {
         title: "rays with a wrong object, %",
         height: 320.0,
-        lines: lines.iter().map(line).collect(),
         is_joined: false,
-        steps: classes.iter().map(|(class, _)| front(&lines, *class)).collect(),
+        steps: classes.iter().map(|(class, _)| front(&series, &lines, *class)).collect(),
+        lines,
     };
     Chart {
         description: "Time to trace one ray against the share of rays with a wrong object, one \
@@ -38,36 +40,14 @@ pub fn chart(report: &Report) -> Chart<'static> {
     }
 }
 
-fn is_open(class: Class) -> bool {
-    class == Class::Hard
-}
-
-/// Nanoseconds and percent.
-fn point(row: &Row) -> Option<Point> {
-    let time = row.number(Metric::TraceNsPerRay).filter(Spread::is_drawable)?;
-    (row.count(Count::Rays) > 0).then(|| (time.median, 100.0 * row.wrong_share()))
-}
-
-fn mark(row: &Row) -> Option<Mark> {
-    let (at, time) = (point(row)?, row.number(Metric::TraceNsPerRay)?);
-    let Of::Class { class } = row.key.of else { return None };
-    let (wrong, ns) = (wrong(row), spread(&time).whole());
-    Some(Mark {
-        at,
-        range: [(time.min, at.1), (time.max, at.1)],
-        is_open: is_open(class),
-        title: format!("{}: {} wrong, {} ns a ray", class.name(), typeset(&wrong), typeset(&ns)),
-    })
-}
-
 /// The Pareto front of a class: from the fastest to the right, and down to each that is less wrong
 /// than all faster ones.
-fn front(lines: &[Series], class: Class) -> Vec<(usize, Point)> {
-    let of_class = |(i, line): (usize, &Series)| {
-        let row = line.rows.iter().find(|row| row.key.of == Of::Class { class })?;
-        Some((i, point(row)?))
+fn front(series: &[Series], lines: &[ChartLine], class: Class) -> Vec<(usize, Point)> {
+    let of_class = |(i, (series, line)): (usize, (&Series, &ChartLine))| {
+        let at = series.rows.iter().position(|row| row.key.of == Of::Class { class })?;
+        Some((i, line.marks[at].as_ref()?.places[0]))
     };
-    let mut points: Vec<(usize, Point)> = lines.iter().enumerate().filter_map(of_class).collect();
+    let mut points: Vec<_> = series.iter().zip(lines).enumerate().filter_map(of_class).collect();
     points.sort_by(|(_, a), (_, b)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let mut corners: Vec<(usize, Point)> = Vec::new();
     for (line, (x, y)) in points {
