@@ -14,7 +14,7 @@ use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::{Gpu, Pick};
 use kugelblitz::plain::Shown;
-use kugelblitz::scene::{Camera, Scene};
+use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::explain::Lang;
@@ -80,14 +80,14 @@ enum Event {
     Failed(Error),
 }
 
-/// A scene with its camera.
-type Read = Result<(Arc<Scene>, Camera)>;
+/// A scene, which has a camera.
+type Read = Result<Arc<Scene>>;
 
 /// Reads a scene for a window, which waits for no writer.
 fn read(reread: &Reread, path: &Path, control: &Control) -> Read {
     let scene = reread(path, control)?;
-    let camera = scene.require_camera(path)?.clone();
-    Ok((Arc::new(scene), camera))
+    scene.require_camera(path)?;
+    Ok(Arc::new(scene))
 }
 
 /// Opens the window and returns when it was closed.
@@ -102,7 +102,7 @@ pub fn run(options: Options, mut notify: impl FnMut(&Notice)) -> Result<()> {
     let context = Context::default();
     style(&context);
     let mut end = End::default();
-    let mut app = App::new(options, &context, &mut notify, &mut end)?;
+    let mut app = App::new(options, context.clone(), &mut notify, &mut end)?;
     let (title, native) = (app.title(), app.native_options());
     let opened = Box::new(|creation: &eframe::CreationContext| {
         app.opened(creation);
@@ -196,20 +196,21 @@ fn window_error(error: eframe::Error, scene: &Path) -> Error {
     })
 }
 
-/// Passes what another thread says to the window, and wakes it.
-fn teller<T>(
-    to_window: &Sender<Event>,
-    context: &Context,
-    event: fn(T) -> Event,
-) -> impl Fn(T) + Send + 'static
-where
-    T: 'static,
-{
-    let (to_window, context) = (to_window.clone(), context.clone());
-    move |message| {
-        // The window is gone only when nobody is interested any more.
-        let _ = to_window.send(event(message));
-        context.request_repaint();
+/// Passes what other threads say to the window, and wakes it.
+#[derive(Clone)]
+struct Teller {
+    to_window: Sender<Event>,
+    context: Context,
+}
+
+impl Teller {
+    fn of<T: 'static>(&self, event: fn(T) -> Event) -> impl Fn(T) + Send + 'static {
+        let Teller { to_window, context } = self.clone();
+        move |message| {
+            // The window is gone only when nobody is interested any more.
+            let _ = to_window.send(event(message));
+            context.request_repaint();
+        }
     }
 }
 
@@ -241,9 +242,8 @@ struct App<'a> {
     state: State,
     turns: Turns,
     window: Option<Kept>,
-    device: Device,
     events: Receiver<Event>,
-    to_window: Sender<Event>,
+    teller: Teller,
     artist: Worker<Order>,
     hover: Worker<Question>,
     explain: Worker<Question>,
@@ -267,8 +267,8 @@ impl eframe::App for App<'_> {
             return;
         }
         while let Ok(event) = self.events.try_recv() {
-            if let Err(error) = self.hear(context, event) {
-                self.trouble(context, error);
+            if let Err(error) = self.hear(event) {
+                self.trouble(error);
             }
         }
     }
@@ -284,14 +284,14 @@ impl eframe::App for App<'_> {
             self.hovered.clone().into_iter().for_each(|question| self.hover.ask(question));
         }
         for command in commands {
-            self.carry_out(ui.ctx(), command);
+            self.carry_out(command);
         }
         if let Some(order) = self.state.order() {
             self.artist.ask(order);
         }
         self.count_frame();
         if self.options.lose_device_after == Some(self.n_frames) {
-            self.fail(ui.ctx(), Error::Device("it was given up, as asked for".into()));
+            self.fail(Error::Device("it was given up, as asked for".into()));
         }
     }
 }
@@ -299,36 +299,33 @@ impl eframe::App for App<'_> {
 impl<'a> App<'a> {
     fn new(
         options: Options,
-        context: &Context,
+        context: Context,
         notify: &'a mut dyn FnMut(&Notice),
         end: &'a mut End,
     ) -> Result<App<'a>> {
-        let (path, scene) = (options.path.clone(), Arc::clone(&options.scene));
-        let camera = scene.require_camera(&path)?.clone();
         let device = match &options.device {
             Some(pick) => Device::Gpu(Arc::new(Gpu::open(pick)?)),
             None => Device::Cpu,
         };
-        let mut state = State::new(path, scene, camera, options.kernel);
+        let (path, scene) = (options.path.clone(), Arc::clone(&options.scene));
+        let mut state = State::new(path, scene, device.clone(), options.kernel)?;
         state.recent = options.recent.as_deref().map(recent).unwrap_or_default();
-        (state.device, state.offered) = (device.label(), device.kernels());
         let (to_window, events) = channel();
-        let explained = teller(&to_window, context, Event::Explained);
+        let teller = Teller { to_window, context };
         Ok(App {
-            artist: picture::start(device.clone(), teller(&to_window, context, Event::Drawn))?,
-            hover: ask::start_hover(device.clone(), teller(&to_window, context, Event::Hover))?,
-            explain: ask::start_explain(device.clone(), options.lang, explained)?,
-            watch: watch_scene(&options.path, &options, &to_window, context)?,
-            reader: start_reader(&options, teller(&to_window, context, Event::Opened))?,
+            artist: picture::start(device.clone(), teller.of(Event::Drawn))?,
+            hover: ask::start_hover(device.clone(), teller.of(Event::Hover))?,
+            explain: ask::start_explain(device, options.lang, teller.of(Event::Explained))?,
+            watch: watch_scene(&options.path, &options, &teller)?,
+            reader: start_reader(&options, teller.of(Event::Opened))?,
             options,
             notify,
             end,
             state,
             turns: Turns::default(),
             window: None,
-            device,
             events,
-            to_window,
+            teller,
             hovered: None,
             n_frames: 0,
             last_frame: None,
@@ -354,10 +351,10 @@ impl<'a> App<'a> {
         self.window = creation.winit_window().cloned().map(Kept);
         if let Some(window) = &creation.wgpu_render_state {
             present::make_ready(window);
-            let failed = teller(&self.to_window, &creation.egui_ctx, Event::Failed);
+            let failed = self.teller.of(Event::Failed);
             window.device.on_uncaptured_error(Arc::new(move |error| failed(device_error(&error))));
         }
-        let (adapter, software) = match self.device.facts() {
+        let (adapter, software) = match self.state.device.facts() {
             Some(facts) => (facts.name.as_str(), facts.is_software()),
             None => ("the CPU", false),
         };
@@ -375,22 +372,22 @@ impl<'a> App<'a> {
         self.options.size.or(self.state.scene.image)
     }
 
-    fn fail(&mut self, context: &Context, error: Error) {
+    fn fail(&mut self, error: Error) {
         self.end.failure.get_or_insert(error);
-        context.send_viewport_cmd(ViewportCommand::Close);
+        self.teller.context.send_viewport_cmd(ViewportCommand::Close);
     }
 
     /// Tells what went wrong; without a device the window ends.
-    fn trouble(&mut self, context: &Context, error: Error) {
+    fn trouble(&mut self, error: Error) {
         if matches!(error, Error::Device(_) | Error::Interrupted) {
-            return self.fail(context, error);
+            return self.fail(error);
         }
         let message = error.to_string();
         (self.notify)(&Notice::Trouble { message: &message });
         self.state.tell(message);
     }
 
-    fn hear(&mut self, context: &Context, event: Event) -> Result<()> {
+    fn hear(&mut self, event: Event) -> Result<()> {
         match event {
             Event::Drawn(frame) => self.state.frame = Some(frame?),
             Event::Hover(answer) => {
@@ -416,23 +413,24 @@ impl<'a> App<'a> {
             }
             // Of the scene before this one.
             Event::Scene((path, _)) if path != self.state.path => {}
-            Event::Scene((_, Ok((scene, camera)))) => {
-                self.state.reload(scene, camera);
+            Event::Scene((_, Ok(scene))) => {
+                self.state.reload(scene);
                 (self.notify)(&Notice::Reloaded);
             }
             Event::Scene((_, Err(error))) => self.state.scene_error = Some(self.wrong(error)),
-            Event::Opened((path, Ok((scene, camera)))) => {
-                self.watch = watch_scene(&path, &self.options, &self.to_window, context)?;
+            Event::Opened((path, Ok(scene))) => {
+                self.watch = watch_scene(&path, &self.options, &self.teller)?;
                 (self.notify)(&Notice::SceneOpened { path: &path });
-                self.state.open(path, scene, camera);
-                context.send_viewport_cmd(ViewportCommand::Title(self.title()));
+                self.state.open(path, scene);
+                let title = ViewportCommand::Title(self.title());
+                self.teller.context.send_viewport_cmd(title);
                 self.remember();
             }
             Event::Opened((path, Err(error))) => {
                 let error = self.wrong(error);
                 self.state.tell(format!("{} can't be opened: {error}", path.shown()));
             }
-            Event::Failed(error) => self.fail(context, error),
+            Event::Failed(error) => self.fail(error),
         }
         Ok(())
     }
@@ -447,34 +445,34 @@ impl<'a> App<'a> {
         error
     }
 
-    fn carry_out(&mut self, context: &Context, command: Command) {
+    fn carry_out(&mut self, command: Command) {
         match command {
             Command::PrintCamera => {
                 let toml = self.state.rig.camera.to_toml();
                 self.state.tell("The camera is copied as TOML, and printed on standard output");
                 (self.notify)(&Notice::Camera { toml: &toml });
-                context.copy_text(toml);
+                self.teller.context.copy_text(toml);
             }
-            Command::Save => self.save(context),
+            Command::Save => self.save(),
             Command::Open(path) => self.reader.ask(path),
             Command::Explain(question) => {
                 self.state.explained = Some(Explained { question: question.clone(), why: None });
                 self.explain.ask(question);
             }
-            Command::Quit => context.send_viewport_cmd(ViewportCommand::Close),
+            Command::Quit => self.teller.context.send_viewport_cmd(ViewportCommand::Close),
         }
     }
 
-    fn save(&mut self, context: &Context) {
+    fn save(&mut self) {
         let state = &self.state;
         let size = self.full_size().unwrap_or([state.area.width, state.area.height]);
-        let mut session = Session::new(state.saved_scene(), self.device.clone(), state.kernels[1]);
+        let mut session = Session::new(state.saved_scene(), state.device.clone(), state.kernels[1]);
         session.set_camera(state.rig.camera.clone());
         let (saves, kernels) = (&mut self.end.saves, state.shown_kernels());
         let path = free_name(Path::new("."), &state.path, state.show, &kernels, saves);
         let (control, &State { show, divider, .. }) = (Arc::clone(&self.options.control), state);
         let saving = Saving { session, size, show, kernels, divider, control };
-        match Save::start(saving, path, teller(&self.to_window, context, Event::Saved)) {
+        match Save::start(saving, path, self.teller.of(Event::Saved)) {
             Ok(save) => saves.push(save),
             Err(error) => self.state.tell(format!("The picture can't be saved: {error}")),
         }
@@ -519,16 +517,11 @@ impl<'a> App<'a> {
 }
 
 /// Watches the scene file, and the control.
-fn watch_scene(
-    path: &Path,
-    options: &Options,
-    to_window: &Sender<Event>,
-    context: &Context,
-) -> Result<Worker<()>> {
+fn watch_scene(path: &Path, options: &Options, teller: &Teller) -> Result<Worker<()>> {
     // On a thread of its own: a newer file, and the end, need not wait for an older one.
-    let mut reader = start_reader(options, teller(to_window, context, Event::Scene))?;
+    let mut reader = start_reader(options, teller.of(Event::Scene))?;
     let (file, control) = (path.to_owned(), Arc::clone(&options.control));
-    let failed = teller(to_window, context, Event::Failed);
+    let failed = teller.of(Event::Failed);
     watch(path.to_owned(), move |changed| {
         if changed {
             reader.ask(file.clone());

@@ -2,6 +2,7 @@
 
 use eframe::egui;
 use egui::{Button, Ui};
+use kugelblitz::device::Device;
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::Samples;
 use kugelblitz::trace::Kernel;
@@ -14,9 +15,9 @@ use super::state::{Command, SAMPLES, State};
 pub fn bar(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
     ui.horizontal_wrapped(|ui| {
         if state.compares {
-            kernel_menu(ui, &mut state.kernels[0], &state.offered);
+            kernel_menu(ui, &mut state.kernels[0], &state.device);
         }
-        kernel_menu(ui, &mut state.kernels[1], &state.offered);
+        kernel_menu(ui, &mut state.kernels[1], &state.device);
         let compare = ui.add(toggle("compare", state.compares));
         if compare.on_hover_text("Two kernels side by side (C)").clicked() {
             state.toggle_compare();
@@ -49,9 +50,9 @@ fn toggle(name: &str, is_on: bool) -> Button<'_> {
     Button::selectable(is_on, name).frame_when_inactive(true)
 }
 
-fn kernel_menu(ui: &mut Ui, kernel: &mut Kernel, offered: &[Kernel]) {
+fn kernel_menu(ui: &mut Ui, kernel: &mut Kernel, device: &Device) {
     choice(ui, "kernel", kernel.name(), "Kernel (K, shift + K)", |ui| {
-        for &known in offered {
+        for known in device.kernels() {
             ui.selectable_value(kernel, known, known.name());
         }
     });

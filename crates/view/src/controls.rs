@@ -7,7 +7,7 @@ use egui::{
     Align2, Color32, CursorIcon, Event, Key, Modifiers, MouseWheelUnit, PointerButton, Rect,
     Response, Sense, Theme, Ui, pos2,
 };
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec2};
 use kugelblitz_judge::show::Show;
 
 use super::overlay;
@@ -37,10 +37,6 @@ const GRIP: f32 = 6.0;
 
 /// From the divider to the names of the kernels, points.
 const APART: f32 = 17.0;
-
-const NUMBER_KEYS: [Key; 6] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6];
-const SHOW_KEYS: [Key; 8] =
-    [Key::F1, Key::F2, Key::F3, Key::F4, Key::F5, Key::F6, Key::F7, Key::F8];
 
 /// All keys. A key counts with what was held when it was pressed: it may be free again by now.
 pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
@@ -80,11 +76,14 @@ pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
 }
 
 fn press(ui: &Ui, key: Key, shift: bool, state: &mut State, commands: &mut Vec<Command>) {
-    if let Some(i) = NUMBER_KEYS.iter().position(|&number| number == key) {
-        state.look_along(Axis::ALL[i]);
+    // `1` is the first axis, and `F1` the first of what can be shown.
+    let number = |name: &str| name.parse::<usize>().ok()?.checked_sub(1);
+    if let Some(axis) = number(key.name()).and_then(|i| Axis::ALL.get(i)) {
+        state.look_along(*axis);
     }
-    if let Some(i) = SHOW_KEYS.iter().position(|&function| function == key) {
-        state.show = Show::ALL[i];
+    let function = key.name().strip_prefix('F').and_then(number);
+    if let Some(show) = function.and_then(|i| Show::ALL.get(i)) {
+        state.show = *show;
     }
     match key {
         Key::F => state.frame_everything(),
@@ -154,20 +153,18 @@ pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Co
 
 fn mouse(ui: &Ui, response: &Response, state: &mut State, commands: &mut Vec<Command>) {
     state.pointed = None;
-    let scale = f64::from(ui.pixels_per_point());
     if response.drag_started() {
         state.history.add_undo(&state.rig);
     }
     state.is_moving |= response.dragged();
-    drag(ui, response, scale, state);
+    drag(ui, response, state);
     let Some(at) = response.hover_pos() else {
         state.hover = None;
         return;
     };
-    let corner = DVec2::new(f64::from(state.area.left), f64::from(state.area.top));
-    let in_picture = double(at.to_vec2()) * scale - corner;
-    let Some(pixel) = pixel_at(in_picture, state) else { return };
-    wheel(ui, in_picture, pixel, state);
+    let Some(at) = state.area.place(at, ui.pixels_per_point()) else { return };
+    let pixel = at.as_uvec2().to_array();
+    wheel(ui, at, pixel, state);
     if response.double_clicked() {
         state.explained = None;
         match state.known(pixel) {
@@ -180,21 +177,7 @@ fn mouse(ui: &Ui, response: &Response, state: &mut State, commands: &mut Vec<Com
     state.pointed = (!response.dragged()).then(|| state.question(pixel));
 }
 
-fn double(at: egui::Vec2) -> DVec2 {
-    DVec2::new(f64::from(at.x), f64::from(at.y))
-}
-
-/// Columns and rows of the picture.
-fn size(state: &State) -> DVec2 {
-    DVec2::new(f64::from(state.area.width), f64::from(state.area.height))
-}
-
-fn pixel_at(at: DVec2, state: &State) -> Option<[u32; 2]> {
-    let inside = at.cmpge(DVec2::ZERO).all() && at.cmplt(size(state)).all();
-    inside.then_some([at.x as u32, at.y as u32])
-}
-
-fn drag(ui: &Ui, response: &Response, scale: f64, state: &mut State) {
+fn drag(ui: &Ui, response: &Response, state: &mut State) {
     // It begins where the button was pressed, not where it was no click any more.
     let delta = match response.drag_started() {
         true => response.total_drag_delta().unwrap_or_default(),
@@ -203,7 +186,7 @@ fn drag(ui: &Ui, response: &Response, scale: f64, state: &mut State) {
     if delta == egui::Vec2::ZERO {
         return;
     }
-    let by = double(delta) * scale;
+    let by = Vec2::from_array(delta.into()).as_dvec2() * f64::from(ui.pixels_per_point());
     let height = f64::from(state.area.height.max(1));
     let shift = ui.input(|input| input.modifiers.shift);
     let pans = response.dragged_by(PointerButton::Middle)
@@ -233,7 +216,7 @@ fn wheel(ui: &Ui, at: DVec2, pixel: [u32; 2], state: &mut State) {
     }
     let known = state.known(pixel).filter(|answer| answer.id != 0);
     let depth = known.map_or_else(|| state.rig.pivot_depth(), |answer| f64::from(answer.t));
-    let across = state.rig.across(at, size(state));
+    let across = state.rig.across(at, state.area.size());
     state.rig.zoom(across, depth, ZOOM_STEP.powf(steps));
 }
 
@@ -277,8 +260,9 @@ mod tests {
     use std::sync::Arc;
 
     use egui::{Pos2, RawInput};
+    use kugelblitz::device::Device;
     use kugelblitz::prepare::Prepared;
-    use kugelblitz::scene::{Camera, parse_scene};
+    use kugelblitz::scene::parse_scene;
     use kugelblitz::trace::{Kernel, Rays};
 
     use egui::vec2;
@@ -293,8 +277,7 @@ mod tests {
     fn state() -> State {
         let path = Path::new("figure5.toml");
         let scene = Arc::new(parse_scene(FIGURE5, path).unwrap());
-        let camera: Camera = scene.camera.clone().unwrap();
-        State::new(path.into(), scene, camera, Kernel::Certified)
+        State::new(path.into(), scene, Device::Cpu, Kernel::Certified).unwrap()
     }
 
     /// The frames of a window of this size in which this is carried out.
@@ -364,7 +347,7 @@ mod tests {
                 frames(&context, &mut state, [800.0, 600.0], events.to_vec());
             }
             let turned = ORBIT_OF_HEIGHT * 120.0 / f64::from(state.area.height);
-            let mut expected = Rig::new(&state.home);
+            let mut expected = Rig::new(state.scene.camera.as_ref().unwrap());
             expected.orbit(-turned, 0.0);
             assert!(state.rig.camera.position.distance(expected.camera.position) < 1e-9);
             state.rig.camera.position

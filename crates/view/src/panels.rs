@@ -81,13 +81,9 @@ pub fn layout(ui: &mut Ui, state: &mut State) -> Vec<Command> {
     notices(ui, rect, state);
     explanation(ui, rect, state);
     help(ui, rect, state);
-    commands.extend(dropped(ui).map(Command::Open));
+    let dropped = ui.input(|input| Some(input.raw.dropped_files.first()?.path().to_owned()));
+    commands.extend(dropped.map(Command::Open));
     commands
-}
-
-/// A file that was dropped on the window.
-fn dropped(ui: &Ui) -> Option<std::path::PathBuf> {
-    ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()))
 }
 
 /// Height of what stands above and below the picture in a window of this width, points.
@@ -142,7 +138,7 @@ pub fn hover_text(state: &State) -> String {
 
 /// Device, size, speed, undecided rays, kernel.
 fn status_text(state: &State) -> String {
-    let mut parts = vec![state.device.clone()];
+    let mut parts = vec![state.device.label()];
     if let Some(frame) = &state.frame {
         let (pixels, counts) = (&frame.order.pixels, &frame.counts);
         let seconds = frame.time.as_secs_f64();
@@ -266,6 +262,7 @@ fn help(ui: &Ui, rect: Rect, state: &mut State) {
 mod tests {
     use std::sync::Arc;
 
+    use kugelblitz::device::Device;
     use kugelblitz::scene::parse_scene;
     use kugelblitz::trace::Kernel;
 
@@ -274,8 +271,7 @@ mod tests {
     fn state() -> State {
         let text = include_str!("../../../scenes/lit/figure1.toml");
         let scene = Arc::new(parse_scene(text, "figure1.toml".as_ref()).unwrap());
-        let camera = scene.camera.clone().unwrap();
-        State::new("figure1.toml".into(), scene, camera, Kernel::Certified)
+        State::new("figure1.toml".into(), scene, Device::Cpu, Kernel::Certified).unwrap()
     }
 
     /// The places of all that can be clicked above the picture in a window of this width.

@@ -8,8 +8,11 @@ use eframe::egui;
 use eframe::egui_wgpu::Callback;
 use egui::util::undoer::{Settings, Undoer};
 use egui::{Color32, Painter, Pos2, Rect, pos2};
+use glam::{DVec2, Vec2};
+use kugelblitz::Result;
+use kugelblitz::device::Device;
 use kugelblitz::rays::Pixels;
-use kugelblitz::scene::{Camera, Samples, Scene};
+use kugelblitz::scene::{Samples, Scene};
 use kugelblitz::trace::Kernel;
 use kugelblitz_judge::explain::six_digits;
 use kugelblitz_judge::show::{Entry, Show, Tally};
@@ -54,6 +57,18 @@ impl Area {
         Area { left, top, width: right.saturating_sub(left), height: bottom.saturating_sub(top) }
     }
 
+    /// Columns and rows.
+    pub fn size(self) -> DVec2 {
+        DVec2::new(self.width.into(), self.height.into())
+    }
+
+    /// The place in the picture, pixels from its top left corner, of one in points of the window; `None` beside it.
+    pub fn place(self, at: Pos2, pixels_per_point: f32) -> Option<DVec2> {
+        let corner = DVec2::new(self.left.into(), self.top.into());
+        let at = Vec2::from_array(at.into()).as_dvec2() * f64::from(pixels_per_point) - corner;
+        (at.cmpge(DVec2::ZERO).all() && at.cmplt(self.size()).all()).then_some(at)
+    }
+
     /// A place in the picture, pixels from its top left corner, in points of the window.
     pub fn point(self, at: [f64; 2], pixels_per_point: f32) -> Pos2 {
         let [x, y] = at.map(|px| px as f32);
@@ -95,8 +110,6 @@ pub struct State {
     pub scene: Arc<Scene>,
     /// The scene without its light; the same one where it has none.
     unlit: Arc<Scene>,
-    /// The scene file's camera.
-    pub home: Camera,
     pub extent: BoundingSphere,
     pub rig: Rig,
     /// Where it was.
@@ -105,8 +118,6 @@ pub struct State {
     pub is_moving: bool,
     /// Left and right; the right one is shown where only one is.
     pub kernels: [Kernel; 2],
-    /// Kernels that the device runs.
-    pub offered: Vec<Kernel>,
     pub compares: bool,
     /// Where the divider stands, 0 to 1.
     pub divider: f32,
@@ -123,8 +134,8 @@ pub struct State {
     pub recent: Vec<PathBuf>,
     /// Where the picture is.
     pub area: Area,
-    /// `lavapipe (software)`
-    pub device: String,
+    /// Traces all that is shown and asked for.
+    pub device: Device,
     /// The newest picture.
     pub frame: Option<DrawnFrame>,
     /// The newest order.
@@ -145,19 +156,21 @@ pub struct State {
 
 impl State {
     /// Begins with a scene's camera.
-    pub fn new(path: PathBuf, scene: Arc<Scene>, camera: Camera, kernel: Kernel) -> State {
-        State {
+    ///
+    /// # Errors
+    /// Those of [`Scene::require_camera`].
+    pub fn new(path: PathBuf, scene: Arc<Scene>, device: Device, kernel: Kernel) -> Result<State> {
+        let rig = Rig::new(scene.require_camera(&path)?);
+        Ok(State {
             path,
             extent: BoundingSphere::new(&scene),
-            history: history(&Rig::new(&camera)),
+            history: history(&rig),
             is_moving: false,
-            rig: Rig::new(&camera),
-            home: camera,
+            rig,
             unlit: without_light(&scene),
             n_samples: scene.samples.unwrap_or_default(),
             scene,
             kernels: [Kernel::Lecture, kernel],
-            offered: Kernel::ALL.to_vec(),
             compares: false,
             divider: 0.5,
             show: Show::Color,
@@ -167,7 +180,7 @@ impl State {
             has_help: false,
             recent: Vec::new(),
             area: Area::default(),
-            device: String::new(),
+            device,
             frame: None,
             ordered: None,
             pointed: None,
@@ -177,35 +190,39 @@ impl State {
             scene_error: None,
             message: None,
             frame_ms: None,
-        }
+        })
     }
 
     /// A new scene from the file. The camera follows the file where the file's camera changed, and so do
     /// the samples.
-    pub fn reload(&mut self, scene: Arc<Scene>, camera: Camera) {
-        if camera != self.home {
-            self.rig = Rig::new(&camera);
-            self.home = camera;
+    pub fn reload(&mut self, scene: Arc<Scene>) {
+        let before = std::mem::replace(&mut self.scene, scene);
+        if self.scene.camera != before.camera {
+            self.take_file_camera();
         }
-        if scene.samples != self.scene.samples {
-            self.n_samples = scene.samples.unwrap_or_default();
+        if self.scene.samples != before.samples {
+            self.n_samples = self.scene.samples.unwrap_or_default();
         }
-        self.extent = BoundingSphere::new(&scene);
-        self.unlit = without_light(&scene);
-        self.scene = scene;
+        self.extent = BoundingSphere::new(&self.scene);
+        self.unlit = without_light(&self.scene);
         self.scene_error = None;
         self.hover = None;
     }
 
     /// Another scene, from another file.
-    pub fn open(&mut self, path: PathBuf, scene: Arc<Scene>, camera: Camera) {
-        self.home = camera;
-        self.n_samples = scene.samples.unwrap_or_default();
-        let home = self.home.clone();
-        self.reload(scene, home);
-        self.rig = Rig::new(&self.home);
+    pub fn open(&mut self, path: PathBuf, scene: Arc<Scene>) {
+        self.reload(scene);
+        self.n_samples = self.scene.samples.unwrap_or_default();
+        self.take_file_camera();
         self.history = history(&self.rig);
         (self.path, self.explained) = (path, None);
+    }
+
+    /// Takes the camera of the scene file.
+    fn take_file_camera(&mut self) {
+        if let Some(camera) = &self.scene.camera {
+            self.rig = Rig::new(camera);
+        }
     }
 
     /// The files that were opened last but this one, the newest first.
@@ -303,7 +320,7 @@ impl State {
     /// Back to the file's camera.
     pub fn go_home(&mut self) {
         self.step_camera();
-        self.rig = Rig::new(&self.home);
+        self.take_file_camera();
     }
 
     /// Looks at everything from where it looks now.
@@ -347,14 +364,10 @@ impl State {
 
     /// The offered kernel after `kernel`.
     pub fn kernel_after(&self, kernel: Kernel) -> Kernel {
+        let offered = self.device.kernels();
         let mut after =
             Kernel::ALL.into_iter().cycle().skip_while(|&known| known != kernel).skip(1);
-        after.find(|next| *next == kernel || self.offered.contains(next)).unwrap_or(kernel)
-    }
-
-    /// The kernel of a column of the picture.
-    fn kernel_at(&self, x: u32) -> Kernel {
-        self.shown_kernels()[self.place_at(x)]
+        after.find(|next| *next == kernel || offered.contains(next)).unwrap_or(kernel)
     }
 
     /// The place, among the kernels that are shown, of a column of the picture.
@@ -374,8 +387,8 @@ impl State {
 
     /// A question about a pixel as it is now: whatever changes later, it stays the same.
     pub fn question(&self, at: [u32; 2]) -> Question {
-        let (scene, kernel) = (Arc::clone(&self.scene), self.kernel_at(at[0]));
-        Question { scene, pixels: self.pixels(), kernel, at }
+        let kernel = self.shown_kernels()[self.place_at(at[0])];
+        Question { scene: Arc::clone(&self.scene), pixels: self.pixels(), kernel, at }
     }
 
     /// Width over height.
@@ -463,15 +476,12 @@ mod tests {
 
     const LIT: &str = include_str!("../../../scenes/lit/figure1.toml");
 
-    fn lit(text: &str) -> (Arc<Scene>, Camera) {
-        let scene = parse_scene(text, "figure1.toml".as_ref()).unwrap();
-        let camera = scene.camera.clone().unwrap();
-        (Arc::new(scene), camera)
+    fn lit(text: &str) -> Arc<Scene> {
+        Arc::new(parse_scene(text, "figure1.toml".as_ref()).unwrap())
     }
 
     fn state() -> State {
-        let (scene, camera) = lit(LIT);
-        State::new("figure1.toml".into(), scene, camera, Kernel::Certified)
+        State::new("figure1.toml".into(), lit(LIT), Device::Cpu, Kernel::Certified).unwrap()
     }
 
     #[test]
@@ -494,8 +504,7 @@ mod tests {
         assert_eq!(state.n_samples.across(), 3);
         state.step_samples(true);
         let reload = |state: &mut State, text: &str| {
-            let (scene, camera) = lit(text);
-            state.reload(scene, camera);
+            state.reload(lit(text));
             state.n_samples.across()
         };
         assert_eq!(reload(&mut state, &LIT.replace("0.45", "0.3")), 4);
@@ -532,9 +541,10 @@ mod tests {
         let mut state = state();
         state.go_home();
         state.look_along(Axis::ALL[2]);
-        let (scene, camera) = lit(&LIT.replace("samples = 3", "samples = 2"));
-        state.open("other.toml".into(), Arc::clone(&scene), camera.clone());
-        assert_eq!((&state.rig, state.n_samples), (&Rig::new(&camera), Samples::nearest(2)));
+        let scene = lit(&LIT.replace("samples = 3", "samples = 2"));
+        state.open("other.toml".into(), Arc::clone(&scene));
+        let home = Rig::new(scene.camera.as_ref().unwrap());
+        assert_eq!((&state.rig, state.n_samples), (&home, Samples::nearest(2)));
         assert!(Arc::ptr_eq(&state.scene, &scene));
         assert!(!state.history.has_undo(&state.rig) && !state.history.has_redo(&state.rig));
     }
