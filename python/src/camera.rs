@@ -4,7 +4,7 @@ use std::iter;
 use std::path::{Path, PathBuf};
 
 use kugelblitz::frames;
-use kugelblitz::scene::schema::{CameraKeys, Section, Value as _};
+use kugelblitz::scene::schema::{CameraKeys, Section};
 use kugelblitz::scene::{self, Framing, SceneOverrides, Viewpoint, place_camera};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
