@@ -16,7 +16,7 @@ impl Samples {
     /// So many across and down a pixel.
     ///
     /// # Errors
-    /// [`Error::Usage`] for none, or for more than [`Samples::MOST`].
+    /// [`Error::Usage`](crate::Error::Usage) for none, or for more than [`Samples::MOST`].
     pub fn new(across: u32) -> Result<Samples> {
         if (1..=Samples::MOST).contains(&across) {
             Ok(Samples(across))
