@@ -19,7 +19,7 @@
 
 use crate::bvh::REACH;
 use crate::num::fields::fields;
-use crate::num::{Float as _, Mask as _, Ray, Real, V3};
+use crate::num::{Float as _, Ray, Real, V3};
 use crate::seen::ShadowRay;
 
 /// Relative room of a slab, in units `ε`.
@@ -123,7 +123,7 @@ impl<R: Real> Stretch<R> {
 #[inline(always)]
 pub fn is_near<R: Real>(ray: &ShadowRay<R>) -> R::Mask {
     let reach = R::lit(REACH);
-    largest(ray.start.abs()).lt(reach).and(ray.beside().lt(reach))
+    largest(ray.start.abs()).lt(reach) & ray.beside().lt(reach)
 }
 
 /// The largest of three numbers.

@@ -5,7 +5,7 @@
 
 use super::FloatType;
 use super::coordinates::{Coordinates, split};
-use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3};
+use crate::num::{Bits, Float, Lanes, Ray, Real, V3};
 use crate::rays;
 use crate::rays::{Bundle, Frame, Pixels, Rays};
 
@@ -38,7 +38,7 @@ impl<R: Real> Hit<R> {
     /// comes first, stays.
     #[inline(always)]
     pub fn closer(self, t: R, id: u32) -> Self {
-        let is_closer = R::lit(0.0).lt(t).and(t.lt(self.t));
+        let is_closer = R::lit(0.0).lt(t) & t.lt(self.t);
         Hit {
             t: R::select(is_closer, t, self.t),
             id: R::select_id(is_closer, R::splat_id(id), self.id),

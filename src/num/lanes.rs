@@ -4,7 +4,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use pulp::{Arch, WithSimd};
 
@@ -52,8 +52,8 @@ pub fn dispatch<W: WithSimd>(work: W) -> W::Output {
 }
 
 macro_rules! lane_by_lane {
-    ($($trait:ident $function:ident $sign:tt),*) => {$(
-        impl<F: Float, const N: usize> $trait for Lanes<F, N> {
+    ($lanes:ident: $($trait:ident $function:ident $sign:tt),*) => {$(
+        impl<F: Float, const N: usize> $trait for $lanes<F, N> {
             type Output = Self;
             #[inline(always)]
             fn $function(mut self, other: Self) -> Self {
@@ -66,7 +66,8 @@ macro_rules! lane_by_lane {
     )*};
 }
 
-lane_by_lane!(Add add +, Sub sub -, Mul mul *, Div div /);
+lane_by_lane!(Lanes: Add add +, Sub sub -, Mul mul *, Div div /);
+lane_by_lane!(LaneBits: BitAnd bitand &, BitOr bitor |);
 
 impl<F: Float, const N: usize> Neg for Lanes<F, N> {
     type Output = Self;
@@ -151,36 +152,23 @@ impl<F: Float, const N: usize> Real for Lanes<F, N> {
     }
 }
 
-impl<F: Float, const N: usize> Mask for LaneBits<F, N> {
-    #[inline(always)]
-    fn and(mut self, other: Self) -> Self {
-        for lane in 0..N {
-            self.0[lane] = self.0[lane].and(other.0[lane]);
-        }
-        self
-    }
-
-    #[inline(always)]
-    fn or(mut self, other: Self) -> Self {
-        for lane in 0..N {
-            self.0[lane] = self.0[lane].or(other.0[lane]);
-        }
-        self
-    }
-
+impl<F: Float, const N: usize> Not for LaneBits<F, N> {
+    type Output = Self;
     #[inline(always)]
     fn not(mut self) -> Self {
         for lane in 0..N {
-            self.0[lane] = self.0[lane].not();
+            self.0[lane] = !self.0[lane];
         }
         self
     }
+}
 
+impl<F: Float, const N: usize> Mask for LaneBits<F, N> {
     #[inline(always)]
     fn any(self) -> bool {
         let mut any = F::Bits::default();
         for lane in 0..N {
-            any = any.or(self.0[lane]);
+            any = any | self.0[lane];
         }
         any != F::Bits::default()
     }
@@ -202,8 +190,7 @@ mod tests {
         for _ in 0..1000 {
             let [a, b, c] = [numbers(), numbers(), numbers()];
             let some = Lanes(a) * Lanes(b) - Lanes(c).abs().sqrt() / -Lanes(b);
-            let mask =
-                Lanes(a).lt(Lanes(b)).and(Lanes(c).le(Lanes(b)).not()).or(Lanes(a).lt(Lanes(c)));
+            let mask = (Lanes(a).lt(Lanes(b)) & !Lanes(c).le(Lanes(b))) | Lanes(a).lt(Lanes(c));
             let found = Lanes::select(mask, some.max(Lanes(a)), Lanes(c).min(Lanes(b)) + Lanes(a));
             for lane in 0..16 {
                 let (a, b, c) = (a[lane], b[lane], c[lane]);

@@ -9,7 +9,7 @@ mod lanes;
 mod ray;
 mod scaled;
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use glam::DVec3;
 
@@ -55,14 +55,8 @@ pub fn round_up(x: f64) -> f32 {
     stepped(nearest, i32::from(f64::from(nearest) < x))
 }
 
-/// What a comparison of [`Real`] numbers gives: a truth, or one a lane.
-pub trait Mask: Copy {
-    /// Where both hold.
-    fn and(self, other: Self) -> Self;
-    /// Where either holds.
-    fn or(self, other: Self) -> Self;
-    /// Where it does not hold.
-    fn not(self) -> Self;
+/// What a comparison of [`Real`] numbers gives: a truth, or one a lane. `&`, `|` and `!` look at every lane.
+pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     /// False where surely no lane is true. For early exits alone: no result may depend on it.
     fn any(self) -> bool;
 }
@@ -157,19 +151,23 @@ pub trait Float: Real<One = Self, Mask = bool, Id = u32> + Default + Send + Sync
 }
 
 /// A lane of a mask, all bits or none, or an id.
-pub trait Bits: Copy + PartialEq + Default + Send + Sync + 'static {
+pub trait Bits:
+    Copy
+    + PartialEq
+    + Default
+    + BitAnd<Output = Self>
+    + BitOr<Output = Self>
+    + Not<Output = Self>
+    + Send
+    + Sync
+    + 'static
+{
     /// All bits, or none.
     fn from_bool(holds: bool) -> Self;
     /// An id.
     fn from_id(id: u32) -> Self;
     /// The id.
     fn to_id(self) -> u32;
-    /// Bit by bit.
-    fn and(self, other: Self) -> Self;
-    /// Bit by bit.
-    fn or(self, other: Self) -> Self;
-    /// Bit by bit.
-    fn not(self) -> Self;
 }
 
 /// A power of two; 0 for −1023.
@@ -193,21 +191,6 @@ macro_rules! machine_number {
             #[inline(always)]
             fn to_id(self) -> u32 {
                 self as u32
-            }
-
-            #[inline(always)]
-            fn and(self, other: $bits) -> $bits {
-                self & other
-            }
-
-            #[inline(always)]
-            fn or(self, other: $bits) -> $bits {
-                self | other
-            }
-
-            #[inline(always)]
-            fn not(self) -> $bits {
-                !self
             }
         }
 
@@ -290,21 +273,6 @@ machine_number!(f64, u64, std::convert::identity, std::convert::identity, UNIT: 
     FARTHEST: 240, SMALLEST: -160, TINY: -720, LEAST: -1023, BEYOND: 400, KNOWN: 190);
 
 impl Mask for bool {
-    #[inline(always)]
-    fn and(self, other: bool) -> bool {
-        self & other
-    }
-
-    #[inline(always)]
-    fn or(self, other: bool) -> bool {
-        self | other
-    }
-
-    #[inline(always)]
-    fn not(self) -> bool {
-        !self
-    }
-
     #[inline(always)]
     fn any(self) -> bool {
         self

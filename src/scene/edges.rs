@@ -163,7 +163,7 @@ impl Edges {
             let first = middle.saturating_sub(n_ends / 2);
             let below = first.checked_sub(1).map_or(F::near(f64::NEG_INFINITY), |at| ends[at]);
             let (below, last) = (Lanes::splat(below), Lanes::splat(ends[first + n_ends]));
-            if below.le(low).and(high.lt(last)).not().any() {
+            if (!(below.le(low) & high.lt(last))).any() {
                 continue;
             }
             let (zero, one) = (Lanes::lit(0.0), Lanes::lit(1.0));

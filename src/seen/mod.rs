@@ -24,7 +24,7 @@ pub use sphere::{SphereLeaf, SphereMet, SphereSeen, is_near_surface};
 use crate::guard::{self, InputError, ROOM, Reach, rows, steps};
 pub use crate::num::Ray;
 use crate::num::fields::fields;
-use crate::num::{Float, Lanes, Mask, OPEN, Real, Scaled, V3};
+use crate::num::{Float, Lanes, OPEN, Real, Scaled, V3};
 use crate::rays::Pixels;
 use crate::scene::Object;
 
@@ -305,7 +305,7 @@ impl<R: Real> Surface<R> {
             normal: V3::select(mask, yes.normal, no.normal),
             normal_error: number(yes.normal_error, no.normal_error),
             component_error: V3::select(mask, yes.component_error, no.component_error),
-            front: mask.and(yes.front).or(mask.not().and(no.front)),
+            front: (mask & yes.front) | (!mask & no.front),
         }
     }
 }
@@ -397,9 +397,9 @@ impl<R: Real> Nearest<R> {
     #[inline(always)]
     pub fn decide(self) -> (R::Id, R::Mask) {
         let is_none = R::lit(R::One::BEYOND).le(self.low);
-        let is_hit = self.high.lt(self.second).and(self.high.lt(R::lit(LARGEST_T)));
-        let is_sure = is_hit.or(is_none);
-        (R::select_id(is_sure, self.id, R::splat_id(OPEN)), is_sure.not())
+        let is_hit = self.high.lt(self.second) & self.high.lt(R::lit(LARGEST_T));
+        let is_sure = is_hit | is_none;
+        (R::select_id(is_sure, self.id, R::splat_id(OPEN)), !is_sure)
     }
 }
 

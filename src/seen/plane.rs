@@ -7,7 +7,7 @@ use super::{Bounds, Eye, Lengths, Seen, Surface, record};
 use crate::exact::{ExactRay, plane_numbers};
 use crate::guard::host::Bounded;
 use crate::guard::{self, ROOM, length_bound, length_bounds, rows, steps};
-use crate::num::{Float, Mask, Real, V3};
+use crate::num::{Float, Real, V3};
 use crate::num::{Scaled, power_of_two};
 use crate::rays::WorldRay;
 use crate::scene::Plane;
@@ -127,8 +127,8 @@ impl Seen for PlaneSeen<f64> {
             ((offset.abs() - seen.offset_error) / quick.max(least_slope)) * R::lit(1.0 - width);
         let most = (reach / slow.max(least_slope)) * R::lit(1.0 + width);
         let is_known = seen.offset_error.lt(offset.abs());
-        let is_missed = is_known.and(quick.le(zero));
-        let is_hit = is_known.and(least_slope.lt(slow));
+        let is_missed = is_known & quick.le(zero);
+        let is_hit = is_known & least_slope.lt(slow);
         // A plane that is only far away is not missed.
         let low = R::select(is_known, least.min(R::lit(R::One::BEYOND / 2.0)), zero);
         Some(Bounds {

@@ -49,7 +49,7 @@ use super::{In, PlaneMet, Record, SphereMet};
 use crate::guard::host::Bounded;
 use crate::guard::{ROOM, length_bound, steps};
 use crate::num::fields::{fields, words};
-use crate::num::{Float, Mask, Real, Scaled, V3};
+use crate::num::{Float, Real, Scaled, V3};
 use crate::scene::{Object, Plane};
 
 /// What a squared distance and the square that it is compared with are off by together, in units. No test sees it cut: as a
@@ -305,8 +305,8 @@ impl<R: Real<One: Bounded>> ShadowRay<R> {
         let length = square.sqrt();
         let inv_length = lit(1.0) / length;
         let off = (error + unit * (aim.away + length)) * aim.from_point;
-        let is_far = least2.lt(way2).and(way2.lt(most2));
-        let is_apart = (lit(APART) * off).lt(length).and(is_far);
+        let is_far = least2.lt(way2) & way2.lt(most2);
+        let is_apart = (lit(APART) * off).lt(length) & is_far;
         // No test sees the 1 cut, as little as `OF_WAY`.
         let end_error = unit * (aim.away + lit(1.0 + OF_WAY) * length) * aim.from_point;
         let turned = lit(OF_TURN) * R::select(is_apart, off, lit(0.0)) * inv_length;

@@ -78,7 +78,7 @@ const LEAST: f64 = 1.0 / (1u64 << 14) as f64;
 #[inline(always)]
 fn is_in_range<F: Float, R: Real<One = f64>>(r: R, l: R) -> R::Mask {
     let farthest = R::lit(F::FARTHEST);
-    l.le(farthest).and(r.le(farthest)).and(R::lit(F::SMALLEST).le(r))
+    l.le(farthest) & r.le(farthest) & R::lit(F::SMALLEST).le(r)
 }
 
 /// Whether the reference point is so close to the surface that the sphere's size may hide its distance, `l` from any eye.
@@ -157,8 +157,8 @@ impl<R: Real> SphereLeaf<R> {
         let Chord { near, far, .. } = Chord::new(self, &foot, ray);
         let low = R::select(near.high.le(zero), far.low, near.low);
         let high = R::select(zero.lt(near.low), near.high, far.high);
-        let is_missed = outer.lt(zero).or(far.high.le(zero));
-        let is_hit = zero.le(inner).and(zero.lt(far.low));
+        let is_missed = outer.lt(zero) | far.high.le(zero);
+        let is_hit = zero.le(inner) & zero.lt(far.low);
         Some(Bounds {
             low: R::select(is_missed, beyond, low),
             high: R::select(is_hit, high, beyond),
@@ -231,7 +231,7 @@ impl<R: Real<One = f64>> SphereSeen<R> {
         let is_close = is_near_surface(from_reference, r, l);
         let is_close = match eye.spread > 0.0 {
             true => is_close,
-            false => is_close.and(k_error.lt(k.abs())),
+            false => is_close & k_error.lt(k.abs()),
         };
         let close = if eye.reach.apart == 0.0 { 1.0 } else { 0.0 };
         let inv_r = lit(1.0) / r;
@@ -380,7 +380,7 @@ impl<R: Real> Visible<R> {
         let low = R::select(outside, near.low.max(low_k), far.low.max(low_k));
         let from_inside = R::select(s.lt(zero), far.high.min(high_k), far.high);
         let high = R::select(outside, near.high.min(high_k), from_inside);
-        let is_known = outside.or(inside);
+        let is_known = outside | inside;
         let low = R::select(is_known, low, zero);
         let high = R::select(is_known, high, beyond);
         Visible { t: Bounds { low, high }, outside, inside }
@@ -408,8 +408,8 @@ impl Seen for SphereSeen<f64> {
         }
         let chord = Chord::new(&seen.leaf(), &foot, ray);
         let Visible { t, outside, inside } = Visible::by_product(seen, l, ray, &foot, &chord);
-        let is_missed = outside.and(outer.lt(zero).or(s.lt(-seen.slack)));
-        let is_hit = outside.and(zero.le(inner)).and(seen.slack.lt(s)).or(inside);
+        let is_missed = outside & (outer.lt(zero) | s.lt(-seen.slack));
+        let is_hit = (outside & zero.le(inner) & seen.slack.lt(s)) | inside;
         Some(Bounds {
             low: R::select(is_missed, beyond, t.low),
             high: R::select(is_hit, t.high, beyond),
@@ -429,7 +429,7 @@ impl Seen for SphereSeen<f64> {
         let outside = seen.k_error.lt(k);
         let side = R::select(outside, -one, one);
         let inside = k.le(-seen.k_error);
-        let is_known = seen.least2.le(chord2).and(outside.or(inside));
+        let is_known = seen.least2.le(chord2) & (outside | inside);
         let of_half = seen.of_chord / R::select(is_known, half, one);
         let or_beyond = |error: R| R::select(is_known, error, beyond);
         let t = s + half * side;
@@ -462,7 +462,7 @@ impl Seen for SphereSeen<f64> {
         let foot = Foot::new(&seen.leaf(), l, ray);
         let chord = Chord::new(&seen.leaf(), &foot, ray);
         let Visible { t, outside, inside } = Visible::by_product(seen, l, ray, &foot, &chord);
-        let is_known = outside.or(inside);
+        let is_known = outside | inside;
         // Of what is not known each number is in range.
         let inv_r = R::select(is_known, seen.inv_r, R::lit(1.0));
         let (along, error) = Surface::along(t, ray, lengths);

@@ -212,7 +212,7 @@ impl<F: Float, S: Plain<Float = F>, P: Plain<Float = F>> Scene<'_, S, P> {
         let (normal, mut sum) = (self.lists.normals(ray, &hit), ambient);
         for lamp in &self.lighting.lamps {
             let Way { cosine, is_blocked, .. } = self.way_to(ray, &hit, normal, lamp);
-            let is_lit = is_hit.and(zero.lt(cosine)).and(is_blocked.not());
+            let is_lit = is_hit & zero.lt(cosine) & !is_blocked;
             let given = V3(lamp.weight.map(|weight| Lanes::lit(weight) * cosine));
             sum = V3::select(is_lit, sum + given, sum);
         }
@@ -248,7 +248,7 @@ impl<F: Float, S: Plain<Float = F>, P: Plain<Float = F>> Scene<'_, S, P> {
                 .closest(&PlainRay { ray: Ray::new(point + way * step, way), origin_low });
             let end =
                 if lamp.kind == lamp_kind::SUN { Lanes::lit(f64::INFINITY) } else { one - step };
-            is_blocked = is_asked.and(first.t.lt(end));
+            is_blocked = is_asked & first.t.lt(end);
         }
         Way { way, cosine, first, is_blocked }
     }

@@ -125,13 +125,13 @@ impl<F: Bounded + Linear> LightPass<'_, F> {
         let Scratch { packs, boxes, balls, .. } = scratch;
         boxes.clear();
         for pack in packs {
-            let mut left = pack.surface.is_known().and(is_id(&pack.ids, 0).not());
+            let mut left = pack.surface.is_known() & !is_id(&pack.ids, 0);
             while left.any() {
                 let id = match pack.is_uniform() {
                     true => pack.ids[0],
                     false => first_of(left, &pack.ids),
                 };
-                let here = if pack.is_uniform() { left } else { left.and(is_id(&pack.ids, id)) };
+                let here = if pack.is_uniform() { left } else { left & is_id(&pack.ids, id) };
                 let known = boxes.iter().rposition(|some| some.id == id);
                 let at = known.unwrap_or_else(|| {
                     boxes.push(Extent::none(id));
@@ -141,7 +141,7 @@ impl<F: Bounded + Linear> LightPass<'_, F> {
                 if pack.is_uniform() {
                     break;
                 }
-                left = left.and(here.not());
+                left = left & !here;
             }
         }
         balls.clear();
@@ -185,7 +185,7 @@ impl<F: Bounded + Linear> LightPass<'_, F> {
                 }
                 // Of those of which nothing is known the lower bound is 0 already.
                 let here = pack.surface.is_known();
-                let here = if pack.is_uniform() { here } else { here.and(is_id(&pack.ids, id)) };
+                let here = if pack.is_uniform() { here } else { here & is_id(&pack.ids, id) };
                 given.take(Verdict::select(here, verdict, Verdict::none()));
             }
         }
@@ -205,7 +205,7 @@ impl<F: Bounded + Linear> LightPass<'_, F> {
         for (pack, given) in packs.iter().zip(&*given) {
             let rays = self.shadow_rays(&aim, pack);
             let is_asked = zero.lt(given.bounds.high.min(one - given.clear));
-            let is_asked = pack.surface.is_known().and(is_asked);
+            let is_asked = pack.surface.is_known() & is_asked;
             let asked = Lanes::select(is_asked, given.bounds.high, zero);
             let left = Lanes::select(is_asked, one, zero);
             ways.push(Way { rays, verdict: Verdict::none(), asked, left });
@@ -219,7 +219,7 @@ impl<F: Bounded + Linear> LightPass<'_, F> {
                 let last = first + behind.take_while(|pack| pack.sees(own)).count();
                 let (packs, ways) = (&packs[first..last], &mut ways[first..last]);
                 for (pack, way) in packs.iter().zip(&mut *ways) {
-                    let here = is_id(&pack.ids, own).and(zero.lt(way.left));
+                    let here = is_id(&pack.ids, own) & zero.lt(way.left);
                     around.add(here, &pack.surface);
                     way.left = Lanes::select(here, zero, way.left);
                 }

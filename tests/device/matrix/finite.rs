@@ -5,7 +5,7 @@
 //! shaders don't: also what is selected away is calculated. They must propose what a device's twin does.
 
 use std::cell::{Cell, RefCell};
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use std::panic::Location;
 use std::sync::Arc;
 
@@ -66,16 +66,28 @@ impl Neg for Watched {
     }
 }
 
-impl Mask for Truth {
-    fn and(self, other: Truth) -> Truth {
+impl BitAnd for Truth {
+    type Output = Truth;
+    fn bitand(self, other: Truth) -> Truth {
         Truth(self.0 & other.0)
     }
-    fn or(self, other: Truth) -> Truth {
+}
+
+impl BitOr for Truth {
+    type Output = Truth;
+    fn bitor(self, other: Truth) -> Truth {
         Truth(self.0 | other.0)
     }
+}
+
+impl Not for Truth {
+    type Output = Truth;
     fn not(self) -> Truth {
         Truth(!self.0)
     }
+}
+
+impl Mask for Truth {
     fn any(self) -> bool {
         true
     }

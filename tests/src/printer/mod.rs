@@ -9,7 +9,7 @@ mod names;
 mod text;
 
 use std::cell::RefCell;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use std::panic::Location;
 
 use kugelblitz::num::fields::{FieldSink, FieldSource, Fields};
@@ -90,18 +90,19 @@ expressions! {
 }
 
 macro_rules! operators {
-    ($($trait:ident $function:ident $sign:literal $rank:literal)*) => {$(
-        impl $trait for Wgsl {
-            type Output = Wgsl;
+    ($name:ident: $($trait:ident $function:ident $sign:literal $rank:literal)*) => {$(
+        impl $trait for $name {
+            type Output = $name;
             #[track_caller]
-            fn $function(self, other: Wgsl) -> Wgsl {
-                Wgsl(put(Op::Infix($sign, $rank), &[self.0, other.0], String::new()))
+            fn $function(self, other: $name) -> $name {
+                $name(put(Op::Infix($sign, $rank), &[self.0, other.0], String::new()))
             }
         }
     )*};
 }
 
-operators! { Add add "+" 3 Sub sub "-" 3 Mul mul "*" 4 Div div "/" 4 }
+operators! { Wgsl: Add add "+" 3 Sub sub "-" 3 Mul mul "*" 4 Div div "/" 4 }
+operators! { WgslMask: BitAnd bitand "&" 1 BitOr bitor "|" 1 }
 
 impl Neg for Wgsl {
     type Output = Wgsl;
@@ -120,12 +121,15 @@ macro_rules! methods {
     )*};
 }
 
-impl Mask for WgslMask {
-    methods! {
-        and(self: Self, other: Self) -> WgslMask: Op::Infix("&", 1), [self.0, other.0];
-        or(self: Self, other: Self) -> WgslMask: Op::Infix("|", 1), [self.0, other.0];
-        not(self: Self) -> WgslMask: Op::Prefix("!"), [self.0];
+impl Not for WgslMask {
+    type Output = WgslMask;
+    #[track_caller]
+    fn not(self) -> WgslMask {
+        WgslMask(put(Op::Prefix("!"), &[self.0], String::new()))
     }
+}
+
+impl Mask for WgslMask {
     fn any(self) -> bool {
         true
     }
