@@ -292,7 +292,7 @@ impl Prepared {
         }
         let repeats = self.plane_repeats.get_or_init(|| {
             let mut seen = HashSet::new();
-            let places = planes.iter().map(|plane| PlanePlace::new(plane.point, plane.normal));
+            let places = planes.iter().map(PlanePlace::new);
             places.map(|place| place.is_some_and(|place| !seen.insert(place))).collect()
         });
         repeats.get(index).copied().unwrap_or(false)

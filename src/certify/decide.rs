@@ -8,7 +8,7 @@ use super::{Decided, Stage};
 use crate::control::Control;
 use crate::engine::{Candidates, Said, Tile};
 use crate::error::Result;
-use crate::exact::{Shape, nearest};
+use crate::exact::nearest;
 use crate::host;
 use crate::num::OPEN;
 use crate::trace::{Level, Timing};
@@ -74,8 +74,8 @@ impl Stage<'_> {
             Said::Sees(id) => return (id, Level::F64),
             Said::Open(found) => found,
         };
-        let shape = |&(id, _): &(u32, f64)| Some((id, Shape::from(self.scene.object(id)?)));
-        let seen = nearest(&self.exact_ray(index), found.iter().filter_map(shape));
+        let object = |&(id, _): &(u32, f64)| Some((id, self.scene.object(id)?));
+        let seen = nearest(&self.exact_ray(index), found.iter().filter_map(object));
         (seen.map_or(0, |hit| hit.id), Level::Exact)
     }
 }

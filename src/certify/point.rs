@@ -1,15 +1,13 @@
 //! Where rays meet their objects, exactly.
 
 use super::Stage;
-use crate::exact::{ExactHit, ExactPoint, Shape, visible_root};
+use crate::exact::{ExactPoint, visible_hit};
 
-impl Stage<'_> {
-    /// The point that a ray is known to see, exactly, and the shape of its object.
-    pub(crate) fn exact_point(&self, index: usize, id: u32) -> Option<(ExactPoint, Shape)> {
+impl<'a> Stage<'a> {
+    /// The point that a ray is known to see, exactly.
+    pub(crate) fn exact_point(&self, index: usize, id: u32) -> Option<ExactPoint<'a>> {
         let ray = self.exact_ray(index);
-        let shape = Shape::from(self.scene.object(id)?);
-        let (root, side) = visible_root(&ray, &shape)?;
-        Some((ExactPoint::new(&ray, &ExactHit { id, root, side }), shape))
+        Some(ExactPoint::new(&ray, &visible_hit(&ray, id, self.scene.object(id)?)?))
     }
 }
 
@@ -23,11 +21,12 @@ mod tests {
 
     use super::super::surfaces::{LANES, Surfaces};
     use super::*;
+    use crate::exact::nearest;
     use crate::kernel::Kernel;
     use crate::num::Float;
     use crate::prepare::Prepared;
     use crate::rays::{Pixels, Rays, View};
-    use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
+    use crate::scene::{Camera, Color, Object, Plane, Projection, Scene, Sphere};
 
     /// A sphere and a plane as a camera at the origin sees them, from far or from inside.
     fn scene(rng: &mut ChaCha8Rng) -> Arc<Scene> {
@@ -64,10 +63,7 @@ mod tests {
             let prepared = Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap();
             let stage = Stage::new(&prepared, &rays);
             let ids: Vec<u32> = (0..pixels.len())
-                .map(|at| {
-                    let shapes = scene.objects().map(|(id, object)| (id, Shape::from(object)));
-                    crate::exact::nearest(&stage.exact_ray(at), shapes).map_or(0, |hit| hit.id)
-                })
+                .map(|at| nearest(&stage.exact_ray(at), scene.objects()).map_or(0, |hit| hit.id))
                 .collect();
             let (surfaces, mut packs) = (Surfaces::in_f64(&stage), Vec::new());
             for (at, &id) in ids.iter().enumerate() {
@@ -81,14 +77,14 @@ mod tests {
                     continue;
                 }
                 n_known += 1;
-                let (exact, shape) = stage.exact_point(at, id).unwrap();
+                let exact = stage.exact_point(at, id).unwrap();
                 let (here, error) = (DVec3::from_array(seen.point.0), seen.point_error);
                 let case = || format!("{scene:?} {at}: {here} ± {error:e}");
                 if exact.is_within(error * share, here) != Some(true) {
                     wrong.push(case());
                 }
                 // The normal of a sphere leads from its centre to the point.
-                if let Shape::Sphere { center, radius } = shape {
+                if let Some(Object::Sphere(&Sphere { center, radius })) = scene.object(id) {
                     let turn = if seen.front { radius } else { -radius };
                     let normal = DVec3::from_array(seen.normal.0);
                     let rounding = 4.0 * f64::UNIT * (center.length() + radius);

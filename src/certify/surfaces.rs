@@ -5,7 +5,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::{Stage, StageRays};
-use crate::exact::{ExactHit, ExactRay, Shape, visible_root};
+use crate::exact::{ExactHit, ExactRay, visible_hit};
 use crate::guard::host::{HOST_UNIT_F64, input_in_f64};
 use crate::guard::{self, InputError, Reach};
 use crate::num::{Bits, Float, LaneBits, Lanes, Mask, Real, V3, dispatch, one_by_one};
@@ -35,7 +35,7 @@ pub fn unit_f32(plane: &Plane) -> [f32; 3] {
         // Not `−0`.
         return low.map(|x| x + 0.0);
     }
-    plane_normal(plane.normal).map_or([0.0; 3], |normal| normal.map(|x| x.to_f32()))
+    plane_normal(plane).map_or([0.0; 3], |normal| normal.map(|x| x.to_f32()))
 }
 
 /// No direction is longer whose components are below 2.
@@ -559,14 +559,12 @@ impl Stage<'_> {
             return Some(surface);
         }
         let ray = self.exact_ray(index);
-        let shape = Shape::from(object);
-        let visible = visible_root(&ray, &shape);
-        debug_assert!(visible.is_some(), "object {id} was decided for ray {index} but is not hit");
-        let (root, side) = visible?;
-        Some(exact_surface(&ray, &ExactHit { id, root, side }, &shape))
+        let hit = visible_hit(&ray, id, object);
+        debug_assert!(hit.is_some(), "object {id} was decided for ray {index} but is not hit");
+        Some(exact_surface(&ray, &hit?))
     }
 }
 
-pub(super) fn exact_surface(ray: &ExactRay, hit: &ExactHit, shape: &Shape) -> TAndNormal {
-    (hit.t_f32(), hit.normal_f32(ray, shape))
+pub(super) fn exact_surface(ray: &ExactRay, hit: &ExactHit) -> TAndNormal {
+    (hit.t_f32(), hit.normal_f32(ray))
 }

@@ -2,7 +2,7 @@
 
 use super::surfaces::{LONGEST_SCALED, MISS, Surfaces, TAndNormal, exact_surface};
 use super::*;
-use crate::exact::{ExactHit, Shape, nearest, visible_root};
+use crate::exact::{nearest, visible_hit};
 use crate::kernel::Kernel;
 use crate::num::OPEN;
 use crate::prepare::Scaled;
@@ -216,9 +216,8 @@ fn surfaces_in_balls_are_exact() {
                     continue;
                 };
                 n_known += 1;
-                let (ray, shape) = (stage.exact_ray(index), Shape::from(object));
-                let (root, side) = visible_root(&ray, &shape).unwrap();
-                let exact = exact_surface(&ray, &ExactHit { id, root, side }, &shape);
+                let ray = stage.exact_ray(index);
+                let exact = exact_surface(&ray, &visible_hit(&ray, id, object).unwrap());
                 let bits = |(t, normal): TAndNormal| (t.to_bits(), normal.map(f32::to_bits));
                 assert_eq!(bits(found), bits(exact), "{bundle:?}, seed {seed}, ray {index}");
             }
@@ -258,9 +257,8 @@ fn what_f64_decides_is_what_is_seen() {
                 n_hits += usize::from(id != 0 && id != OPEN);
                 n_open += usize::from(id == OPEN);
                 if id != OPEN {
-                    let shapes =
-                        stage.scene.objects().map(|(id, object)| (id, Shape::from(object)));
-                    let seen = nearest(&stage.exact_ray(ray), shapes).map_or(0, |hit| hit.id);
+                    let seen = nearest(&stage.exact_ray(ray), stage.scene.objects())
+                        .map_or(0, |hit| hit.id);
                     assert_eq!(id, seen, "{bundle:?} of {n_spheres}, seed {seed}, ray {ray}");
                 }
             }

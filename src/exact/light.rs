@@ -13,7 +13,8 @@ use super::enclosure::Enclosure;
 use super::fraction::{Fraction, dyadic_root};
 use super::number::{Dyadic, power_of_two, product3, real, real3, signum};
 use super::root::sign_of_sum;
-use super::{ExactHit, ExactRay, Shape, Side};
+use super::{ExactHit, ExactRay, Side};
+use crate::scene::{Object, Plane, Sphere};
 
 /// `x + y·√D`, with a radicand `D` that all numbers of one point share.
 #[derive(Clone, Debug)]
@@ -113,19 +114,20 @@ fn dot_real<'a>(u: &Surd3<'a>, n: &[Dyadic; 3]) -> Surd<'a> {
 
 /// The point of an object that a ray sees: `(base + root·√radicand)/scale`.
 #[derive(Clone, Debug)]
-pub struct ExactPoint {
+pub struct ExactPoint<'a> {
+    object: Object<'a>,
+    side: Side,
     base: [Dyadic; 3],
     root: [Dyadic; 3],
     radicand: Dyadic,
     /// Positive.
     scale: Dyadic,
-    side: Side,
 }
 
-impl ExactPoint {
+impl<'a> ExactPoint<'a> {
     /// The point of a hit. With the ray's own root `τ = (B + s√D)/A`, in a world `S` times as large,
     /// `A·S·p = A·(S·o) + B·(F·d) + s·(F·d)·√D`.
-    pub fn new(ray: &ExactRay, hit: &ExactHit) -> ExactPoint {
+    pub fn new(ray: &ExactRay, hit: &ExactHit<'a>) -> ExactPoint<'a> {
         let root = &hit.root;
         let (origin, direction) = (ray.origin(), ray.direction());
         let base = |axis: usize| {
@@ -144,16 +146,17 @@ impl ExactPoint {
             None => (base, std::array::from_fn(part), root.radicand().clone()),
         };
         ExactPoint {
+            object: hit.object,
+            side: hit.side,
             base,
             root: root_part,
             radicand,
             scale: ray.to_scale(root.denominator().clone()),
-            side: hit.side,
         }
     }
 
     /// `scale²·(v·v − r²)`, where `v` is `scale` times as long already.
-    fn off_sphere<'a>(&'a self, v: &Surd3<'a>, radius: f64) -> Option<Surd<'a>> {
+    fn off_sphere<'s>(&'s self, v: &Surd3<'s>, radius: f64) -> Option<Surd<'s>> {
         let r = real(radius)? * &self.scale;
         Some(&dot(v, v) - &Surd::new(&r * &r, Dyadic::zero(), &self.radicand))
     }
@@ -177,7 +180,7 @@ impl ExactPoint {
 /// The way from a point to a light.
 #[derive(Clone, Debug)]
 pub struct ExactBeam<'a> {
-    point: &'a ExactPoint,
+    point: &'a ExactPoint<'a>,
     /// `scale·w`
     way: Surd3<'a>,
     /// `‖scale·w‖²`
@@ -186,19 +189,19 @@ pub struct ExactBeam<'a> {
 }
 
 impl<'a> ExactBeam<'a> {
-    fn new(point: &'a ExactPoint, way: Surd3<'a>, is_endless: bool) -> ExactBeam<'a> {
+    fn new(point: &'a ExactPoint<'a>, way: Surd3<'a>, is_endless: bool) -> ExactBeam<'a> {
         let square = dot(&way, &way);
         ExactBeam { point, way, square, is_endless }
     }
 
     /// To a point light. `None` where a number is not finite.
-    pub fn to_position(point: &'a ExactPoint, position: DVec3) -> Option<ExactBeam<'a>> {
+    pub fn to_position(point: &'a ExactPoint<'a>, position: DVec3) -> Option<ExactBeam<'a>> {
         let way = point.offset_from(&real3(position)?).map(|x| -x);
         Some(ExactBeam::new(point, way, false))
     }
 
     /// To a sun whose light travels along `direction`. `None` where a number is not finite.
-    pub fn against(point: &'a ExactPoint, direction: DVec3) -> Option<ExactBeam<'a>> {
+    pub fn against(point: &'a ExactPoint<'a>, direction: DVec3) -> Option<ExactBeam<'a>> {
         let direction = real3(direction)?;
         let way = std::array::from_fn(|axis| {
             Surd::new(-(&direction[axis] * &point.scale), Dyadic::zero(), &point.radicand)
@@ -206,21 +209,20 @@ impl<'a> ExactBeam<'a> {
         Some(ExactBeam::new(point, way, true))
     }
 
-    /// `n·ω` at the object with this shape, that the point is on. `None` where it is not positive, a
-    /// light at the point itself included.
-    pub fn cosine(&self, shape: &Shape) -> Option<ExactCosine<'a>> {
-        self.slope(shape).filter(|(sign, _)| *sign > 0).map(|(_, cosine)| cosine)
+    /// `n·ω` at the object that the point is on. `None` where it is not positive, a light at the point itself included.
+    pub fn cosine(&self) -> Option<ExactCosine<'a>> {
+        self.slope().filter(|(sign, _)| *sign > 0).map(|(_, cosine)| cosine)
     }
 
     /// The sign and the magnitude of `n·ω`; `None` where it is 0, a light at the point itself included.
-    pub fn slope(&self, shape: &Shape) -> Option<(i32, ExactCosine<'a>)> {
-        let (outward, length2) = match *shape {
-            Shape::Sphere { center, radius } => {
+    pub fn slope(&self) -> Option<(i32, ExactCosine<'a>)> {
+        let (outward, length2) = match self.point.object {
+            Object::Sphere(&Sphere { center, radius }) => {
                 let r = real(radius)? * &self.point.scale;
                 (dot(&self.way, &self.point.offset_from(&real3(center)?)), &r * &r)
             }
-            Shape::Plane { normal, .. } => {
-                let n = real3(normal)?;
+            Object::Plane(plane) => {
+                let n = real3(plane.normal)?;
                 (dot_real(&self.way, &n), product3(&n, &n))
             }
         };
@@ -236,10 +238,10 @@ impl<'a> ExactBeam<'a> {
 
     /// Whether an object is in the way: it has a root `s` of `p + s·w` with `0 < s`, and before a
     /// point light `s < 1`.
-    pub fn is_blocked_by(&self, shape: &Shape) -> bool {
-        let blocked = match *shape {
-            Shape::Sphere { center, radius } => self.is_blocked_by_sphere(center, radius),
-            Shape::Plane { point, normal } => self.is_blocked_by_plane(point, normal),
+    pub fn is_blocked_by(&self, object: Object) -> bool {
+        let blocked = match object {
+            Object::Sphere(sphere) => self.is_blocked_by_sphere(sphere),
+            Object::Plane(plane) => self.is_blocked_by_plane(plane),
         };
         blocked.unwrap_or(false)
     }
@@ -251,11 +253,11 @@ impl<'a> ExactBeam<'a> {
     /// - `C > 0`, outside: real roots have the sign of `−B`. Where `Q < 0`, exactly one is before the
     ///   light. Where `Q ≥ 0` both are on the same side of it (one may be at it), and on that of their
     ///   mean `−B/A`: before it where `A + B > 0`.
-    fn is_blocked_by_sphere(&self, center: DVec3, radius: f64) -> Option<bool> {
-        if radius == 0.0 {
+    fn is_blocked_by_sphere(&self, sphere: &Sphere) -> Option<bool> {
+        if sphere.radius == 0.0 {
             return None;
         }
-        let (a, (b, c)) = (&self.square, self.quadratic(center, radius)?);
+        let (a, (b, c)) = (&self.square, self.quadratic(sphere)?);
         if a.signum() == 0 {
             return Some(false);
         }
@@ -272,23 +274,23 @@ impl<'a> ExactBeam<'a> {
     }
 
     /// `B` and `C`.
-    fn quadratic(&self, center: DVec3, radius: f64) -> Option<(Surd<'a>, Surd<'a>)> {
-        let v = self.point.offset_from(&real3(center)?);
-        Some((dot(&self.way, &v), self.point.off_sphere(&v, radius)?))
+    fn quadratic(&self, sphere: &Sphere) -> Option<(Surd<'a>, Surd<'a>)> {
+        let v = self.point.offset_from(&real3(sphere.center)?);
+        Some((dot(&self.way, &v), self.point.off_sphere(&v, sphere.radius)?))
     }
 
     /// `s = N/M` with `N = n·(a − p)` and `M = n·w`.
-    fn is_blocked_by_plane(&self, point: DVec3, normal: DVec3) -> Option<bool> {
-        let (offset, m) = self.quotient(point, normal)?;
+    fn is_blocked_by_plane(&self, plane: &Plane) -> Option<bool> {
+        let (offset, m) = self.quotient(plane)?;
         let sign = m.signum();
         let is_ahead = sign != 0 && offset.signum() == sign;
         Some(is_ahead && (self.is_endless || (&m - &offset).signum() == sign))
     }
 
     /// `N` and `M`.
-    fn quotient(&self, point: DVec3, normal: DVec3) -> Option<(Surd<'a>, Surd<'a>)> {
-        let n = real3(normal)?;
-        let offset = -dot_real(&self.point.offset_from(&real3(point)?), &n);
+    fn quotient(&self, plane: &Plane) -> Option<(Surd<'a>, Surd<'a>)> {
+        let n = real3(plane.normal)?;
+        let offset = -dot_real(&self.point.offset_from(&real3(plane.point)?), &n);
         Some((offset, dot_real(&self.way, &n)))
     }
 
@@ -298,18 +300,18 @@ impl<'a> ExactBeam<'a> {
     /// With the signs of [`ExactBeam::is_blocked_by`], and without cancellation where the sign of `B`
     /// is known: from outside, the near root `C/(−B + √(B² − AC))`; on the sphere, `−2B/A`; from inside,
     /// the far root `(−B + √(B² − AC))/A = −C/(B + √(B² − AC))`.
-    pub fn first_root(&self, shape: &Shape, n_bits: usize) -> Option<Enclosure> {
-        if !self.is_blocked_by(shape) {
+    pub fn first_root(&self, object: Object, n_bits: usize) -> Option<Enclosure> {
+        if !self.is_blocked_by(object) {
             return None;
         }
-        let (numerator, denominator) = match *shape {
-            Shape::Plane { point, normal } => {
-                let (n, m) = self.quotient(point, normal)?;
+        let (numerator, denominator) = match object {
+            Object::Plane(plane) => {
+                let (n, m) = self.quotient(plane)?;
                 let positive = |x: Surd<'a>| if x.signum() < 0 { -x } else { x };
                 (positive(n).enclose(n_bits), positive(m).enclose(n_bits))
             }
-            Shape::Sphere { center, radius } => {
-                let (a, (b, c)) = (&self.square, self.quadratic(center, radius)?);
+            Object::Sphere(sphere) => {
+                let (a, (b, c)) = (&self.square, self.quadratic(sphere)?);
                 let root = (&(&b * &b) - &(a * &c)).enclose(n_bits).sqrt(n_bits);
                 let (sign_b, sign_c) = (b.signum(), c.signum());
                 let half = |b: Surd<'a>| b.enclose(n_bits).plus(&root);

@@ -6,7 +6,7 @@
 //! clear by squaring ([`Root`]). So nothing here depends on a tolerance, a working precision or a
 //! rounding mode: approximations appear only as first guesses that an exact comparison confirms.
 //!
-//! [`ExactRay`] is a ray, [`nearest`] the visible one of several [shapes](crate::shape), and
+//! [`ExactRay`] is a ray, [`nearest`] the visible one of several [objects](crate::scene::Object), and
 //! [`ExactHit`] what is seen there, with `t` and the normal correctly rounded.
 
 mod ball;
@@ -28,10 +28,11 @@ pub(crate) use number::{double, primitive, product3, real3};
 pub use ray::{ExactPixels, ExactRay};
 pub use root::Root;
 
+use crate::scene::Object;
 use crate::shape::outward_normal;
 pub use crate::shape::{
-    PlaneNumbers, Shape, Side, SphereNumbers, is_outside, plane_numbers, signum_of_discriminant,
-    sphere_numbers, visible_root,
+    PlaneNumbers, Side, SphereNumbers, is_outside, plane_numbers, signum_of_discriminant,
+    sphere_numbers, visible_hit,
 };
 
 /// The object that a ray sees: the smallest `t > 0`, and of equal ones the lowest id, in whatever
@@ -39,37 +40,29 @@ pub use crate::shape::{
 ///
 /// A `t` that rounds beyond the largest f32 (`t ≥ 2^128 − 2^103`) is no hit: the results of every
 /// kernel are f32. It needs to be looked at once only: all the others are at least as far.
-pub fn nearest<S: Into<Shape>>(
+pub fn nearest<'a>(
     ray: &ExactRay,
-    objects: impl IntoIterator<Item = (u32, S)>,
-) -> Option<ExactHit> {
-    let mut best: Option<ExactHit> = None;
-    for (id, shape) in objects {
-        let Some((root, side)) = visible_root(ray, &shape.into()) else {
-            continue;
-        };
-        let wins = best
-            .as_ref()
-            .is_none_or(|best| root.cmp(&best.root).then_with(|| id.cmp(&best.id)).is_lt());
-        if wins {
-            best = Some(ExactHit { id, root, side });
-        }
-    }
+    objects: impl IntoIterator<Item = (u32, Object<'a>)>,
+) -> Option<ExactHit<'a>> {
+    let hits = objects.into_iter().filter_map(|(id, object)| visible_hit(ray, id, object));
+    let best = hits.min_by(|a, b| a.root.cmp(&b.root).then(a.id.cmp(&b.id)));
     best.filter(|hit| hit.root.cmp_real(&number::f32_overflow()) == Ordering::Less)
 }
 
 /// The exact hit of a ray.
 #[derive(Clone, Debug)]
-pub struct ExactHit {
+pub struct ExactHit<'a> {
     /// Object id.
     pub id: u32,
+    /// The object that is hit.
+    pub object: Object<'a>,
     /// The ray parameter `t`.
     pub root: Root,
     /// The side of the surface that the ray meets.
     pub side: Side,
 }
 
-impl ExactHit {
+impl ExactHit<'_> {
     /// `t`, correctly rounded (nearest, ties to even); a `t` that rounds to 0 gives the smallest
     /// subnormal, `2^-149`, so that `t > 0` stays true.
     pub fn t_f32(&self) -> f32 {
@@ -87,10 +80,10 @@ impl ExactHit {
     }
 
     /// The unit normal that faces the ray, each component exactly and so without any bound to
-    /// prove. `shape` is the object that was hit. `None` where it can't be: a number that is not
+    /// prove. `None` where it can't be: a number that is not
     /// finite, a radius or normal of 0.
-    pub fn normal(&self, ray: &ExactRay, shape: &Shape) -> Option<[Root; 3]> {
-        let outward = outward_normal(ray, &self.root, shape)?;
+    pub fn normal(&self, ray: &ExactRay) -> Option<[Root; 3]> {
+        let outward = outward_normal(ray, self)?;
         Some(match self.side {
             Side::Front => outward,
             Side::Back => outward.map(Root::negated),
@@ -98,8 +91,8 @@ impl ExactHit {
     }
 
     /// [`ExactHit::normal`] with each component correctly rounded; zero where there is none.
-    pub fn normal_f32(&self, ray: &ExactRay, shape: &Shape) -> [f32; 3] {
-        match self.normal(ray, shape) {
+    pub fn normal_f32(&self, ray: &ExactRay) -> [f32; 3] {
+        match self.normal(ray) {
             Some(normal) => normal.map(|component| component.to_f32()),
             None => [0.0; 3],
         }

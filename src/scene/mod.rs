@@ -221,7 +221,7 @@ impl Scene {
 }
 
 /// One object of a scene.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Object<'a> {
     /// A sphere.
     Sphere(&'a Sphere),

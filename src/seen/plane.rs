@@ -33,7 +33,7 @@ record! {
 /// `(a − o)·n` for the eye's reference point, exactly and rounded once; `None` for 0.
 pub(super) fn numerator(plane: &Plane, eye: &Eye) -> Option<f64> {
     let ray = ExactRay::new(&WorldRay { origin: eye.reference, direction: DVec3::X });
-    let exact = plane_numbers(&ray, plane.point, plane.normal)?.numerator;
+    let exact = plane_numbers(&ray, plane)?.numerator;
     (exact.signum() != 0).then(|| exact.to_f64())
 }
 

@@ -276,7 +276,7 @@ fn k_of(center: DVec3, sphere: &Sphere, eye: &Eye) -> (f64, f64) {
         return known;
     }
     let ray = ExactRay::new(&crate::rays::WorldRay { origin: eye.reference, direction: DVec3::X });
-    match sphere_numbers(&ray, sphere.center, sphere.radius) {
+    match sphere_numbers(&ray, sphere) {
         Some(numbers) => {
             let k = match numbers.k.signum() {
                 // The eye is on the sphere.

@@ -5,9 +5,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::shadow::{Aim, Origin};
 use super::*;
-use crate::exact::{
-    Dyadic as Exact, ExactHit, ExactPoint, ExactRay, Root, Shape, real, visible_root,
-};
+use crate::exact::{Dyadic as Exact, ExactPoint, ExactRay, Root, real, visible_hit};
 use crate::guard;
 use crate::guard::tests::worst::{UNIT, Worst, worst};
 use crate::num::Lanes;
@@ -139,7 +137,6 @@ impl Real for Shaky {
 trait Object {
     type Seen: Seen;
     fn seen<F: Float>(&self, eye: &Eye) -> Self::Seen;
-    fn shape(&self) -> Shape;
     fn in_scene(&self) -> crate::scene::Object<'_>;
 }
 
@@ -147,9 +144,6 @@ impl Object for Sphere {
     type Seen = SphereSeen<f64>;
     fn seen<F: Float>(&self, eye: &Eye) -> SphereSeen<f64> {
         SphereSeen::new::<F>(self, eye)
-    }
-    fn shape(&self) -> Shape {
-        Shape::from(self)
     }
     fn in_scene(&self) -> crate::scene::Object<'_> {
         crate::scene::Object::Sphere(self)
@@ -160,9 +154,6 @@ impl Object for Plane {
     type Seen = PlaneSeen<f64>;
     fn seen<F: Float>(&self, eye: &Eye) -> PlaneSeen<f64> {
         PlaneSeen::new::<F>(self, eye)
-    }
-    fn shape(&self) -> Shape {
-        Shape::from(self)
     }
     fn in_scene(&self) -> crate::scene::Object<'_> {
         crate::scene::Object::Plane(self)
@@ -205,7 +196,7 @@ fn count<T: Object, R: Real>(
         if reference + from != origin {
             continue;
         }
-        let root = visible_root(&exact, &object.shape()).map(|(root, _)| root);
+        let root = visible_hit(&exact, 1, object.in_scene()).map(|hit| hit.root);
         let mut seen = object.seen::<R::One>(&eye);
         cut(&mut seen);
         let is_close = seen.is_close();
@@ -427,9 +418,7 @@ fn off<T: Object, F: Float>(
         let scaled = Scaled::new(way).rounded();
         let reference = if k % 2 == 0 { from } else { DVec3::ZERO };
         let exact = ExactRay::new(&crate::rays::WorldRay { origin: from, direction: scaled });
-        let shape = object.shape();
-        let Some((root, side)) = visible_root(&exact, &shape) else { continue };
-        let hit = ExactHit { id: 1, root, side };
+        let Some(hit) = visible_hit(&exact, 1, object.in_scene()) else { continue };
         // The offset of a centre is rounded, and so are centre and difference; the direction is rounded once.
         let input = InputError { offset: 3.01, direction: 1.001 };
         let spread = guard::length_bound(from - reference);
@@ -454,7 +443,7 @@ fn off<T: Object, F: Float>(
         let error = error * share + f64::UNIT * point.length();
         let is_there = ExactPoint::new(&exact, &hit).is_within(error, point);
         of_point += usize::from(is_there != Some(true));
-        let normal = hit.normal(&exact, &shape).unwrap().map(|x| x.to_f64());
+        let normal = hit.normal(&exact).unwrap().map(|x| x.to_f64());
         let is_off = |axis: usize| {
             let off = (found.normal.0[axis].to_f64() - normal[axis]).abs();
             off > found.component_error.0[axis].to_f64() * share

@@ -11,7 +11,7 @@ use super::written::{Written, exact_pixel};
 use crate::certify::Pack;
 use crate::control::Control;
 use crate::error::Result;
-use crate::exact::{ExactBeam, ExactPoint, Shape};
+use crate::exact::{ExactBeam, ExactPoint};
 use crate::num::Lanes;
 use crate::seen::Surface;
 use crate::trace::StageCounts;
@@ -23,19 +23,19 @@ const MOST_KNOWN: usize = 1 << 20;
 pub type Known<C> = HashMap<Vec<u8>, [C; 3]>;
 
 /// The point that a sample sees, as well as it is known so far.
-struct SamplePoint<'a> {
+struct SamplePoint<'v, 'a> {
     /// Index of its ray.
     at: usize,
     /// What is surely known of each lamp's light on the sample.
-    visibility: &'a [Visibility],
+    visibility: &'v [Visibility],
     /// The object's id.
     id: u32,
     /// In f64; `None` where nothing is known.
     surface: Option<Surface<f64>>,
-    exact: OnceCell<Option<(ExactPoint, Shape)>>,
+    exact: OnceCell<Option<ExactPoint<'a>>>,
 }
 
-impl Certified<'_> {
+impl<'a> Certified<'a> {
     /// A pixel's colour.
     ///
     /// # Errors
@@ -66,7 +66,7 @@ impl Certified<'_> {
         Ok(color)
     }
 
-    fn sample<'a>(&self, at: usize, visibility: &'a [Visibility]) -> SamplePoint<'a> {
+    fn sample<'v>(&self, at: usize, visibility: &'v [Visibility]) -> SamplePoint<'v, 'a> {
         let (id, surfaces) = (self.job.ids[at], &self.in_f64.surfaces);
         let mut surface = None;
         if surfaces.are_known() {
@@ -81,8 +81,8 @@ impl Certified<'_> {
         SamplePoint { at, visibility, id, surface, exact: OnceCell::new() }
     }
 
-    /// A sample's point exactly, found when it is first asked for, and the shape of its object.
-    fn exactly<'a>(&self, sample: &'a SamplePoint) -> Option<&'a (ExactPoint, Shape)> {
+    /// A sample's point exactly, found when it is first asked for.
+    fn exactly<'s>(&self, sample: &'s SamplePoint<'_, 'a>) -> Option<&'s ExactPoint<'a>> {
         let find = || self.occluders.stage.exact_point(sample.at, sample.id);
         sample.exact.get_or_init(find).as_ref()
     }
@@ -92,7 +92,7 @@ impl Certified<'_> {
     fn is_seen(
         &self,
         (index, lamp): (usize, &Lamp),
-        sample: &SamplePoint,
+        sample: &SamplePoint<'_, 'a>,
         counts: &mut StageCounts,
     ) -> bool {
         if !lamp.casts_shadows() {
@@ -109,16 +109,20 @@ impl Certified<'_> {
             return true;
         }
         counts.exact += 1;
-        let Some((point, _)) = self.exactly(sample) else { return true };
+        let Some(point) = self.exactly(sample) else { return true };
         let Some(ray) = lamp.beam(point, self.occluders.prepared.reference) else { return true };
         let mut objects = ids.into_iter().filter_map(|id| self.occluders.scene.object(id));
-        !objects.any(|object| ray.is_blocked_by(&object.into()))
+        !objects.any(|object| ray.is_blocked_by(object))
     }
 
     /// What says all of the colour of samples that see planes in the light of suns, or nothing: of each its plane, and which
     /// suns nothing is in the way of. All rays of a picture see the same side of a plane, and there each sun's light is the same
     /// everywhere. `None` for others.
-    fn seen_evenly(&self, samples: &[SamplePoint], counts: &mut StageCounts) -> Option<Vec<u8>> {
+    fn seen_evenly(
+        &self,
+        samples: &[SamplePoint<'_, 'a>],
+        counts: &mut StageCounts,
+    ) -> Option<Vec<u8>> {
         let lamps = &self.job.lit.lighting.lamps;
         let n_spheres = self.occluders.scene.spheres.len() as u32;
         let is_even = lamps.iter().all(|lamp| matches!(lamp.origin, LampOrigin::Sun(_)))
@@ -140,7 +144,7 @@ impl Certified<'_> {
     fn exact_mean<C: Written>(
         &self,
         open: &Open,
-        samples: &[SamplePoint],
+        samples: &[SamplePoint<'_, 'a>],
         control: &Control,
         counts: &mut StageCounts,
     ) -> Result<[C; 3]> {
@@ -149,8 +153,7 @@ impl Certified<'_> {
         let eye = self.occluders.prepared.reference;
         for sample in samples {
             control.check()?;
-            let point = self.exactly(sample);
-            let at = point.map(|(point, shape)| (point, shape, eye));
+            let at = self.exactly(sample).map(|point| (point, eye));
             let is_seen = |lamp: (usize, &Lamp), _: &ExactBeam| self.is_seen(lamp, sample, counts);
             mean.add_sample(self.job.color(sample.id), at, is_seen);
         }

@@ -43,7 +43,7 @@ impl Lamp {
     }
 
     /// The way to it from a point that is seen from `eye`.
-    pub fn beam<'a>(&self, point: &'a ExactPoint, eye: DVec3) -> Option<ExactBeam<'a>> {
+    pub fn beam<'a>(&self, point: &'a ExactPoint<'a>, eye: DVec3) -> Option<ExactBeam<'a>> {
         match self.origin {
             LampOrigin::Eye => ExactBeam::to_position(point, eye),
             LampOrigin::Point(position) => ExactBeam::to_position(point, position),

@@ -8,8 +8,7 @@ use glam::DVec3;
 
 use super::lamp::{Lamp, Lighting};
 use crate::exact::{
-    Dyadic, Enclosure, ExactBeam, ExactCosine, ExactPoint, Fraction, Root, Shape, exact, integer,
-    real,
+    Dyadic, Enclosure, ExactBeam, ExactCosine, ExactPoint, Fraction, Root, exact, integer, real,
 };
 
 /// Bits of the first enclosure.
@@ -51,16 +50,16 @@ impl<'a> ExactMean<'a> {
     }
 
     /// Adds a sample that sees something of this colour: the light on it, where there are lamps and `at` is the point that is
-    /// seen, the shape that it lies on and the eye; else the colour itself. `is_seen` says whether the light of a lamp, given with
+    /// seen and the eye; else the colour itself. `is_seen` says whether the light of a lamp, given with
     /// its index, comes to the point.
     pub fn add_sample(
         &mut self,
         color: [f64; 3],
-        at: Option<(&'a ExactPoint, &Shape, DVec3)>,
+        at: Option<(&'a ExactPoint<'a>, DVec3)>,
         mut is_seen: impl FnMut((usize, &Lamp), &ExactBeam) -> bool,
     ) {
         let color = color.map(exact);
-        let (Some(lighting), Some((point, shape, eye))) = (self.lighting, at) else {
+        let (Some(lighting), Some((point, eye))) = (self.lighting, at) else {
             for (channel, part) in color.iter().enumerate() {
                 self.add(channel, &(part * &self.n_shares));
             }
@@ -71,7 +70,7 @@ impl<'a> ExactMean<'a> {
         }
         for (index, lamp) in lighting.lamps.iter().enumerate() {
             if let Some(beam) = lamp.beam(point, eye)
-                && let Some(cosine) = beam.cosine(shape)
+                && let Some(cosine) = beam.cosine()
                 && is_seen((index, lamp), &beam)
             {
                 let weights =

@@ -167,7 +167,7 @@ impl<'a> Occluders<'a> {
     pub fn own_is_in_the_way(&self, lamp: &Lamp, id: u32) -> bool {
         match (lamp.origin, self.scene.object(id)) {
             (LampOrigin::Point(position), Some(Object::Sphere(sphere))) => {
-                is_outside(position, sphere.center, sphere.radius) != Some(false)
+                is_outside(position, sphere) != Some(false)
             }
             (LampOrigin::Sun(_), Some(Object::Sphere(_))) => true,
             _ => false,

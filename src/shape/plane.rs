@@ -1,22 +1,22 @@
 //! A plane, exactly.
 
 use dashu_int::IBig;
-use glam::DVec3;
 
 use super::Side;
 use crate::exact::{Dyadic, ExactRay, Root, primitive, product3, real3, signum};
+use crate::scene::Plane;
 
 /// Numerator `N = (p − o)·n` and denominator `M = d·n` of a plane, for the ray's own (scaled)
 /// origin and direction.
-fn plane_quotient(ray: &ExactRay, point: DVec3, normal: DVec3) -> Option<(Dyadic, Dyadic)> {
-    let n = real3(normal)?;
-    Some((product3(&ray.to_point(point)?, &n), product3(ray.direction(), &n)))
+fn plane_quotient(ray: &ExactRay, plane: &Plane) -> Option<(Dyadic, Dyadic)> {
+    let n = real3(plane.normal)?;
+    Some((product3(&ray.to_point(plane.point)?, &n), product3(ray.direction(), &n)))
 }
 
 /// The root `t > 0`: `N/M`, written with a positive denominator. `M > 0` means that the ray runs along
 /// the normal: it meets the back.
-pub(super) fn visible_root(ray: &ExactRay, point: DVec3, normal: DVec3) -> Option<(Root, Side)> {
-    let (n, m) = plane_quotient(ray, point, normal)?;
+pub(super) fn visible_root(ray: &ExactRay, plane: &Plane) -> Option<(Root, Side)> {
+    let (n, m) = plane_quotient(ray, plane)?;
     match (signum(&n), signum(&m)) {
         (1, 1) => Some((Root::quotient(n, m, ray.t_factor()), Side::Back)),
         (-1, -1) => Some((Root::quotient(-n, -m, ray.t_factor()), Side::Front)),
@@ -25,8 +25,8 @@ pub(super) fn visible_root(ray: &ExactRay, point: DVec3, normal: DVec3) -> Optio
 }
 
 /// `nᵢ/‖n‖ = sgn(nᵢ)·√(nᵢ²·‖n‖²) / ‖n‖²`
-pub(crate) fn plane_normal(normal: DVec3) -> Option<[Root; 3]> {
-    let n = real3(normal)?;
+pub(crate) fn plane_normal(plane: &Plane) -> Option<[Root; 3]> {
+    let n = real3(plane.normal)?;
     let norm_squared = product3(&n, &n);
     if signum(&norm_squared) == 0 {
         return None;
@@ -47,8 +47,8 @@ pub struct PlaneNumbers {
 }
 
 /// The numbers of a ray and a plane; `None` where a number is not finite.
-pub fn plane_numbers(ray: &ExactRay, point: DVec3, normal: DVec3) -> Option<PlaneNumbers> {
-    let (n, m) = plane_quotient(ray, point, normal)?;
+pub fn plane_numbers(ray: &ExactRay, plane: &Plane) -> Option<PlaneNumbers> {
+    let (n, m) = plane_quotient(ray, plane)?;
     Some(PlaneNumbers {
         numerator: Root::ratio(n, ray.world_scale()),
         denominator: Root::ratio(m, ray.direction_scale()),
@@ -65,9 +65,9 @@ pub struct PlanePlace {
 
 impl PlanePlace {
     /// `None` for a normal of 0 and where a number is not finite.
-    pub fn new(point: DVec3, normal: DVec3) -> Option<PlanePlace> {
-        let normal = primitive(&real3(normal)?)?;
+    pub fn new(plane: &Plane) -> Option<PlanePlace> {
+        let normal = primitive(&real3(plane.normal)?)?;
         let n = normal.each_ref().map(|x| Dyadic::from(x.clone()));
-        Some(PlanePlace { offset: product3(&real3(point)?, &n).shortest(), normal })
+        Some(PlanePlace { offset: product3(&real3(plane.point)?, &n).shortest(), normal })
     }
 }

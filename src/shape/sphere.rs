@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::Side;
 use crate::exact::{Dyadic, ExactRay, Root, double, integer, product3, real, signum};
 use crate::rays::WorldRay;
+use crate::scene::Sphere;
 
 /// The coefficients of a sphere in half-b form, for the ray's own (scaled) origin and direction:
 /// `a·τ² − 2b'·τ + k = 0` with `b' = d·L`, `L = c − o`, `k = L·L − r²`.
@@ -14,9 +15,9 @@ struct HalfB {
 }
 
 impl HalfB {
-    fn new(ray: &ExactRay, center: DVec3, radius: f64) -> Option<HalfB> {
-        let r = ray.to_scale(real(radius)?);
-        let l = ray.to_point(center)?;
+    fn new(ray: &ExactRay, sphere: &Sphere) -> Option<HalfB> {
+        let r = ray.to_scale(real(sphere.radius)?);
+        let l = ray.to_point(sphere.center)?;
         Some(HalfB { b: product3(ray.direction(), &l), k: product3(&l, &l) - &r * &r })
     }
 
@@ -35,12 +36,12 @@ impl HalfB {
 ///
 /// Side: with the outward normal `(τ·d − L)/r`, `d·(τ·d − L) = a·τ − b' = ±√D'`: the near root
 /// meets the front, the far root the back, a tangent ray the front.
-pub(super) fn visible_root(ray: &ExactRay, center: DVec3, radius: f64) -> Option<(Root, Side)> {
+pub(super) fn visible_root(ray: &ExactRay, sphere: &Sphere) -> Option<(Root, Side)> {
     let a = ray.norm_squared();
-    if radius == 0.0 {
+    if sphere.radius == 0.0 {
         return None;
     }
-    let half_b = HalfB::new(ray, center, radius)?;
+    let half_b = HalfB::new(ray, sphere)?;
     let sign_k = signum(&half_b.k);
     if sign_k >= 0 && signum(&half_b.b) <= 0 {
         return None;
@@ -57,14 +58,9 @@ pub(super) fn visible_root(ray: &ExactRay, center: DVec3, radius: f64) -> Option
 
 /// With `τ = (B + s√D)/A` the root in the ray's own scale, and so all other numbers:
 /// `nᵢ = (τ·dᵢ − Lᵢ)/|r| = (dᵢB − LᵢA + s·sgn(dᵢ)·√(dᵢ²D)) / (A·|r|)`.
-pub(super) fn outward_normal(
-    ray: &ExactRay,
-    root: &Root,
-    center: DVec3,
-    radius: f64,
-) -> Option<[Root; 3]> {
-    let r = real(radius.abs()).filter(|r| signum(r) > 0)?;
-    let l = ray.to_point(center)?;
+pub(super) fn outward_normal(ray: &ExactRay, root: &Root, sphere: &Sphere) -> Option<[Root; 3]> {
+    let r = real(sphere.radius.abs()).filter(|r| signum(r) > 0)?;
+    let l = ray.to_point(sphere.center)?;
     let denominator = root.denominator() * ray.to_scale(r);
     Some(std::array::from_fn(|i| {
         let d = &ray.direction()[i];
@@ -94,8 +90,8 @@ pub struct SphereNumbers {
 ///
 /// A pixel's ray carries `F·d` in place of `d`, in a world `S` times as large, so `b`, `k` and
 /// `D` are the scaled ones divided by `FS`, `S²` and `F²S²`.
-pub fn sphere_numbers(ray: &ExactRay, center: DVec3, radius: f64) -> Option<SphereNumbers> {
-    let half_b = HalfB::new(ray, center, radius)?;
+pub fn sphere_numbers(ray: &ExactRay, sphere: &Sphere) -> Option<SphereNumbers> {
+    let half_b = HalfB::new(ray, sphere)?;
     let d = half_b.quarter_discriminant(ray.norm_squared());
     let s = integer(i64::from(ray.world_scale()));
     let fs = integer(i64::from(ray.direction_scale())) * &s;
@@ -107,13 +103,13 @@ pub fn sphere_numbers(ray: &ExactRay, center: DVec3, radius: f64) -> Option<Sphe
 }
 
 /// The sign of the discriminant of a ray's line and a sphere; `None` where a number is not finite.
-pub fn signum_of_discriminant(ray: &ExactRay, center: DVec3, radius: f64) -> Option<i32> {
-    let half_b = HalfB::new(ray, center, radius)?;
+pub fn signum_of_discriminant(ray: &ExactRay, sphere: &Sphere) -> Option<i32> {
+    let half_b = HalfB::new(ray, sphere)?;
     Some(signum(&half_b.quarter_discriminant(ray.norm_squared())))
 }
 
 /// True where a point lies outside of a sphere (not on it); `None` where a number is not finite.
-pub fn is_outside(point: DVec3, center: DVec3, radius: f64) -> Option<bool> {
+pub fn is_outside(point: DVec3, sphere: &Sphere) -> Option<bool> {
     let ray = ExactRay::new(&WorldRay { origin: point, direction: DVec3::X });
-    Some(signum(&HalfB::new(&ray, center, radius)?.k) > 0)
+    Some(signum(&HalfB::new(&ray, sphere)?.k) > 0)
 }

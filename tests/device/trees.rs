@@ -8,13 +8,13 @@ use glam::DVec3;
 use kugelblitz::bvh::{Beam, Enter, IS_LEAF, MOST_BOXES, Node, Visitor, Walk};
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
-use kugelblitz::exact::{ExactRay, Shape, visible_root};
+use kugelblitz::exact::{ExactRay, visible_hit};
 use kugelblitz::gpu::slabs::{LEAST_SLACK, Slabs};
 use kugelblitz::num;
 use kugelblitz::num::{OPEN, V3};
 use kugelblitz::prepare::{Prepared, Scaled};
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{Camera, Projection, Sphere};
+use kugelblitz::scene::{Camera, Object, Projection, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants, WorldRay};
 use kugelblitz::tracer::Tracer;
 use kugelblitz_judge::compare::compare;
@@ -113,8 +113,8 @@ fn rays_that_touch_a_sphere_meet_its_box() {
         let in_space = prepared.in_space().unwrap().unwrap();
         for (index, ray) in (0..).zip(&aimed) {
             let Sphere { center, radius } = spheres[index as usize];
-            let shape = Shape::Sphere { center, radius };
-            if visible_root(&ExactRay::new(ray), &shape).is_none() {
+            let object = Object::Sphere(&spheres[index as usize]);
+            if visible_hit(&ExactRay::new(ray), index + 1, object).is_none() {
                 continue;
             }
             n_hits += 1;

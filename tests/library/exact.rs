@@ -1,9 +1,8 @@
 //! The exact module: dashu's numbers, decimals, and single facts. That it sees what is there is the matrix's to say.
 
 use glam::{DVec3, dvec3};
-use kugelblitz::exact::{
-    Dyadic, ExactRay, Root, Shape, Side, nearest, real, signum, sphere_numbers,
-};
+use kugelblitz::exact::{Dyadic, ExactRay, Root, Side, nearest, real, signum, sphere_numbers};
+use kugelblitz::scene::{Color, Object, Plane, Sphere};
 use kugelblitz::trace::WorldRay;
 
 /// Would notice a version of dashu that rounds.
@@ -30,12 +29,12 @@ fn sums_and_products_are_exact() {
     assert!(real(f64::NAN).is_none() && real(f64::INFINITY).is_none());
 }
 
-fn sphere(center: DVec3, radius: f64) -> Shape {
-    Shape::Sphere { center, radius }
+fn sphere(center: DVec3, radius: f64) -> Sphere {
+    Sphere { center, radius }
 }
 
-fn plane(point: DVec3, normal: DVec3) -> Shape {
-    Shape::Plane { point, normal }
+fn plane(point: DVec3, normal: DVec3) -> Plane {
+    Plane { name: None, point, normal, color: Color::BLACK }
 }
 
 fn list(origin: DVec3, direction: DVec3) -> ExactRay {
@@ -64,62 +63,68 @@ fn decimals() {
     assert_eq!(short(0.00099999, 3), "0.001");
     // √2: a unit sphere seen from outside, off its centre, by a long way round.
     let ray = list(dvec3(-2.0, 0.0, 0.0), dvec3(1.0, 1.0, 0.0));
-    let (center, radius) = (dvec3(0.0, 2.0, 0.0), 2.0);
-    let hit = nearest(&ray, [(1, sphere(center, radius))]).unwrap();
+    let sphere = sphere(dvec3(0.0, 2.0, 0.0), 2.0);
+    let hit = nearest(&ray, [(1, Object::Sphere(&sphere))]).unwrap();
     assert_eq!(hit.t_decimal(20), "0.5857864376269049512");
-    let numbers = sphere_numbers(&ray, center, radius).unwrap();
+    let numbers = sphere_numbers(&ray, &sphere).unwrap();
     assert_eq!(numbers.discriminant.to_decimal(20), "32", "D = 4·(4² − 2·4)");
 }
 
 #[test]
 fn degenerate_input_is_a_miss() {
-    let object = [(1, sphere(dvec3(0.0, 0.0, 5.0), 1.0))];
+    let is_missed = |ray: &ExactRay, object: Object| nearest(ray, [(1, object)]).is_none();
+    let far = sphere(dvec3(0.0, 0.0, 5.0), 1.0);
+    let object = Object::Sphere(&far);
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let z = dvec3(0.0, 0.0, 1.0);
-        assert!(nearest(&list(dvec3(bad, 0.0, 0.0), z), object).is_none());
-        assert!(nearest(&list(DVec3::ZERO, dvec3(0.0, bad, 1.0)), object).is_none());
+        assert!(is_missed(&list(dvec3(bad, 0.0, 0.0), z), object));
+        assert!(is_missed(&list(DVec3::ZERO, dvec3(0.0, bad, 1.0)), object));
         let ray = list(DVec3::ZERO, z);
-        assert!(nearest(&ray, [(1, sphere(z * bad, 1.0))]).is_none());
-        assert!(nearest(&ray, [(1, sphere(z, bad))]).is_none());
-        assert!(nearest(&ray, [(1, plane(z, dvec3(bad, 0.0, 1.0)))]).is_none());
+        assert!(is_missed(&ray, Object::Sphere(&sphere(z * bad, 1.0))));
+        assert!(is_missed(&ray, Object::Sphere(&sphere(z, bad))));
+        assert!(is_missed(&ray, Object::Plane(&plane(z, dvec3(bad, 0.0, 1.0)))));
     }
-    assert!(nearest(&list(DVec3::ZERO, DVec3::ZERO), object).is_none());
+    assert!(is_missed(&list(DVec3::ZERO, DVec3::ZERO), object));
     let ray = list(DVec3::ZERO, dvec3(0.0, 0.0, 1.0));
-    assert!(nearest(&ray, [(1, plane(dvec3(0.0, 0.0, 1.0), DVec3::ZERO))]).is_none());
-    assert!(nearest(&ray, [(1, sphere(dvec3(0.0, 0.0, 5.0), 0.0))]).is_none());
+    assert!(is_missed(&ray, Object::Plane(&plane(dvec3(0.0, 0.0, 1.0), DVec3::ZERO))));
+    assert!(is_missed(&ray, Object::Sphere(&sphere(dvec3(0.0, 0.0, 5.0), 0.0))));
 }
 
 #[test]
 fn t_beyond_f32_is_a_miss_and_below_it_the_smallest() {
     let ray = list(DVec3::ZERO, dvec3(0.0, 0.0, 1.0));
-    let at = |z: f64| [(7, plane(dvec3(0.0, 0.0, z), dvec3(0.0, 0.0, 1.0)))];
+    let at = |z: f64| {
+        let plane = plane(dvec3(0.0, 0.0, z), dvec3(0.0, 0.0, 1.0));
+        nearest(&ray, [(7, Object::Plane(&plane))]).map(|hit| (hit.t_f32(), hit.t_f64()))
+    };
     let edge = 2f64.powi(128) - 2f64.powi(103);
-    assert!(nearest(&ray, at(edge)).is_none());
-    assert_eq!(nearest(&ray, at(edge.next_down())).unwrap().t_f32(), f32::MAX);
-    let tiny = nearest(&ray, at(f64::from_bits(1))).unwrap();
-    assert_eq!(tiny.t_f32().to_bits(), 1);
-    assert_eq!(tiny.t_f64(), f64::from_bits(1));
+    assert!(at(edge).is_none());
+    assert_eq!(at(edge.next_down()).unwrap().0, f32::MAX);
+    let tiny = f64::from_bits(1);
+    assert_eq!(at(tiny), Some((f32::from_bits(1), tiny)));
     // Ties to even in the subnormal range: 2.5 and 3.5 of the smallest.
     let unit = 2f64.powi(-149);
-    assert_eq!(nearest(&ray, at(2.5 * unit)).unwrap().t_f32().to_bits(), 2);
-    assert_eq!(nearest(&ray, at(3.5 * unit)).unwrap().t_f32().to_bits(), 4);
+    assert_eq!(at(2.5 * unit).unwrap().0.to_bits(), 2);
+    assert_eq!(at(3.5 * unit).unwrap().0.to_bits(), 4);
 }
 
 #[test]
 fn sides() {
     let z = dvec3(0.0, 0.0, 1.0);
     let ray = list(DVec3::ZERO, z);
-    let side = |shape: Shape| {
-        let hit = nearest(&ray, [(1, shape)]).unwrap();
-        (hit.side, hit.normal_f32(&ray, &shape))
+    let side = |object: Object| {
+        let hit = nearest(&ray, [(1, object)]).unwrap();
+        (hit.side, hit.normal_f32(&ray))
     };
+    let of_sphere = |center, radius| side(Object::Sphere(&sphere(center, radius)));
+    let of_plane = |point, normal| side(Object::Plane(&plane(point, normal)));
     let toward = [0.0, 0.0, -1.0];
-    assert_eq!(side(sphere(z * 5.0, 1.0)), (Side::Front, toward));
-    assert_eq!(side(sphere(z * 5.0, -1.0)), (Side::Front, toward));
-    assert_eq!(side(sphere(DVec3::ZERO, 1.0)), (Side::Back, toward));
+    assert_eq!(of_sphere(z * 5.0, 1.0), (Side::Front, toward));
+    assert_eq!(of_sphere(z * 5.0, -1.0), (Side::Front, toward));
+    assert_eq!(of_sphere(DVec3::ZERO, 1.0), (Side::Back, toward));
     // From the surface through the sphere, and tangent to it.
-    assert_eq!(side(sphere(z, 1.0)), (Side::Back, toward));
-    assert_eq!(side(sphere(dvec3(3.0, 0.0, 5.0), 3.0)), (Side::Front, [-1.0, 0.0, 0.0]));
-    assert_eq!(side(plane(z, z)), (Side::Back, toward));
-    assert_eq!(side(plane(z, z * -7.0)), (Side::Front, toward));
+    assert_eq!(of_sphere(z, 1.0), (Side::Back, toward));
+    assert_eq!(of_sphere(dvec3(3.0, 0.0, 5.0), 3.0), (Side::Front, [-1.0, 0.0, 0.0]));
+    assert_eq!(of_plane(z, z), (Side::Back, toward));
+    assert_eq!(of_plane(z, z * -7.0), (Side::Front, toward));
 }

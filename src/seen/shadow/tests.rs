@@ -5,22 +5,46 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay, Shape, visible_root};
+use crate::exact::{ExactBeam, ExactPoint, ExactRay, visible_hit};
 use crate::guard::tests::worst::{UNIT, Worst, assert_tight, worst};
 use crate::rays::WorldRay;
+use crate::scene::{Color, Sphere};
 use crate::seen::{PlaneMet, SphereMet};
 
-/// A point in a plane across the x axis, where a ray along that meets it: a point of f64, exactly.
-fn exact_point(at: DVec3) -> ExactPoint {
-    let ray = ExactRay::new(&WorldRay { origin: at - DVec3::X, direction: DVec3::X });
-    let plane = Shape::Plane { point: at, normal: DVec3::X };
-    let (root, side) = visible_root(&ray, &plane).unwrap();
-    let point = ExactPoint::new(&ray, &ExactHit { id: 1, root, side });
-    assert_eq!(point.is_within(0.0, at), Some(true), "{at}");
-    point
+/// A shape of its own.
+#[derive(Clone, Debug)]
+enum Shape {
+    Sphere(Sphere),
+    Plane(Plane),
 }
 
-/// A point near this one that [`exact_point`] takes: its x keeps its digits when 1 is taken away and added again.
+impl Shape {
+    fn sphere(center: DVec3, radius: f64) -> Shape {
+        Shape::Sphere(Sphere { center, radius })
+    }
+
+    fn plane(point: DVec3, normal: DVec3) -> Shape {
+        Shape::Plane(Plane { name: None, point, normal, color: Color::BLACK })
+    }
+
+    fn object(&self) -> Object<'_> {
+        match self {
+            Shape::Sphere(sphere) => Object::Sphere(sphere),
+            Shape::Plane(plane) => Object::Plane(plane),
+        }
+    }
+}
+
+/// Does something with a point in a plane across the x axis, where a ray along that meets it: a point of f64, exactly.
+fn with_exact_point<T>(at: DVec3, then: impl FnOnce(&ExactPoint) -> T) -> T {
+    let ray = ExactRay::new(&WorldRay { origin: at - DVec3::X, direction: DVec3::X });
+    let plane = Shape::plane(at, DVec3::X);
+    let point = ExactPoint::new(&ray, &visible_hit(&ray, 1, plane.object()).unwrap());
+    assert_eq!(point.is_within(0.0, at), Some(true), "{at}");
+    then(&point)
+}
+
+/// A point near this one that [`with_exact_point`] takes: its x keeps its digits when 1 is taken away and added again.
 fn exact_start(at: DVec3) -> DVec3 {
     DVec3::new((at.x - 1.0) + 1.0, at.y, at.z)
 }
@@ -47,22 +71,23 @@ impl Lamp {
     }
 
     fn is_blocked(self, from: DVec3, shape: &Shape) -> bool {
-        let point = exact_point(from);
-        let ray = match self.is_sun {
-            true => ExactBeam::against(&point, self.at),
-            false => ExactBeam::to_position(&point, self.at),
-        };
-        ray.unwrap().is_blocked_by(shape)
+        with_exact_point(from, |point| {
+            let ray = match self.is_sun {
+                true => ExactBeam::against(point, self.at),
+                false => ExactBeam::to_position(point, self.at),
+            };
+            ray.unwrap().is_blocked_by(shape.object())
+        })
     }
 }
 
 /// What is said of an object in the way of a ray.
 fn said<F: Bounded>(ray: &ShadowRay<F>, shape: &Shape) -> Verdict<F> {
-    match *shape {
-        Shape::Sphere { center, radius } => {
+    match shape {
+        &Shape::Sphere(Sphere { center, radius }) => {
             SphereMet::occlude(&SphereMet::new::<F>(center, radius).round(), ray)
         }
-        Shape::Plane { point, normal } => {
+        &Shape::Plane(Plane { point, normal, .. }) => {
             let largest = normal.abs().max_element().log2().floor() as i32;
             let met = PlaneMet::new::<F>(point, normal * 2f64.powi(-largest));
             PlaneMet::occlude(&met.round(), ray)
@@ -93,10 +118,10 @@ fn case(rng: &mut ChaCha8Rng, unit: f64) -> (DVec3, Lamp, Shape) {
     let shape = if rng.random_bool(0.7) {
         let radius = way.length() * rng.random_range(0.01..1.0);
         let across = if s > 0.0 && s < 1.0 { aside } else { vector(rng).normalize() };
-        Shape::Sphere { center: on_ray + across * radius * near, radius }
+        Shape::sphere(on_ray + across * radius * near, radius)
     } else {
         let point = on_ray + aside * way.length();
-        Shape::Plane { point, normal: way.cross(aside) + way * 1e-3 }
+        Shape::plane(point, way.cross(aside) + way * 1e-3)
     };
     (from, lamp, shape)
 }
@@ -154,13 +179,13 @@ fn what_is_said_of_objects_at_the_reference_point_is_right() {
             let way = aside * 2f64.powi(rng.random_range(-12..-2)) - from;
             let away = from.cross(way).length() / way.length();
             let near = rng.random_range(-40.0..40.0) * f64::UNIT * from.length();
-            (Shape::Sphere { center: DVec3::ZERO, radius: away + near }, way)
+            (Shape::sphere(DVec3::ZERO, away + near), way)
         } else {
             let mut whole = || f64::from(rng.random_range(1..9));
             let normal = DVec3::new(whole(), whole(), whole());
             let near = rng.random_range(-20.0..20.0) * f64::UNIT * from.length();
             from.z = near - (normal.x * from.x + normal.y * from.y) / normal.z;
-            (Shape::Plane { point: DVec3::ZERO, normal }, normal + vector(&mut rng))
+            (Shape::plane(DVec3::ZERO, normal), normal + vector(&mut rng))
         };
         let lamp = Lamp { at: -way, is_sun: true };
         let ray = ShadowRay::new(&Aim::<f64>::new(lamp.origin()), V3(from.to_array()), 0.0);
@@ -235,7 +260,7 @@ fn statements_of_moved_lamps(n: usize, part: f64) -> Vec<String> {
         let ray = ShadowRay::new(&Aim::<f64>::new(moved_lamp), V3(from.to_array()), 0.0);
         let (end_error, bend) = (ray.end_error * part, ray.bend * part);
         let ray = ShadowRay { end_error, bend, unit: part * f64::UNIT, ..ray };
-        let shape = Shape::Sphere { center, radius };
+        let shape = Shape::sphere(center, radius);
         let said = says(SphereMet::occlude(&SphereMet::new::<f64>(moved_center, radius), &ray));
         let expected = if lamp.is_blocked(from, &shape) { BLOCKED } else { CLEAR };
         if said != OPEN && said != expected {

@@ -20,7 +20,7 @@ use std::sync::{Arc, LazyLock};
 use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
-use kugelblitz::exact::{ExactPixels, ExactRay, Shape, nearest};
+use kugelblitz::exact::{ExactPixels, ExactRay, nearest};
 use kugelblitz::prepare::Scaled;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Camera, Color, Plane, Samples, Scene, parse_scene};
@@ -512,14 +512,9 @@ fn exact_arithmetic_alone() {
         let mut check = Check::new(case, &Device::Cpu);
         let [width, height] = case.size;
         let whole = check.session.pixels(width, height).unwrap();
-        let shapes = case.scene.objects().map(|(id, object)| (id, Shape::from(object)));
-        let shapes: Vec<(u32, Shape)> = shapes.collect();
-        let hit = |ray: &ExactRay| match nearest(ray, shapes.iter().copied()) {
+        let hit = |ray: &ExactRay| match nearest(ray, case.scene.objects()) {
             None => MISS,
-            Some(hit) => {
-                let normal = hit.normal_f32(ray, &shapes[hit.id as usize - 1].1);
-                Hit { id: hit.id, t: hit.t_f32(), normal }
-            }
+            Some(hit) => Hit { id: hit.id, t: hit.t_f32(), normal: hit.normal_f32(ray) },
         };
         let exact = ExactPixels::new(&whole);
         let found: Vec<Hit> = case.judged.iter().map(|&[x, y]| hit(&exact.ray(x, y))).collect();

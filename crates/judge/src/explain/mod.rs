@@ -30,7 +30,7 @@ pub use words::{Lang, Remark};
 
 use kugelblitz::Result;
 use kugelblitz::control::Control;
-use kugelblitz::exact::{Root, Shape, Side, nearest, plane_numbers, signum_of_discriminant};
+use kugelblitz::exact::{Root, Side, nearest, plane_numbers, signum_of_discriminant};
 use kugelblitz::memory;
 use kugelblitz::plain::steers;
 use kugelblitz::prepare::Prepared;
@@ -368,8 +368,7 @@ fn shortened(text: &str, n_chars: usize) -> String {
 
 fn winner(numbers: &RayNumbers) -> Option<Winner> {
     let hit = numbers.hit.as_ref()?;
-    let shape = Shape::from(numbers.scene.object(hit.id)?);
-    let normal = hit.normal(&numbers.exact, &shape)?;
+    let normal = hit.normal(&numbers.exact)?;
     Some(Winner {
         id: hit.id,
         label: numbers.label(hit.id),
@@ -397,7 +396,7 @@ fn ranked(numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, LeftOut) {
     let scene = numbers.scene;
     let rank = |id: u32| {
         let object = scene.object(id)?;
-        let root = numbers.root(object);
+        let root = numbers.root(id);
         let key = match &root {
             Some(root) => root.to_f64(),
             None => numbers.gap(object).0,
@@ -406,11 +405,10 @@ fn ranked(numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, LeftOut) {
     };
     let ids = 1..=scene.n_objects() as u32;
     let mut ranks: Vec<Rank> = ids.into_par_iter().filter_map(rank).collect();
-    let shape = |id| scene.object(id).map(Shape::from);
     let order = |a: &Rank, b: &Rank| {
         // Rounding keeps the order, so only equal f64 need the exact comparison, and none of equal objects.
         let exact = || match (&a.root, &b.root) {
-            (Some(x), Some(y)) if shape(a.id) != shape(b.id) => x.cmp(y),
+            (Some(x), Some(y)) if scene.object(a.id) != scene.object(b.id) => x.cmp(y),
             _ => std::cmp::Ordering::Equal,
         };
         (a.root.is_none().cmp(&b.root.is_none()))
@@ -428,10 +426,11 @@ fn left_out(numbers: &RayNumbers, ranks: &[Rank]) -> LeftOut {
     let is_behind = |rank: &&Rank| match numbers.scene.object(rank.id) {
         Some(object) if rank.root.is_some() || is_clearly_missed(&numbers.near, &object) => false,
         Some(Object::Sphere(s)) => {
-            signum_of_discriminant(&numbers.exact, s.center, s.radius).is_some_and(|sign| sign >= 0)
+            signum_of_discriminant(&numbers.exact, s).is_some_and(|sign| sign >= 0)
         }
-        Some(Object::Plane(p)) => plane_numbers(&numbers.exact, p.point, p.normal)
-            .is_some_and(|plane| plane.denominator.signum() != 0),
+        Some(Object::Plane(p)) => {
+            plane_numbers(&numbers.exact, p).is_some_and(|plane| plane.denominator.signum() != 0)
+        }
         None => false,
     };
     let behind = ranks.par_iter().filter(is_behind).count();

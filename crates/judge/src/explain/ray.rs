@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use kugelblitz::Result;
-use kugelblitz::exact::{Dyadic, ExactHit, ExactRay, Root, Shape, visible_root};
+use kugelblitz::exact::{Dyadic, ExactHit, ExactRay, Root, visible_hit};
 use kugelblitz::kernel::lecture::{plane_quotient, quadratic, quadratic_roots};
 use kugelblitz::kernel::plain::{PlainRay, PlainRays};
 use kugelblitz::kernel::relative::{PlaneStable, SphereStable, approach, half_root, roots_stable};
@@ -41,7 +41,7 @@ pub struct RayNumbers<'a> {
     pub words: &'static Words,
     pub digits: usize,
     /// What the ray sees, exactly.
-    pub hit: Option<ExactHit>,
+    pub hit: Option<ExactHit<'a>>,
     /// All that lights the scene; `None` where a pixel shows the colour of its object.
     pub lighting: Option<Lighting>,
     /// What the kernels `lecture`, `stable` and `double` make of the light, whatever they see.
@@ -104,11 +104,12 @@ impl<'a> RayNumbers<'a> {
     }
 
     /// The exact `t` at which the ray meets an object.
-    pub fn root(&self, object: Object) -> Option<Root> {
+    pub fn root(&self, id: u32) -> Option<Root> {
+        let object = self.scene.object(id)?;
         if is_clearly_missed(&self.near, &object) {
             return None;
         }
-        visible_root(&self.exact, &Shape::from(object)).map(|(root, _)| root)
+        visible_hit(&self.exact, id, object).map(|hit| hit.root)
     }
 
     /// How far the half line passes from a surface that it misses, and whether its origin is as near as any

@@ -75,8 +75,8 @@ impl ObjectExplanation {
             why.push(Remark::of(phrase, [digits(gap, 4)]));
         }
         if self.reason == Reason::Visible {
-            let root = |id| numbers.root(numbers.scene.object(id)?);
-            let tied = |&id: &u32| root(id).as_ref() == numbers.hit.as_ref().map(|hit| &hit.root);
+            let root = numbers.hit.as_ref().map(|hit| &hit.root);
+            let tied = |&id: &u32| numbers.root(id).as_ref() == root;
             let others = self.id + 1..=numbers.scene.n_objects() as u32;
             if let Some(other) = others.into_par_iter().find_first(tied) {
                 why.push(of_object(words.tie, other));

@@ -1,10 +1,10 @@
 //! [`Shading`]: light and colour in f32, in f64 and exactly.
 
 use glam::DVec3;
-use kugelblitz::exact::{ExactPixels, Root, Shape, Side, integer, real};
+use kugelblitz::exact::{ExactPixels, Root, Side, integer, real};
 use kugelblitz::num::{Real as _, V3};
 use kugelblitz::rays::{Pixels, Rays, View};
-use kugelblitz::scene::{Camera, Edges, Light, Scene, Source};
+use kugelblitz::scene::{Camera, Edges, Light, Object, Plane, Scene, Source, Sphere};
 use kugelblitz::shade::{ExactMean, Lamp, LampOrigin, Lighting, PlainPoint, PlainWay};
 use rayon::prelude::*;
 
@@ -36,8 +36,8 @@ pub(super) fn lighting(scene: &Scene, rays: &Rays) -> Option<Lighting> {
 }
 
 /// The point that a ray sees, exactly.
-pub(super) struct Point {
-    lit: LitPoint,
+pub(super) struct Point<'a> {
+    lit: LitPoint<'a>,
     at: [Root; 3],
     /// The unit normal that faces the ray.
     normal: [Root; 3],
@@ -98,20 +98,20 @@ impl RayNumbers<'_> {
     }
 
     /// The point that the ray sees, what the formulas say of it, and itself.
-    pub fn point(&self) -> Option<(PointExplanation, Point)> {
+    pub fn point(&self) -> Option<(PointExplanation, Point<'_>)> {
         let hit = self.hit.as_ref()?;
-        let lit = LitPoint::new(self.scene, &self.exact, hit, &self.near)?;
+        let lit = LitPoint::new(&self.exact, hit, &self.near);
         let (mut told, [o, d]) = self.derivation();
         let t = number("t", hit.root.clone());
         let p = o + V3([t; 3]).times(d);
         told.line("p", &p.0, Numbers);
-        let (letter, off, outward) = match lit.shape {
-            Shape::Sphere { center, radius } => {
+        let (letter, off, outward) = match hit.object {
+            Object::Sphere(&Sphere { center, radius }) => {
                 let (c, r) = (vector_of_scene("c", center), of_scene("r", radius));
                 told.line("", &(p - c).0, Numbers);
                 ("n", off_sphere(p - c, r), (p - c) / r)
             }
-            Shape::Plane { point, normal } => {
+            Object::Plane(&Plane { point, normal, .. }) => {
                 let (a, n) = (vector_of_scene("a", point), vector_of_scene("n", normal));
                 told.line("", &(p - a).0, Numbers);
                 let length = n.dot(n).sqrt();
@@ -348,19 +348,19 @@ impl<'a> ExactWay<'a> {
     ) -> Option<ExactWay<'a>> {
         let lamp = &lighting.lamps[index];
         let beam = point.beam(lamp)?;
-        let cosine = match beam.slope(&point.shape) {
+        let cosine = match beam.slope() {
             None => zero(),
             Some((sign, cosine)) => {
                 let magnitude = enclosed(|n_bits| Some(cosine.enclose(n_bits)));
                 if sign < 0 { magnitude.negated() } else { magnitude }
             }
         };
-        let root = |shape: Shape| enclosed(|n_bits| beam.first_root(&shape, n_bits));
+        let root = |object| enclosed(|n_bits| beam.first_root(object, n_bits));
         let mut all = point.in_the_way(scene, lamp, &beam);
         let hidden_by = match lamp.light {
             _ if cosine.signum() <= 0 => None,
             None => all.next().map(|(id, _)| (zero(), id)),
-            Some(_) => all.map(|(id, shape)| (root(shape), id)).min(),
+            Some(_) => all.map(|(id, object)| (root(object), id)).min(),
         };
         let verdict = match (cosine.signum(), &hidden_by) {
             (-1, _) => LightVerdict::Behind,

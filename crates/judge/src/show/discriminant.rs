@@ -88,7 +88,7 @@ impl<'a> Discriminants<'a> {
         if m > guard.outer2 {
             return -1;
         }
-        signum_of_discriminant(&self.exact.ray(x, y), sphere.center, sphere.radius).unwrap_or(-1)
+        signum_of_discriminant(&self.exact.ray(x, y), sphere).unwrap_or(-1)
     }
 }
 

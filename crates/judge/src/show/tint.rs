@@ -197,9 +197,7 @@ pub fn tints(
 /// to.
 fn is_front(scene: &Scene, id: u32, origin: DVec3, direction: DVec3) -> bool {
     match scene.object(id) {
-        Some(Object::Sphere(sphere)) => {
-            exact::is_outside(origin, sphere.center, sphere.radius).unwrap_or(true)
-        }
+        Some(Object::Sphere(sphere)) => exact::is_outside(origin, sphere).unwrap_or(true),
         Some(Object::Plane(plane)) => direction.dot(plane.normal) <= 0.0,
         None => true,
     }

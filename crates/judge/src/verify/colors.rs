@@ -117,19 +117,19 @@ impl ColorTruth {
 
 /// Ids that the samples of a pixel see, and the points that light may fall on. `of_samples` are the
 /// samples of the picture, as pixels and exactly.
-pub(crate) fn samples_of_pixel(
-    scene: &Scene,
+pub(crate) fn samples_of_pixel<'a>(
+    scene: &'a Scene,
     lighting: Option<&Lighting>,
     (of_samples, rays): (&Pixels, &ExactPixels),
     n_samples: u32,
     (x, y): (u32, u32),
-) -> Vec<(u32, Option<LitPoint>)> {
+) -> Vec<(u32, Option<LitPoint<'a>>)> {
     let sample = |at: u32| {
         let (x, y) = (x * n_samples + at % n_samples, y * n_samples + at / n_samples);
         let near = Near::of_pixel(of_samples, (x, y));
         let exact = rays.ray(x, y);
         let Some(hit) = hit_of(scene, &exact, &near) else { return (0, None) };
-        (hit.id, lighting.and_then(|_| LitPoint::new(scene, &exact, &hit, &near)))
+        (hit.id, lighting.map(|_| LitPoint::new(&exact, &hit, &near)))
     };
     (0..n_samples * n_samples).into_par_iter().map(sample).collect()
 }

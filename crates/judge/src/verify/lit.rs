@@ -2,31 +2,27 @@
 //! clearly rule out is looked at; no tree, no filter and none of its bounds take part.
 
 use glam::DVec3;
-use kugelblitz::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay, Shape};
+use kugelblitz::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay};
 use kugelblitz::num::Scaled;
-use kugelblitz::scene::Scene;
+use kugelblitz::scene::{Object, Scene};
 use kugelblitz::shade::{ExactMean, Lamp, LampOrigin, Lighting};
 
 use super::truth::{GRANTED, Line, Near};
 
 /// A point that a ray sees.
 #[derive(Debug)]
-pub(crate) struct LitPoint {
-    /// The object's.
-    pub shape: Shape,
-    /// The point.
-    pub exact: ExactPoint,
+pub(crate) struct LitPoint<'a> {
+    exact: ExactPoint<'a>,
     /// The point in f64, relative to the eye.
     from_eye: DVec3,
     eye: DVec3,
 }
 
-impl LitPoint {
+impl<'a> LitPoint<'a> {
     /// The point of a hit. `near` is the ray in f64, relative to the eye.
-    pub fn new(scene: &Scene, ray: &ExactRay, hit: &ExactHit, near: &Near) -> Option<LitPoint> {
-        let shape = Shape::from(scene.object(hit.id)?);
+    pub fn new(ray: &ExactRay, hit: &ExactHit<'a>, near: &Near) -> LitPoint<'a> {
         let from_eye = near.ray.origin + near.ray.direction * hit.t_f64();
-        Some(LitPoint { shape, exact: ExactPoint::new(ray, hit), from_eye, eye: near.reference })
+        LitPoint { exact: ExactPoint::new(ray, hit), from_eye, eye: near.reference }
     }
 
     /// The way to a lamp.
@@ -34,20 +30,19 @@ impl LitPoint {
         lamp.beam(&self.exact, self.eye)
     }
 
-    /// Ids and shapes of the objects that are in the way of a lamp's light, its own among them.
-    pub fn in_the_way<'a>(
-        &'a self,
-        scene: &'a Scene,
-        lamp: &'a Lamp,
-        beam: &'a ExactBeam,
-    ) -> impl Iterator<Item = (u32, Shape)> + 'a {
+    /// The objects that are in the way of a lamp's light, with their ids, its own among them.
+    pub fn in_the_way<'s>(
+        &self,
+        scene: &'s Scene,
+        lamp: &'s Lamp,
+        beam: &'s ExactBeam,
+    ) -> impl Iterator<Item = (u32, Object<'s>)> {
         let line = self.line(lamp);
         scene
             .objects()
             .filter(move |_| lamp.shadows)
             .filter(move |(_, object)| !line.clearly_passes(object))
-            .map(|(id, object)| (id, Shape::from(object)))
-            .filter(|(_, shape)| beam.is_blocked_by(shape))
+            .filter(|(_, object)| beam.is_blocked_by(*object))
     }
 
     fn line(&self, lamp: &Lamp) -> Line {
@@ -69,12 +64,12 @@ impl LitPoint {
 pub(crate) fn exact_mean<'a>(
     scene: &Scene,
     lighting: Option<&'a Lighting>,
-    samples: impl IntoIterator<Item = (u32, Option<&'a LitPoint>)>,
+    samples: impl IntoIterator<Item = (u32, Option<&'a LitPoint<'a>>)>,
 ) -> ExactMean<'a> {
     let samples: Vec<_> = samples.into_iter().collect();
     let mut mean = ExactMean::new(samples.len() as u64, lighting);
     for (id, point) in samples {
-        let at = point.map(|point| (&point.exact, &point.shape, point.eye));
+        let at = point.map(|point| (&point.exact, point.eye));
         mean.add_sample(scene.color(id).0, at, |(_, lamp), beam| {
             point.is_none_or(|point| point.in_the_way(scene, lamp, beam).next().is_none())
         });
@@ -124,16 +119,17 @@ mod tests {
             let scene =
                 Scene { spheres: vec![sphere].into(), planes: vec![floor], ..Scene::default() };
             let exact = ExactRay::new(&ray);
-            let Some(hit) = nearest(&exact, [(2, Shape::from(&scene.planes[0]))]) else { continue };
+            let Some(hit) = nearest(&exact, [(2, Object::Plane(&scene.planes[0]))]) else {
+                continue;
+            };
             let near = Near { reference: eye, ray: WorldRay { origin: DVec3::ZERO, ..ray } };
-            let Some(point) = LitPoint::new(&scene, &exact, &hit, &near) else { continue };
+            let point = LitPoint::new(&exact, &hit, &near);
             let weight = std::array::from_fn(|_| Dyadic::one());
             let lamp =
                 Lamp { light: None, origin, weight: [1.0; 3], exact_weight: weight, shadows: true };
             let Some(beam) = point.beam(&lamp) else { continue };
-            let all = scene.objects().map(|(id, object)| (id, Shape::from(object)));
-            let expected: Vec<u32> =
-                all.filter(|(_, shape)| beam.is_blocked_by(shape)).map(|(id, _)| id).collect();
+            let blocking = scene.objects().filter(|(_, object)| beam.is_blocked_by(*object));
+            let expected: Vec<u32> = blocking.map(|(id, _)| id).collect();
             let found: Vec<u32> =
                 point.in_the_way(&scene, &lamp, &beam).map(|(id, _)| id).collect();
             assert_eq!(found, expected, "{ray:?} {lamp:?} {sphere:?}");

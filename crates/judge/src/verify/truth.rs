@@ -3,7 +3,7 @@
 use glam::DVec3;
 use kugelblitz::Result;
 use kugelblitz::control::Control;
-use kugelblitz::exact::{self, ExactHit, ExactPixels, ExactRay, Root, Shape, Side};
+use kugelblitz::exact::{self, ExactHit, ExactPixels, ExactRay, Root, Side};
 use kugelblitz::num::Scaled;
 use kugelblitz::random::SplitMix;
 use kugelblitz::rays::{Pixels, Rays};
@@ -54,7 +54,7 @@ impl Truth {
         let rays = ExactRays::from(rays);
         Truth::new(index, control, |i| {
             let exact = rays.exact(i);
-            TrueHit::of(scene, &exact, hit_of(scene, &exact, &rays.near(i)))
+            TrueHit::of(&exact, hit_of(scene, &exact, &rays.near(i)))
         })
     }
 
@@ -73,7 +73,7 @@ impl Truth {
         Truth::new((0..ids.len()).collect(), control, |i| {
             let Some(object) = scene.object(ids[i]) else { return TrueHit::NONE };
             let ray = rays.exact(i);
-            TrueHit::of(scene, &ray, exact::nearest(&ray, [(ids[i], Shape::from(object))]))
+            TrueHit::of(&ray, exact::nearest(&ray, [(ids[i], object)]))
         })
     }
 
@@ -171,9 +171,9 @@ impl TrueHit {
     const NONE: TrueHit =
         TrueHit { id: 0, t: f64::INFINITY, normal: [0.0; 3], normal_f32: [0.0; 3], is_back: false };
 
-    fn of(scene: &Scene, ray: &ExactRay, hit: Option<ExactHit>) -> TrueHit {
+    fn of(ray: &ExactRay, hit: Option<ExactHit>) -> TrueHit {
         let Some(hit) = hit else { return TrueHit::NONE };
-        let normal = scene.object(hit.id).and_then(|object| hit.normal(ray, &object.into()));
+        let normal = hit.normal(ray);
         TrueHit {
             id: hit.id,
             t: hit.t_f64(),
@@ -186,12 +186,9 @@ impl TrueHit {
 
 /// The hit of a ray, by exact arithmetic on every object that f64 does not clearly rule out. No
 /// hierarchy: this is what one is judged by.
-pub(super) fn hit_of(scene: &Scene, ray: &ExactRay, near: &Near) -> Option<ExactHit> {
-    let objects = scene
-        .objects()
-        .filter(|(_, object)| !is_clearly_missed(near, object))
-        .map(|(id, object)| (id, Shape::from(object)));
-    exact::nearest(ray, objects)
+pub(super) fn hit_of<'a>(scene: &'a Scene, ray: &ExactRay, near: &Near) -> Option<ExactHit<'a>> {
+    let objects = scene.objects();
+    exact::nearest(ray, objects.filter(|(_, object)| !is_clearly_missed(near, object)))
 }
 
 /// True where the line of a ray whose numbers are exact to f64 passes a sphere at a distance, and so
