@@ -1,4 +1,4 @@
-//! What floats are off by, and how large they may become.
+//! What the host's numbers are off by.
 //!
 //! A formula in f32 may run on a device: its unit `ε`, its quotients and its roots are those of [`super`], wherever it runs, and a
 //! number that comes from f64 is off by half a unit. In f64, which is the host's alone, what comes from f64 is what it is. The
@@ -7,41 +7,6 @@
 use super::InputError;
 use crate::num::Float;
 use crate::rays::Lens;
-
-/// A float that the host finds bounds in.
-pub trait Bounded: Float {
-    /// `ε`
-    const ROUNDING: f64;
-    /// What a number that comes from f64 is off by, in units.
-    const ROUNDED: f64;
-    /// Numbers up to this and above its inverse have squares in range, and these inverses.
-    const LARGEST_ROOT: f64;
-    /// The largest number.
-    const LARGEST: f64;
-    /// An error that leaves all open that lies within [`Float::FARTHEST`], with a square in range.
-    const UNKNOWN: f64;
-}
-
-impl Bounded for f32 {
-    const ROUNDING: f64 = f32::UNIT;
-    const ROUNDED: f64 = 0.5;
-    // No test sees it halved: the range may be smaller.
-    const LARGEST_ROOT: f64 = (1u64 << 50) as f64;
-    // No bound.
-    const LARGEST: f64 = f32::MAX as f64;
-    // No test sees it halved: half of it is still twice the range.
-    const UNKNOWN: f64 = (1u64 << 62) as f64;
-}
-
-impl Bounded for f64 {
-    const ROUNDING: f64 = f64::UNIT;
-    const ROUNDED: f64 = 0.0;
-    const LARGEST_ROOT: f64 = (1u128 << 100) as f64 * (1u128 << 100) as f64;
-    // No bound.
-    const LARGEST: f64 = f64::MAX;
-    // No test sees it halved: half of it is still twice the range.
-    const UNKNOWN: f64 = (1u128 << 121) as f64 * (1u128 << 121) as f64;
-}
 
 /// Unit of the host's rounding of f64, which is to the nearest.
 pub const HOST_UNIT_F64: f64 = 0.5 * f64::UNIT;

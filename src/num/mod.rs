@@ -133,6 +133,16 @@ pub trait Float: Real<One = Self, Mask = bool, Id = u32> + Default + Send + Sync
     /// ([`POINT`](crate::guard::steps::POINT)), such a point is less than `1.4 + 1` times [`Float::FARTHEST`] from the reference
     /// point: squares of its distances stay in range, and it is closer to every object than what stands for "anywhere".
     const KNOWN: f64;
+    /// What a number that comes from f64 is off by, in units.
+    const ROUNDED: f64;
+    /// Numbers up to this and above its inverse have squares in range, and these inverses. No test sees it halved: the range may
+    /// be smaller.
+    const LARGEST_ROOT: f64;
+    /// The largest number. No bound.
+    const LARGEST: f64;
+    /// An error that leaves all open that lies within [`Float::FARTHEST`], with a square in range. No test sees it halved: half of
+    /// it is still twice the range.
+    const UNKNOWN: f64;
 
     /// The nearest number.
     fn near(x: f64) -> Self;
@@ -243,6 +253,7 @@ macro_rules! machine_number {
         impl Float for $float {
             type Bits = $bits;
             $(const $name: f64 = two_to($exponent);)*
+            const LARGEST: f64 = $float::MAX as f64;
 
             #[inline(always)]
             fn near(x: f64) -> $float {
@@ -268,9 +279,10 @@ macro_rules! machine_number {
 }
 
 machine_number!(f32, u32, round_down, round_up, UNIT: -23,
-    FARTHEST: 60, SMALLEST: -40, TINY: -90, LEAST: -100, BEYOND: 100, KNOWN: 39);
+    FARTHEST: 60, SMALLEST: -40, TINY: -90, LEAST: -100, BEYOND: 100, KNOWN: 39, ROUNDED: -1, LARGEST_ROOT: 50, UNKNOWN: 62);
 machine_number!(f64, u64, std::convert::identity, std::convert::identity, UNIT: -52,
-    FARTHEST: 240, SMALLEST: -160, TINY: -720, LEAST: -1023, BEYOND: 400, KNOWN: 190);
+    FARTHEST: 240, SMALLEST: -160, TINY: -720, LEAST: -1023, BEYOND: 400, KNOWN: 190, ROUNDED: -1023, LARGEST_ROOT: 200,
+    UNKNOWN: 242);
 
 impl Mask for bool {
     #[inline(always)]

@@ -5,7 +5,6 @@ use glam::DVec3;
 use super::shadow::{OF_PLANE, OF_SLOPE, Occluder, ShadowRay, Verdict};
 use super::{Bounds, Eye, Lengths, Seen, Surface, record};
 use crate::exact::{ExactRay, plane_numbers};
-use crate::guard::host::Bounded;
 use crate::guard::{self, ROOM, length_bound, length_bounds, rows, steps};
 use crate::num::{Float, Real, V3};
 use crate::num::{Scaled, power_of_two};
@@ -186,11 +185,11 @@ record! {
 impl PlaneMet<f64> {
     /// For arithmetic of `F`, with a point from the reference point and a normal that is [`Scaled`]; all is left open where its
     /// range is left.
-    pub fn new<F: Bounded>(point: DVec3, normal: DVec3) -> PlaneMet<f64> {
+    pub fn new<F: Float>(point: DVec3, normal: DVec3) -> PlaneMet<f64> {
         let (length, place) = (length_bound(normal), length_bound(point));
         let (point, place) = match place < F::LARGEST_ROOT {
             true => (point, place),
-            false => (DVec3::ZERO, F::UNKNOWN / F::ROUNDING),
+            false => (DVec3::ZERO, F::UNKNOWN / F::UNIT),
         };
         PlaneMet { point: V3(point.to_array()), normal: V3(normal.to_array()), length, place }
     }
@@ -202,7 +201,7 @@ impl Occluder for PlaneMet<f64> {
     /// product of the lengths for the dot product. A sun's end has the sign of `−n·w`, off by `3ε|n||w|` alone, and their
     /// zeros are exact; so its ray surely runs along a plane where each product is one with 0, and then misses it.
     #[inline(always)]
-    fn occlude<R: Real<One: Bounded>>(met: &PlaneMet<R>, ray: &ShadowRay<R>) -> Verdict<R> {
+    fn occlude<R: Real>(met: &PlaneMet<R>, ray: &ShadowRay<R>) -> Verdict<R> {
         // No test sees the 2 halved: in f32 ½ is for the normal, and ½ is room.
         let (lit, zero, more) = (R::lit, R::lit(0.0), 2.0 * R::One::ROUNDED);
         let &PlaneMet { point, normal, length: n, place } = met;

@@ -11,7 +11,7 @@
 //!   through the surface, and it is in the way. A sun's ray ends beyond everything: `q₁²` is the largest number.
 //! - else it is open.
 //!
-//! With the unit `ε` of [`Bounded`], and `l` the computed offset of the centre `c` from `p`
+//! With the unit `ε` of [`Float`], and `l` the computed offset of the centre `c` from `p`
 //! (both relative to the reference point), `E` sums up:
 //! - the point's own error, which at the far end is the same or less;
 //! - `ε|c|` and `ε|L|` for the differences of centre and light to the reference point, `ε|w|` for
@@ -33,10 +33,10 @@
 //! well whether its light is near or `10²⁵` away.
 //!
 //! # In f32
-//! There operations take whole units, and numbers are rounded that come from f64 ([`Bounded`]), by ½: `c` and `L`,
+//! There operations take whole units, and numbers are rounded that come from f64 ([`Float`]), by ½: `c` and `L`,
 //! for which the `ε` of their differences stands; `r`, with `½εr` more in `E`; a sun's direction, which turns its ray by `ε`
 //! at most and moves it by `½ε|l|` up to the foot ([`Float::near_or_least`] adds `2⁻¹⁰⁰`); a plane's normal, with `½ε|n|` times `|l|`, `|w|` or both. So with
-//! [`Bounded::ROUNDED`] units more for each, and `OF_PLANE` and `OF_SLOPE` with as much again for what f64 has by its larger
+//! [`Float::ROUNDED`] units more for each, and `OF_PLANE` and `OF_SLOPE` with as much again for what f64 has by its larger
 //! unit: at a plane's end `|l| + 4|l − w|`, with the normal `|l| + 4.5|l − w|`.
 //!
 //! # Balls
@@ -46,7 +46,6 @@
 use glam::DVec3;
 
 use super::{In, PlaneMet, Record, SphereMet};
-use crate::guard::host::Bounded;
 use crate::guard::{ROOM, length_bound, steps};
 use crate::num::fields::{fields, words};
 use crate::num::{Float, Real, Scaled, V3};
@@ -114,7 +113,7 @@ pub struct Aim<R> {
 
 fields! { Aim { from_point: num, to: vec, away: num, turned: num, last: num, end2: num } }
 
-impl<R: Real<One: Bounded>> Aim<R> {
+impl<R: Real> Aim<R> {
     /// At a light.
     pub fn new(origin: Origin) -> Aim<R> {
         let lit = R::lit;
@@ -129,7 +128,7 @@ impl<R: Real<One: Bounded>> Aim<R> {
                 to: V3((-direction).to_array().map(|x| R::splat(R::One::near_or_least(x)))),
                 away: zero,
                 // No test sees it cut: [`OF_COSINE`] grants more.
-                turned: lit(2.0 * R::One::ROUNDED * R::One::ROUNDING),
+                turned: lit(2.0 * R::One::ROUNDED * R::One::UNIT),
                 last: largest,
                 end2: largest,
             },
@@ -172,15 +171,6 @@ fields! {
     ShadowRay {
         start: vec, way: vec, length: num, inv_square: num, inv_length: num, error: num, end_error: num, bend: num,
         from_point: num, last: num, end2: num, turned: num, unit: num,
-    }
-}
-
-impl<R: Real> ShadowRay<R> {
-    /// How far beside it the true way may be, but for the rounding of a sun's direction.
-    #[inline(always)]
-    #[track_caller]
-    pub fn beside(&self) -> R {
-        R::lit(ROOM) * (self.error + self.end_error)
     }
 }
 
@@ -247,7 +237,7 @@ impl Verdict<f64> {
 /// An object as shadow rays meet it.
 pub trait Occluder: Record {
     /// Whether it is in the way of one that does not start on it.
-    fn occlude<R: Real<One: Bounded>>(met: &In<Self, R>, ray: &ShadowRay<R>) -> Verdict<R>;
+    fn occlude<R: Real>(met: &In<Self, R>, ray: &ShadowRay<R>) -> Verdict<R>;
 }
 
 /// Any object as shadow rays meet it.
@@ -259,7 +249,7 @@ pub enum Met<F: Copy> {
     Plane(PlaneMet<F>),
 }
 
-impl<F: Bounded> Met<F> {
+impl<F: Float> Met<F> {
     /// For arithmetic of `F`, from a reference point.
     pub fn new(object: Object, reference: DVec3) -> Met<F> {
         match object {
@@ -291,12 +281,12 @@ impl Met<f32> {
     }
 }
 
-impl<R: Real<One: Bounded>> ShadowRay<R> {
+impl<R: Real> ShadowRay<R> {
     /// From a point that is off by `error`. Where the light is too close to it, nothing is known.
     #[inline(always)]
     pub fn new(aim: &Aim<R>, start: V3<R>, error: R) -> ShadowRay<R> {
         let lit = R::lit;
-        let (unit, unknown) = (lit(R::One::ROUNDING), lit(R::One::UNKNOWN));
+        let (unit, unknown) = (lit(R::One::UNIT), lit(R::One::UNKNOWN));
         let most2 = R::One::LARGEST_ROOT * R::One::LARGEST_ROOT;
         let (least2, most2) = (lit(1.0 / most2), lit(most2));
         let way = aim.to - start * aim.from_point;
@@ -325,6 +315,13 @@ impl<R: Real<One: Bounded>> ShadowRay<R> {
             turned: R::select(is_apart, turned, unknown) + aim.turned,
             unit,
         }
+    }
+
+    /// How far beside it the true way may be, but for the rounding of a sun's direction.
+    #[inline(always)]
+    #[track_caller]
+    pub fn beside(&self) -> R {
+        R::lit(ROOM) * (self.error + self.end_error)
     }
 
     /// Rays side by side that are all like this one.
@@ -357,7 +354,7 @@ impl<R: Real<One: Bounded>> ShadowRay<R> {
         let (lit, zero, one) = (R::lit, R::lit(0.0), R::lit(1.0));
         let cosine = normal.dot(self.way) * self.inv_length;
         // No test sees the 2 cut: in f32 `turned` and the normal's error grant them, too.
-        let rounding = (OF_COSINE + 2.0 * R::One::ROUNDED) * R::One::ROUNDING;
+        let rounding = (OF_COSINE + 2.0 * R::One::ROUNDED) * R::One::UNIT;
         let error = lit(ROOM) * (normal_error + self.turned) + lit(rounding);
         // What is not a number says nothing.
         let (low, high) = (cosine - error, cosine + error);

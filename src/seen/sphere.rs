@@ -6,7 +6,6 @@ use super::{Bounds, Eye, Lengths, Ray, Record, Seen, Surface, record};
 use glam::DVec3;
 
 use crate::exact::{ExactRay, sphere_numbers};
-use crate::guard::host::Bounded;
 use crate::guard::rows::{CHORD, LEAST_WIDTHS};
 use crate::guard::{self, Guard, InputError, ROOM, Reach, length_bound, length_bounds, steps};
 use crate::num::{Float, Mask, Real, V3};
@@ -509,11 +508,11 @@ record! {
 impl SphereMet<f64> {
     /// For arithmetic of `F`, with a centre from the reference point; all is left open where its range is left. No test sees the
     /// rounding of the radius left out: `OF_OFFSET` grants more of at least as long a way.
-    pub fn new<F: Bounded>(center: DVec3, radius: f64) -> SphereMet<f64> {
+    pub fn new<F: Float>(center: DVec3, radius: f64) -> SphereMet<f64> {
         let r = radius.abs();
         let largest = center.abs().max_element();
         if !(1.0 / F::LARGEST_ROOT < r && r.max(largest) < F::LARGEST_ROOT) {
-            return SphereMet { center: V3([0.0; 3]), r: 1.0, place: F::UNKNOWN / F::ROUNDING };
+            return SphereMet { center: V3([0.0; 3]), r: 1.0, place: F::UNKNOWN / F::UNIT };
         }
         let place = OF_PLACE * largest + F::ROUNDED * r;
         SphereMet { center: V3(center.to_array()), r, place }
@@ -521,7 +520,7 @@ impl SphereMet<f64> {
 
     /// A sphere of a scene from a reference point, in numbers of `F`.
     #[inline(always)]
-    pub fn met_from<F: Bounded>(sphere: &Sphere, reference: DVec3) -> SphereMet<F> {
+    pub fn met_from<F: Float>(sphere: &Sphere, reference: DVec3) -> SphereMet<F> {
         SphereMet::new::<F>(sphere.center - reference, sphere.radius).round()
     }
 }
@@ -529,7 +528,7 @@ impl SphereMet<f64> {
 impl Occluder for SphereMet<f64> {
     /// [`super::shadow`] has the bounds.
     #[inline(always)]
-    fn occlude<R: Real<One: Bounded>>(met: &SphereMet<R>, ray: &ShadowRay<R>) -> Verdict<R> {
+    fn occlude<R: Real>(met: &SphereMet<R>, ray: &ShadowRay<R>) -> Verdict<R> {
         let (lit, zero) = (R::lit, R::lit(0.0));
         let rounded = R::One::ROUNDED;
         let l = met.center - ray.start;
@@ -557,8 +556,8 @@ impl Occluder for SphereMet<f64> {
 /// Squares of `r − e`, −1 where that is negative, and of `r + e`: what a squared distance must be below, or above, to be
 /// surely inside, or outside.
 #[inline(always)]
-fn squares<R: Real<One: Bounded>>(r: R, e: R) -> (R, R) {
-    let (lit, relative) = (R::lit, OF_SQUARES * R::One::ROUNDING);
+fn squares<R: Real>(r: R, e: R) -> (R, R) {
+    let (lit, relative) = (R::lit, OF_SQUARES * R::One::UNIT);
     let (inner, outer) = (r - e, r + e);
     let inner2 = inner * inner * lit(1.0 - relative);
     let inner2 = R::select(lit(0.0).lt(inner), inner2, lit(-1.0));

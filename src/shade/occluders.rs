@@ -6,8 +6,7 @@ use super::lamp::{Lamp, LampOrigin, Lighting};
 use crate::bvh::{Beam, Bvh, Corners, Enter, Node, Visitor, Walk};
 use crate::certify::Stage;
 use crate::exact::is_outside;
-use crate::guard::host::Bounded;
-use crate::num::Lanes;
+use crate::num::{Float, Lanes};
 use crate::prepare::{Prepared, Scaled, exponent_of, power_of_two};
 use crate::rays::Rays;
 use crate::scene::{Object, Scene, Sphere};
@@ -114,13 +113,13 @@ impl<'a> Occluders<'a> {
     }
 
     /// The listed objects in numbers of `F`.
-    pub fn listed_in<F: Bounded>(&self) -> Vec<Met<F>> {
+    pub fn listed_in<F: Float>(&self) -> Vec<Met<F>> {
         met_from(&self.listed, self.prepared.reference)
     }
 
     /// A sphere in numbers of `F`.
     #[inline(always)]
-    pub fn met<F: Bounded>(&self, sphere: &Sphere) -> SphereMet<F> {
+    pub fn met<F: Float>(&self, sphere: &Sphere) -> SphereMet<F> {
         SphereMet::met_from::<F>(sphere, self.prepared.reference)
     }
 
@@ -228,7 +227,7 @@ impl Visitor for Look<'_> {
 }
 
 /// Some objects as shadow rays meet them.
-fn met_from<F: Bounded>(objects: &[(u32, Object)], reference: DVec3) -> Vec<Met<F>> {
+fn met_from<F: Float>(objects: &[(u32, Object)], reference: DVec3) -> Vec<Met<F>> {
     objects.iter().map(|&(_, object)| Met::new(object, reference)).collect()
 }
 

@@ -27,7 +27,6 @@ use crate::bvh::Walk;
 use crate::certify::{Pack, Surfaces, is_id};
 use crate::control::Control;
 use crate::error::Result;
-use crate::guard::host::Bounded;
 use crate::guard::{LONGEST_IN_F32, length_bound};
 use crate::num::{Float, Lanes, Mask, Real, V3, dispatch, one_by_one};
 use crate::prepare::{CertifiedLamp, CertifiedLighting};
@@ -253,7 +252,7 @@ impl<'a> LightPass<'a, f64> {
     }
 }
 
-impl<'a, F: Bounded + Linear> LightPass<'a, F> {
+impl<'a, F: Linear> LightPass<'a, F> {
     fn new(
         job: Job<'a>,
         occluders: &'a Occluders<'a>,
@@ -276,7 +275,7 @@ impl<'a, F: Bounded + Linear> LightPass<'a, F> {
             lights: lights.collect(),
             listed: occluders.listed_in(),
             ambient: LightBounds { low: ambient(-1.0), high: ambient(1.0) },
-            width: of_roundings(n_terms + OF_COLOR, F::ROUNDING).unwrap_or(f64::INFINITY),
+            width: of_roundings(n_terms + OF_COLOR, F::UNIT).unwrap_or(f64::INFINITY),
             job,
             occluders,
             samples,
@@ -559,7 +558,7 @@ macro_rules! stages {
     ($($stage:ident: $function:ident),+) => {$(
         struct $stage<'a, 'b, F: Float, const N: usize>(&'a LightPass<'b, F>, &'a mut Scratch<F, N>);
 
-        impl<F: Bounded + Linear, const N: usize> WithSimd for $stage<'_, '_, F, N> {
+        impl<F: Linear, const N: usize> WithSimd for $stage<'_, '_, F, N> {
             type Output = ();
 
             #[inline(always)]
@@ -581,7 +580,7 @@ struct Write<'a, 'b, 'c, C, F: Float, const N: usize>(
     &'a mut PixelBlock<'c, C>,
 );
 
-impl<C: Written, F: Bounded + Linear, const N: usize> WithSimd for Write<'_, '_, '_, C, F, N> {
+impl<C: Written, F: Linear, const N: usize> WithSimd for Write<'_, '_, '_, C, F, N> {
     type Output = ();
 
     #[inline(always)]

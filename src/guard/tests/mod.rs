@@ -3,7 +3,7 @@
 pub mod worst;
 
 use self::worst::{UNIT, Worst, assert_tight, worst};
-use super::host::{Bounded, HOST_UNIT_F64, input_in_f64};
+use super::host::{HOST_UNIT_F64, input_in_f64};
 use super::*;
 
 fn vector(x: &[f64]) -> V3<f64> {
@@ -94,7 +94,7 @@ fn the_host_rounds_by_its_unit() {
     let of_product = worst(|[x, y]| (x.mul_add(y, -(x * y)) / (x * y)).abs());
     assert_tight("f64", 1.0, of_product / HOST_UNIT_F64);
     let of_number = worst(|[x, y]| (f64::from((x + y) as f32) / (x + y) - 1.0).abs());
-    assert_tight("from f64", f32::ROUNDED, of_number / f32::ROUNDING);
+    assert_tight("from f64", f32::ROUNDED, of_number / f32::UNIT);
 }
 
 #[test]

@@ -3,8 +3,7 @@
 use std::cell::Cell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::guard::host::Bounded;
-use crate::num::Real;
+use crate::num::{Float, Real};
 use crate::random::SplitMix;
 
 thread_local! {
@@ -12,7 +11,7 @@ thread_local! {
 }
 
 /// The unit of [`Worst`].
-pub const UNIT: f64 = <f32 as Bounded>::ROUNDING;
+pub const UNIT: f64 = f32::UNIT;
 
 /// A number of f32 whose operations are all off by as much as the table in [`crate::guard`] allows: up or down, as a search
 /// chooses one by one.

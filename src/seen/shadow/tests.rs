@@ -82,7 +82,7 @@ impl Lamp {
 }
 
 /// What is said of an object in the way of a ray.
-fn said<F: Bounded>(ray: &ShadowRay<F>, shape: &Shape) -> Verdict<F> {
+fn said<F: Float>(ray: &ShadowRay<F>, shape: &Shape) -> Verdict<F> {
     match shape {
         &Shape::Sphere(Sphere { center, radius }) => {
             SphereMet::occlude(&SphereMet::new::<F>(center, radius).round(), ray)
@@ -96,7 +96,7 @@ fn said<F: Bounded>(ray: &ShadowRay<F>, shape: &Shape) -> Verdict<F> {
 }
 
 /// Whether it is in the way, and whether it is not.
-fn says<F: Bounded>(verdict: Verdict<F>) -> [bool; 2] {
+fn says<F: Float>(verdict: Verdict<F>) -> [bool; 2] {
     [verdict.blocked, verdict.clear].map(|margin| F::default().lt(margin))
 }
 
@@ -127,7 +127,7 @@ fn case(rng: &mut ChaCha8Rng, unit: f64) -> (DVec3, Lamp, Shape) {
 }
 
 /// Wrong statements about `n` cases with this part of the bounds' unit, and statements at all.
-fn statements<F: Bounded>(n: usize, part: f64) -> (Vec<String>, usize) {
+fn statements<F: Float>(n: usize, part: f64) -> (Vec<String>, usize) {
     let mut rng = ChaCha8Rng::seed_from_u64(1404);
     let (mut wrong, mut n_said) = (Vec::new(), 0);
     for _ in 0..n {
@@ -216,7 +216,7 @@ fn planes_nearer_than_squares_tell_are_open() {
 #[test]
 fn suns_along_a_plane_are_known() {
     /// Of a sun that stands so much below the horizon of a floor that leans as much.
-    fn found<F: Bounded>(below: f64, lean: f64) -> Verdict<f64> {
+    fn found<F: Float>(below: f64, lean: f64) -> Verdict<f64> {
         let point = DVec3::new(0.0, -1.0, 3.0);
         let floor = PlaneMet::new::<F>(point, DVec3::new(lean, 1.0, 0.0)).round::<F>();
         // Its light comes from there.
@@ -301,7 +301,7 @@ fn near_objects_are_judged_as_well_in_the_light_of_far_lamps() {
 }
 
 /// Wrong bounds of `n·ω` with this part of what is granted.
-fn wrong_cosines<F: Bounded>(n: usize, part: f64) -> usize {
+fn wrong_cosines<F: Float>(n: usize, part: f64) -> usize {
     let mut rng = ChaCha8Rng::seed_from_u64(1438);
     let mut n_wrong = 0;
     for _ in 0..n {
@@ -316,7 +316,7 @@ fn wrong_cosines<F: Bounded>(n: usize, part: f64) -> usize {
         let normal = vector(&mut rng);
         // The rounding of a unit normal.
         let unit = V3::<F>::near(normal.normalize());
-        let normal_error = F::near(F::ROUNDING);
+        let normal_error = F::near(F::UNIT);
         let ray = ShadowRay::new(&Aim::<F>::new(lamp.origin()), start, F::default());
         let (low, high) = ray.cosine(unit, normal_error);
         let (middle, half) =

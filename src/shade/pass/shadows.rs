@@ -9,7 +9,6 @@ use glam::DVec3;
 use super::{LightPass, Scratch};
 use crate::bvh::{Bvh, Corners, Enter, Node, Visitor};
 use crate::certify::{Pack, is_id};
-use crate::guard::host::Bounded;
 use crate::guard::length_bound;
 use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3};
 use crate::scene::Linear;
@@ -118,7 +117,7 @@ impl<F: Float, const N: usize> Way<F, N> {
     }
 }
 
-impl<F: Bounded + Linear> LightPass<'_, F> {
+impl<F: Linear> LightPass<'_, F> {
     /// The points that samples see, by objects.
     #[inline(always)]
     pub fn gather<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
@@ -246,7 +245,7 @@ struct Darken<'a, 'b, F: Float, const N: usize> {
     is_dark: bool,
 }
 
-impl<F: Bounded + Linear, const N: usize> Visitor for Darken<'_, '_, F, N> {
+impl<F: Linear, const N: usize> Visitor for Darken<'_, '_, F, N> {
     #[inline(always)]
     fn last(&self) -> f32 {
         if self.is_dark { -1.0 } else { f32::INFINITY }

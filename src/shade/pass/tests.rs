@@ -107,7 +107,7 @@ impl Written for Untold {
 }
 
 /// Bounds of the colours of some pixels of a row.
-fn bounds<F: Bounded + Linear, const N: usize>(
+fn bounds<F: Linear, const N: usize>(
     pass: &LightPass<F>,
     pixels: &[usize],
     scratch: &mut Scratch<F, N>,
