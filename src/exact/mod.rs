@@ -27,6 +27,7 @@ pub use number::{Dyadic, exact, integer, real, signum};
 pub(crate) use number::{double, primitive, product3, real3};
 pub use ray::{ExactPixels, ExactRay};
 pub use root::Root;
+pub(crate) use root::{lowest, nearest_f32};
 
 use crate::scene::Object;
 use crate::shape::outward_normal;

@@ -112,7 +112,7 @@ impl Root {
 
     /// The number itself where it is a quotient, else one that is off by less than `2^-1000` of it.
     fn rational(&self) -> Root {
-        let magnitude = || Root::from(self.magnitude(self.signum()).approximate(ENOUGH_BITS));
+        let magnitude = || Root::from(self.magnitude().approximate(ENOUGH_BITS));
         match self.s {
             0 => self.clone(),
             _ if self.signum() < 0 => magnitude().negated(),
@@ -176,7 +176,7 @@ impl Root {
         Some(Root::from(Dyadic::from(digits)).times_power_of_ten(exponent))
     }
 
-    /// An approximation of a positive number, with a relative error below `2^(4 − n_bits)`; 0 for 0 only.
+    /// An approximation of a number of at least 0, with a relative error below `2^(4 − n_bits)`; 0 for 0 only.
     ///
     /// Where `B` and `s` have opposite signs the numerator is rewritten as
     /// `B + s√D = (B² − D)/(B − s√D)` with an exact `B² − D`, so nothing cancels: what is left are
@@ -195,68 +195,23 @@ impl Root {
 
     /// The nearest f32, ties to even; infinite from `2^128 − 2^103` on.
     pub fn to_f32(&self) -> f32 {
-        let value = |bits: u64| match f32::from_bits(bits as u32) {
-            // The number that would follow the largest one if exponents went on.
-            f if f.is_infinite() => power_of_two(128),
-            f => real(f64::from(f)).unwrap_or_else(Dyadic::zero),
-        };
-        let guess = |x: f64| u64::from((x as f32).to_bits());
-        let infinity = u64::from(f32::INFINITY.to_bits());
-        let (sign, bits) = self.to_nearest(value, guess, infinity);
+        let magnitude = self.magnitude();
+        let guess = magnitude.approximate(96).near() as f32;
         // Not `−0`.
-        f32::from_bits(bits as u32) * sign as f32 + 0.0
+        nearest_f32(guess, |x| magnitude.cmp_real(x)) * self.signum() as f32 + 0.0
     }
 
     /// The nearest f64, ties to even; infinite from `2^1024 − 2^970` on.
     pub fn to_f64(&self) -> f64 {
-        let value = |bits: u64| match f64::from_bits(bits) {
-            f if f.is_infinite() => power_of_two(1024),
-            f => real(f).unwrap_or_else(Dyadic::zero),
-        };
-        let infinity = f64::INFINITY.to_bits();
-        let (sign, bits) = self.to_nearest(value, f64::to_bits, infinity);
-        f64::from_bits(bits) * f64::from(sign)
+        let magnitude = self.magnitude();
+        let guess = magnitude.approximate(96).near().to_bits();
+        let (infinity, order) = (f64::INFINITY.to_bits(), |x: &Dyadic| magnitude.cmp_real(x));
+        let nearest = nearest(guess, infinity, f64::from_bits, 1024, order);
+        f64::from_bits(nearest) * f64::from(self.signum())
     }
 
-    /// Sign and bit pattern of the nearest number of a binary format, whose patterns
-    /// `0..=infinity` are in the order of their values.
-    ///
-    /// The magnitude rounds to `u` or below exactly where it lies below the midpoint of `u` and
-    /// its successor, or on it if `u` is even. That is monotone in `u`; the pattern sought is the
-    /// lowest for which it holds, and it is confirmed by exact comparisons, however it was
-    /// guessed. A guess that fails, as of subnormal numbers, costs a bisection.
-    fn to_nearest(
-        &self,
-        value: impl Fn(u64) -> Dyadic,
-        guess: impl Fn(f64) -> u64,
-        infinity: u64,
-    ) -> (i32, u64) {
-        let sign = self.signum();
-        if sign == 0 {
-            return (1, 0);
-        }
-        let magnitude = self.magnitude(sign);
-        let half = power_of_two(-1);
-        let at_most = |u: u64| {
-            if u >= infinity {
-                return true;
-            }
-            let midpoint = (value(u) + value(u + 1)) * &half;
-            match magnitude.cmp_real(&midpoint) {
-                Ordering::Less => true,
-                Ordering::Equal => u & 1 == 0,
-                Ordering::Greater => false,
-            }
-        };
-        let guessed = guess(magnitude.approximate(96).near()).min(infinity);
-        if at_most(guessed) && (guessed == 0 || !at_most(guessed - 1)) {
-            return (sign, guessed);
-        }
-        (sign, lowest(infinity, at_most))
-    }
-
-    fn magnitude(&self, sign: i32) -> Root {
-        if sign < 0 { self.clone().negated() } else { self.clone() }
+    fn magnitude(&self) -> Root {
+        if self.signum() < 0 { self.clone().negated() } else { self.clone() }
     }
 
     /// The number in decimal, correctly rounded to `digits` significant digits (half to even),
@@ -271,7 +226,7 @@ impl Root {
         if sign == 0 {
             return "0".to_owned();
         }
-        let magnitude = self.magnitude(sign);
+        let magnitude = self.magnitude();
         let precision = 4 * digits + 32;
         let estimate = magnitude.approximate(precision);
         let binary_exponent = estimate.exponent + estimate.mantissa.bit_len() as isize - 1;
@@ -358,8 +313,49 @@ fn sum_of_surds([(s, x), (t, y)]: [(i32, Dyadic); 2]) -> Option<(i32, Dyadic)> {
     Some(if s == t { (s, sum + twice) } else { (s * order(&x, &y), sum - twice) })
 }
 
-/// The lowest `u ≤ last` with `holds(u)`, which is monotone and holds at `last`.
-fn lowest(last: u64, holds: impl Fn(u64) -> bool) -> u64 {
+/// The f32 that is nearest to a number of at least 0, ties to even, searched from a guess; `order` gives the number's order to
+/// others.
+pub(crate) fn nearest_f32(guess: f32, order: impl Fn(&Dyadic) -> Ordering) -> f32 {
+    // The guess may be no number.
+    let guess = if guess > 0.0 { guess.to_bits() } else { 0 };
+    let (infinity, value) = (f32::INFINITY.to_bits(), |u: u64| f32::from_bits(u as u32).into());
+    f32::from_bits(nearest(guess.into(), infinity.into(), value, 128, order) as u32)
+}
+
+/// The bit pattern of the number of a binary format that is nearest to one of at least 0, ties to even, searched from a guess.
+/// The patterns `0..=infinity` are in the order of their values; `2^beyond` is what would follow the largest one if exponents
+/// went on.
+///
+/// The number rounds to `u` or below exactly where it lies below the midpoint of `u` and its successor, or on it if `u` is even.
+/// That is monotone in `u`; the pattern sought is the lowest for which it holds.
+fn nearest(
+    guess: u64,
+    infinity: u64,
+    value: impl Fn(u64) -> f64,
+    beyond: isize,
+    order: impl Fn(&Dyadic) -> Ordering,
+) -> u64 {
+    let value = |u| real(value(u)).unwrap_or_else(|| power_of_two(beyond));
+    let half = power_of_two(-1);
+    let at_most = |u: u64| {
+        if u >= infinity {
+            return true;
+        }
+        match order(&((value(u) + value(u + 1)) * &half)) {
+            Ordering::Less => true,
+            Ordering::Equal => u & 1 == 0,
+            Ordering::Greater => false,
+        }
+    };
+    lowest(guess.min(infinity), infinity, at_most)
+}
+
+/// The lowest `u ≤ last` with `holds(u)`, which is monotone and holds at `last`, searched from a guess. It is confirmed,
+/// however it was guessed; a guess that fails, as of subnormal numbers, costs a bisection.
+pub(crate) fn lowest(guess: u64, last: u64, holds: impl Fn(u64) -> bool) -> u64 {
+    if holds(guess) && (guess == 0 || !holds(guess - 1)) {
+        return guess;
+    }
     let (mut low, mut high) = (0, last);
     while low < high {
         let middle = low + (high - low) / 2;
@@ -506,11 +502,7 @@ mod tests {
     /// However bad the guess, the rounded number is right.
     #[test]
     fn rounding_does_not_depend_on_the_guess() {
-        let infinity = u64::from(f32::INFINITY.to_bits());
-        let value = |bits: u64| match f32::from_bits(bits as u32) {
-            f if f.is_infinite() => power_of_two(128),
-            f => real(f64::from(f)).unwrap(),
-        };
+        let infinity = f32::INFINITY.to_bits();
         for exponent in [-151, -150, -149, -100, -1, 0, 1, 60, 127, 128, 129] {
             for d in [1, 2, 3, 5, 0xfff_ffff] {
                 for (b, s) in [(0, 1), (-1, 1), (100_000, -1), (7, 0)] {
@@ -521,10 +513,11 @@ mod tests {
                         integer(3),
                         5,
                     );
-                    let expected = root.to_f32();
-                    for guess in [0, 1, 0x3f80_0000, infinity - 1, infinity, u64::MAX] {
-                        let (sign, bits) = root.to_nearest(value, |_| guess, infinity);
-                        assert_eq!(f32::from_bits(bits as u32) * sign as f32, expected);
+                    let (expected, magnitude) = (root.to_f32(), root.magnitude());
+                    for guess in [0, 1, 0x3f80_0000, infinity - 1, infinity, u32::MAX] {
+                        let guess = f32::from_bits(guess);
+                        let found = nearest_f32(guess, |x| magnitude.cmp_real(x));
+                        assert_eq!(found * root.signum() as f32, expected);
                     }
                     // 53 bits are more than twice 24: rounding twice is innocuous, except where
                     // f32 is subnormal or the first rounding meets a midpoint.

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::lamp::{Lamp, Lighting};
 use crate::exact::{
-    Dyadic, Enclosure, ExactBeam, ExactCosine, ExactPoint, Fraction, Root, exact, integer, real,
+    Dyadic, Enclosure, ExactBeam, ExactCosine, ExactPoint, Fraction, Root, exact, integer,
 };
 
 /// Bits of the first enclosure.
@@ -99,8 +99,7 @@ impl<'a> ExactMean<'a> {
 
     /// The order of a channel and `x`, which is at least 0: equal also where [`MOST_BITS`] bits don't
     /// tell them apart.
-    fn compare(&self, channel: usize, x: f64) -> Ordering {
-        let Some(x) = real(x) else { return Ordering::Less };
+    pub(super) fn compare(&self, channel: usize, x: &Dyadic) -> Ordering {
         let x = x * &self.divisor;
         if self.terms.is_empty() {
             return self.known[channel].cmp_real(&x);
@@ -151,54 +150,4 @@ impl<'a> ExactMean<'a> {
     pub fn approximate(&self, channel: usize) -> f64 {
         Root::from(self.mean_of(&self.sums(0)[channel], FEWEST_BITS).low).to_f64()
     }
-
-    /// The code whose range holds a channel, searched from a guess; `edge` gives the lower end of a
-    /// code's range. What is on an edge goes up.
-    pub(super) fn code(
-        &self,
-        channel: usize,
-        guess: u16,
-        most: u16,
-        edge: impl Fn(u16) -> f64,
-    ) -> u16 {
-        let reaches = |code: u32| self.compare(channel, edge(code as u16)) != Ordering::Less;
-        last(guess.into(), most.into(), reaches) as u16
-    }
-
-    /// The f32 nearest to a channel, ties to even, searched from a guess; infinite from
-    /// `2^128 − 2^103` on.
-    pub(super) fn nearest_f32(&self, channel: usize, guess: f32) -> f32 {
-        let middle = |low: f32| match low {
-            f32::MAX => 2f64.powi(128) - 2f64.powi(103),
-            _ => (f64::from(low) + f64::from(low.next_up())) / 2.0,
-        };
-        // Whether the value rounds to a number above `low`.
-        let is_above = |low: f32| match self.compare(channel, middle(low)) {
-            Ordering::Less => false,
-            Ordering::Equal => low.to_bits() & 1 == 1,
-            Ordering::Greater => true,
-        };
-        // Bits of floats are in the floats' order; the guess may be no number.
-        let guess = if guess > 0.0 { guess.to_bits() } else { 0 };
-        let reaches = |bits: u32| is_above(f32::from_bits(bits - 1));
-        f32::from_bits(last(guess, f32::INFINITY.to_bits(), reaches))
-    }
-}
-
-/// The last number from 0 to `most` that is reached; 0 always is, and so are all below one that is. The guess may be as far off
-/// as f64 knew nothing.
-fn last(guess: u32, most: u32, reaches: impl Fn(u32) -> bool) -> u32 {
-    if (guess == most || !reaches(guess + 1)) && (guess == 0 || reaches(guess)) {
-        return guess;
-    }
-    let (mut low, mut high) = (0, most);
-    while low < high {
-        let middle = high - (high - low) / 2;
-        if reaches(middle) {
-            low = middle;
-        } else {
-            high = middle - 1;
-        }
-    }
-    low
 }

@@ -3,6 +3,7 @@
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
 use super::mean::ExactMean;
+use crate::exact::{lowest, nearest_f32, real};
 use crate::num::Lanes;
 use crate::scene::{Edges, Linear};
 use crate::seen::Bounds;
@@ -75,8 +76,14 @@ impl ExactMean<'_> {
     }
 }
 
+/// The code up to `most` whose range holds a channel, searched from a guess. What is on an edge goes up.
 fn exact_code(mean: &ExactMean, channel: usize, guess: f64, edges: &Edges, most: u16) -> u16 {
-    mean.code(channel, edges.number(guess), most, |code| edges.range(code).0)
+    // The last range has no end.
+    let is_below_end = |code: u64| {
+        let end = real(edges.range(code as u16).1);
+        end.is_none_or(|end| mean.compare(channel, &end).is_lt())
+    };
+    lowest(edges.number(guess).into(), most.into(), is_below_end) as u16
 }
 
 impl Written for u8 {
@@ -133,6 +140,6 @@ impl Written for f32 {
     }
 
     fn of_exact(mean: &ExactMean, channel: usize, guess: f64) -> f32 {
-        mean.nearest_f32(channel, guess as f32)
+        nearest_f32(guess as f32, |x| mean.compare(channel, x))
     }
 }
