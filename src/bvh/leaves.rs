@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::{Bvh, prefetch};
 use crate::guard::length_bounds;
 use crate::num::fields::words;
-use crate::num::{Float, Lanes, Real, V3, dispatch};
+use crate::num::{Lanes, Real, V3, dispatch};
 use crate::scene::Sphere;
 use crate::seen::{Eye, Nearest, Ray, Record, SphereLeaf, is_near_surface};
 
@@ -117,7 +117,7 @@ impl WithSimd for See<'_> {
             }
             r.0[lane] = sphere.radius.abs();
         }
-        let seen = SphereLeaf::at::<f32>(center, r, eye);
+        let seen = <SphereLeaf<f64> as Record>::round_lanes(&SphereLeaf::at::<f32>(center, r, eye));
         let mut is_close = [false; BLOCK];
         // From elsewhere the size of a sphere hides no more than its own part of the distance.
         if eye.spread == 0.0 && eye.reach.apart == 0.0 {
@@ -127,34 +127,11 @@ impl WithSimd for See<'_> {
                 is_close[lane] = near.0[lane] != 0;
             }
         }
-        // Rounded down, or up, by up to three units: without a branch, side by side.
-        let SphereLeaf { inner2, outer2, slack, near_most, .. } = &seen;
-        let mut numbers = [[0.0; BLOCK]; 4];
-        for (numbers, (exact, sign)) in
-            numbers.iter_mut().zip([(inner2, -1.0), (outer2, 1.0), (slack, 1.0), (near_most, 1.0)])
-        {
-            for lane in 0..BLOCK {
-                let x = exact.0[lane];
-                numbers[lane] = (x + sign * x.abs() * f32::UNIT) as f32;
-            }
-        }
-        let mut center = [[0.0; BLOCK]; 3];
-        for axis in 0..3 {
-            for lane in 0..BLOCK {
-                center[axis][lane] = seen.center.0[axis].0[lane] as f32;
-            }
-        }
         let mut leaves = [Leaf { seen: SphereLeaf::nowhere(), id: 0 }; BLOCK];
         for lane in 0..spheres.len() {
             leaves[lane].id = ids[lane];
             if !is_close[lane] {
-                leaves[lane].seen = SphereLeaf {
-                    center: V3([center[0][lane], center[1][lane], center[2][lane]]),
-                    inner2: numbers[0][lane],
-                    outer2: numbers[1][lane],
-                    slack: numbers[2][lane],
-                    near_most: numbers[3][lane],
-                };
+                leaves[lane].seen = seen.map(|x| x.0[lane]);
             }
         }
         (leaves, is_close)

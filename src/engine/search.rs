@@ -22,17 +22,24 @@ struct Level {
     objects: Objects<f32>,
 }
 
+/// The pixels of a picture, and how their objects are found.
+pub enum Search<'a> {
+    /// Few objects.
+    Few(SquareSearch),
+    /// Many spheres.
+    Many(CloudSearch<'a>),
+}
+
 /// Pixels of a picture of few objects, that are looked at in squares before each by itself.
-pub struct Search<'a> {
+pub struct SquareSearch {
     /// Samples across and down a pixel.
     n: u32,
-    /// From large squares to small ones.
+    /// From large squares to small ones, the last of which are pixels.
     levels: Vec<Level>,
     /// The camera's frame for the samples.
     camera: Frame<f32>,
-    objects: Objects<f32>,
-    /// Looks at many spheres in place of all that.
-    cloud: Option<CloudSearch<'a>>,
+    /// The objects as single samples see them, where a pixel has several.
+    of_samples: Option<Objects<f32>>,
 }
 
 /// Memory for the squares of a block.
@@ -57,38 +64,38 @@ impl<'a> Search<'a> {
         n: u32,
         share: f64,
     ) -> Search<'a> {
-        let samples = pixels.samples(n);
         if let Some(cloud) = CloudSearch::of(prepared, pixels, n, share) {
-            let (camera, none) = (Frame::of_pixels(&samples), Objects::none());
-            return Search { n, levels: Vec::new(), camera, objects: none, cloud: Some(cloud) };
+            return Search::Many(cloud);
         }
+        let samples = pixels.samples(n);
+        let objects = |reach| {
+            Objects::new(prepared.seen_objects(), &Eye::of_pixels(&samples, reach, f32::UNIT))
+        };
         let level = |side| {
             let Reach { apart, turned } = Reach::of_samples(pixels, side, n);
             let reach = Reach { apart: share * apart, turned: share * turned };
-            let eye = Eye::of_pixels(&samples, reach, f32::UNIT);
-            (turned <= LARGEST_TURN)
-                .then(|| Level { side, objects: Objects::new(prepared.seen_objects(), &eye) })
+            (turned <= LARGEST_TURN).then(|| Level { side, objects: objects(reach) })
         };
-        // With one sample a square of one pixel is that.
-        let sides = [LARGEST, LARGEST / 4, 1].into_iter().filter(|&side| side * n > 1);
-        Search {
+        Search::Few(SquareSearch {
             n,
-            levels: sides.filter_map(level).collect(),
+            levels: [LARGEST, LARGEST / 4, 1].into_iter().filter_map(level).collect(),
             camera: Frame::of_pixels(&samples),
-            objects: Objects::new(
-                prepared.seen_objects(),
-                &Eye::of_pixels(&samples, Reach::default(), f32::UNIT),
-            ),
-            cloud: None,
-        }
+            of_samples: (n > 1).then(|| objects(Reach::default())),
+        })
     }
 
     /// Finds what some of the pixels see in f32: of each the object that all its samples see, or [`OPEN`]; and of those with
     /// several samples that are left, these.
     pub fn look(&self, pixels: &Pixels, whole: &mut [u32], room: &mut SearchScratch) -> Mixed {
-        if let Some(cloud) = &self.cloud {
-            return cloud.look(pixels, whole, &mut room.cloud);
+        match self {
+            Search::Few(search) => search.look(pixels, whole, room),
+            Search::Many(search) => search.look(pixels, whole, &mut room.cloud),
         }
+    }
+}
+
+impl SquareSearch {
+    fn look(&self, pixels: &Pixels, whole: &mut [u32], room: &mut SearchScratch) -> Mixed {
         whole.fill(OPEN);
         for y in (0..pixels.height).step_by(LARGEST as usize) {
             for x in (0..pixels.width).step_by(COLUMNS as usize) {
@@ -96,10 +103,8 @@ impl<'a> Search<'a> {
                 self.look_at_block(pixels, [x, y], size, whole, room);
             }
         }
-        match self.n {
-            1 => Mixed::default(),
-            _ => self.sample(pixels, whole, room),
-        }
+        let of_samples = self.of_samples.as_ref();
+        of_samples.map_or_else(Mixed::default, |objects| self.sample(pixels, objects, whole, room))
     }
 
     /// What a block of pixels sees. `corner` is its left upper one.
@@ -148,13 +153,6 @@ impl<'a> Search<'a> {
             }
             std::mem::swap(open, next);
         }
-        if self.n == 1 {
-            self.aim(pixels, open, 1, tile);
-            tile.find_f32(&self.camera, &self.objects);
-            for (&[x, y], &id) in open.iter().zip(&tile.ids) {
-                whole[(y * width + x) as usize] = id;
-            }
-        }
     }
 
     /// The rays through the middles of squares.
@@ -172,7 +170,13 @@ impl<'a> Search<'a> {
     }
 
     /// What f32 sees of the samples of those pixels of some rows that are left.
-    fn sample(&self, pixels: &Pixels, whole: &[u32], room: &mut SearchScratch) -> Mixed {
+    fn sample(
+        &self,
+        pixels: &Pixels,
+        objects: &Objects<f32>,
+        whole: &[u32],
+        room: &mut SearchScratch,
+    ) -> Mixed {
         let samples = pixels.samples(self.n);
         let tile = &mut room.tile;
         tile.clear();
@@ -186,7 +190,7 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        tile.find_f32(&self.camera, &self.objects);
+        tile.find_f32(&self.camera, objects);
         (mixed, std::mem::take(&mut tile.ids))
     }
 }

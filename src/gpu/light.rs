@@ -185,7 +185,7 @@ fn uniforms(lighting: &CertifiedLighting) -> Lists {
         let (shape, words) = met.words();
         [&mut spheres, &mut planes][shape].extend(words.into_iter().chain(id(*own)));
     }
-    let lamp = |lamp: &crate::prepare::CertifiedLamp| {
+    let lamp = |lamp: &crate::prepare::CertifiedLamp<f32>| {
         let casts_shadows = if lamp.casts_shadows { 1.0 } else { 0.0 };
         words::<12>(&lamp.aim).into_iter().chain(vec4(lamp.weight, casts_shadows))
     };

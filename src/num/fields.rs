@@ -51,6 +51,24 @@ macro_rules! fields {
 }
 pub(crate) use fields;
 
+/// Lists the fields of a struct that has no ids, and lets each number be made into another one.
+macro_rules! numbers {
+    ($name:ident { $($field:ident: $kind:ident),* $(,)? }) => {
+        $crate::num::fields::fields! { $name { $($field: $kind),* } }
+
+        impl<R: Copy> $name<R> {
+            /// These numbers, each made into another one.
+            #[inline(always)]
+            pub fn map<Q>(&self, of: impl Fn(R) -> Q) -> $name<Q> {
+                $name { $($field: $crate::num::fields::numbers!(@each $kind self.$field, &of),)* }
+            }
+        }
+    };
+    (@each num $x:expr, $of:expr) => { $of($x) };
+    (@each vec $x:expr, $of:expr) => { $x.map($of) };
+}
+pub(crate) use numbers;
+
 /// The words of a struct in a device's buffer: as WGSL has it, three numbers begin at a multiple of four words, and so does
 /// what is behind the struct.
 pub fn words<const N: usize>(record: &impl Fields<f32>) -> [f32; N] {

@@ -35,6 +35,16 @@ impl<F: Float, const N: usize> Lanes<F, N> {
         lanes.copy_from_slice(&numbers[..N]);
         Lanes(lanes)
     }
+
+    /// A number for each of these.
+    #[inline(always)]
+    pub fn each<G: Float>(self, of: impl Fn(F) -> G) -> Lanes<G, N> {
+        let mut lanes = Lanes::default();
+        for lane in 0..N {
+            lanes.0[lane] = of(self.0[lane]);
+        }
+        lanes
+    }
 }
 
 /// Packs of lanes one after another: else the compiler would put the same lane of several packs into a register, where the

@@ -295,12 +295,22 @@ impl Mask for bool {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct V3<R>(pub [R; 3]);
 
+impl<R> V3<R> {
+    /// These numbers, each made into another one.
+    #[inline(always)]
+    #[track_caller]
+    pub fn map<Q>(self, of: impl Fn(R) -> Q) -> V3<Q> {
+        let V3([x, y, z]) = self;
+        V3([of(x), of(y), of(z)])
+    }
+}
+
 impl<R: Real> V3<R> {
     /// One vector in all lanes.
     #[inline(always)]
     #[track_caller]
-    pub fn splat(V3([x, y, z]): V3<R::One>) -> V3<R> {
-        V3([R::splat(x), R::splat(y), R::splat(z)])
+    pub fn splat(v: V3<R::One>) -> V3<R> {
+        v.map(R::splat)
     }
 
     /// The nearest vector, in all lanes.

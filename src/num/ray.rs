@@ -1,6 +1,6 @@
 //! A ray in numbers of any kind.
 
-use super::fields::fields;
+use super::fields::numbers;
 use super::{Real, V3};
 
 /// A ray `origin + t·direction`, with what formulas ask of its direction.
@@ -16,7 +16,7 @@ pub struct Ray<R> {
     pub inv_a: R,
 }
 
-fields! { Ray { origin: vec, direction: vec, a: num, inv_a: num } }
+numbers! { Ray { origin: vec, direction: vec, a: num, inv_a: num } }
 
 impl<R: Real> Ray<R> {
     /// A ray with its derived numbers.

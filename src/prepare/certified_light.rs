@@ -13,7 +13,7 @@ pub struct CertifiedLighting {
     /// The objects that may be in the way of light and are in no tree, and their ids.
     pub occluders: Vec<(u32, Met<f32>)>,
     /// Lights and suns of the sky.
-    pub lamps: Vec<CertifiedLamp>,
+    pub lamps: Vec<CertifiedLamp<f32>>,
     /// Bounds of the light from nowhere.
     pub ambient: LightBounds<f32>,
     /// What a mean is multiplied with for its bounds.
@@ -22,12 +22,13 @@ pub struct CertifiedLighting {
     pub lengths: Lengths<f32>,
 }
 
-/// A light, or a sun of the sky.
-pub struct CertifiedLamp {
+/// A light, or a sun of the sky, in numbers of `F`.
+#[derive(Clone)]
+pub struct CertifiedLamp<F> {
     /// Where its light comes from.
-    pub aim: Aim<f32>,
+    pub aim: Aim<F>,
     /// Linear light that a surface across its rays gets.
-    pub weight: V3<f32>,
+    pub weight: V3<F>,
     /// Whether objects may be in its way.
     pub casts_shadows: bool,
 }

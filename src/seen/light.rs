@@ -2,7 +2,7 @@
 
 use super::Bounds;
 use super::shadow::Verdict;
-use crate::num::fields::fields;
+use crate::num::fields::numbers;
 use crate::num::{Real, V3};
 
 /// Bounds of light, or of a colour.
@@ -14,7 +14,7 @@ pub struct LightBounds<R> {
     pub high: V3<R>,
 }
 
-fields! { LightBounds { low: vec, high: vec } }
+numbers! { LightBounds { low: vec, high: vec } }
 
 impl<R: Real> LightBounds<R> {
     /// Between a number and itself.

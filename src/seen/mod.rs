@@ -23,7 +23,7 @@ pub use sphere::{SphereLeaf, SphereMet, SphereSeen, is_near_surface};
 
 use crate::guard::{self, InputError, ROOM, Reach, rows, steps};
 pub use crate::num::Ray;
-use crate::num::fields::fields;
+use crate::num::fields::{fields, numbers};
 use crate::num::{Float, Lanes, OPEN, Real, Scaled, V3};
 use crate::rays::Pixels;
 use crate::scene::Object;
@@ -69,52 +69,33 @@ macro_rules! record {
             }
         }
 
-        $crate::num::fields::fields! { $name { $($field: $kind),* } }
+        $crate::num::fields::numbers! { $name { $($field: $kind),* } }
 
         impl $crate::seen::Record for $name<f64> {
             type In<R: $crate::num::Real> = $name<R>;
 
             fn round<F: $crate::num::Float>(&self) -> $name<F> {
-                $name { $($field: $crate::seen::record!(@round $kind $rule F, self.$field),)* }
+                $name { $($field: $crate::num::fields::numbers!(@each $kind self.$field, F::$rule),)* }
             }
 
             #[inline(always)]
             fn round_lanes<F: $crate::num::Float, const N: usize>(
                 lanes: &$name<$crate::num::Lanes<f64, N>>,
             ) -> $name<$crate::num::Lanes<F, N>> {
-                let zero = $crate::num::Lanes::lit(0.0);
-                let mut rounded =
-                    $name { $($field: $crate::seen::record!(@all $kind zero),)* };
-                $($crate::seen::record!(@lanes $kind $rule F N, lanes.$field, rounded.$field);)*
-                rounded
+                let lanes = *lanes;
+                $name { $($field: $crate::num::fields::numbers!(
+                    @each $kind lanes.$field, |x: $crate::num::Lanes<f64, N>| x.each(F::$rule)
+                ),)* }
             }
 
             #[inline(always)]
             fn splat<R: $crate::num::Real>(one: &$name<R::One>) -> $name<R> {
-                $name { $($field: $crate::seen::record!(@splat $kind R, one.$field),)* }
+                one.map(R::splat)
             }
         }
     };
     (@type num $R:ident) => { $R };
     (@type vec $R:ident) => { $crate::num::V3<$R> };
-    (@round num $rule:ident $F:ident, $x:expr) => { $F::$rule($x) };
-    (@round vec $rule:ident $F:ident, $x:expr) => { $crate::num::V3($x.0.map($F::$rule)) };
-    (@all num $x:expr) => { $x };
-    (@all vec $x:expr) => { $crate::num::V3([$x; 3]) };
-    (@lanes num $rule:ident $F:ident $N:ident, $from:expr, $to:expr) => {
-        for lane in 0..$N {
-            $to.0[lane] = $F::$rule($from.0[lane]);
-        }
-    };
-    (@lanes vec $rule:ident $F:ident $N:ident, $from:expr, $to:expr) => {
-        for lane in 0..$N {
-            $to.0[0].0[lane] = $F::$rule($from.0[0].0[lane]);
-            $to.0[1].0[lane] = $F::$rule($from.0[1].0[lane]);
-            $to.0[2].0[lane] = $F::$rule($from.0[2].0[lane]);
-        }
-    };
-    (@splat num $R:ident, $x:expr) => { $R::splat($x) };
-    (@splat vec $R:ident, $x:expr) => { $crate::num::V3::splat($x) };
 }
 use record;
 
@@ -163,7 +144,7 @@ pub struct Bounds<R> {
     pub high: R,
 }
 
-fields! { Bounds { low: num, high: num } }
+numbers! { Bounds { low: num, high: num } }
 
 /// What the rays of an eye share where they meet an object.
 #[derive(Clone, Copy, Debug)]
@@ -182,7 +163,7 @@ pub struct Lengths<R> {
     pub of_quotient: R,
 }
 
-fields! {
+numbers! {
     Lengths {
         longest: num, of_t: num, of_origin: num, of_normal: num, rounding: num, of_quotient: num,
     }
@@ -209,15 +190,7 @@ impl<F: Float> Lengths<F> {
     /// These lengths in all lanes.
     #[inline(always)]
     pub fn splat<R: Real<One = F>>(&self) -> Lengths<R> {
-        let &Lengths { longest, of_t, of_origin, of_normal, rounding, of_quotient } = self;
-        Lengths {
-            longest: R::splat(longest),
-            of_t: R::splat(of_t),
-            of_origin: R::splat(of_origin),
-            of_normal: R::splat(of_normal),
-            rounding: R::splat(rounding),
-            of_quotient: R::splat(of_quotient),
-        }
+        self.map(R::splat)
     }
 }
 
@@ -249,9 +222,9 @@ impl<R: Real> Default for Surface<R> {
 impl<F: Float, const N: usize> Surface<Lanes<F, N>> {
     /// That of a lane.
     pub fn lane(&self, lane: usize) -> Surface<F> {
-        let of = |v: &V3<Lanes<F, N>>| V3(v.0.map(|x| x.0[lane]));
+        let of = |v: &V3<Lanes<F, N>>| v.map(|x| x.0[lane]);
         Surface {
-            t: Bounds { low: self.t.low.0[lane], high: self.t.high.0[lane] },
+            t: self.t.map(|t| t.0[lane]),
             point: of(&self.point),
             point_error: self.point_error.0[lane],
             normal: of(&self.normal),
@@ -451,14 +424,9 @@ pub struct Objects<F: Float> {
 }
 
 impl<F: Float> Objects<F> {
-    /// None at all.
-    pub fn none() -> Objects<F> {
-        Objects { spheres: List::new(), planes: List::new() }
-    }
-
     /// These objects with their ids, as an eye sees them.
     pub fn new<'a>(objects: impl IntoIterator<Item = (u32, Object<'a>)>, eye: &Eye) -> Objects<F> {
-        let mut all = Objects::none();
+        let mut all = Objects { spheres: List::new(), planes: List::new() };
         for (id, object) in objects {
             match object {
                 Object::Sphere(sphere) => all.spheres.push(id, &SphereSeen::new::<F>(sphere, eye)),

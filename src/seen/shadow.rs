@@ -47,7 +47,7 @@ use glam::DVec3;
 
 use super::{In, PlaneMet, Record, SphereMet};
 use crate::guard::{ROOM, length_bound, steps};
-use crate::num::fields::{fields, words};
+use crate::num::fields::{numbers, words};
 use crate::num::{Float, Real, Scaled, V3};
 use crate::scene::{Object, Plane};
 
@@ -111,7 +111,7 @@ pub struct Aim<R> {
     end2: R,
 }
 
-fields! { Aim { from_point: num, to: vec, away: num, turned: num, last: num, end2: num } }
+numbers! { Aim { from_point: num, to: vec, away: num, turned: num, last: num, end2: num } }
 
 impl<R: Real> Aim<R> {
     /// At a light.
@@ -167,7 +167,7 @@ pub struct ShadowRay<R> {
     pub(super) unit: R,
 }
 
-fields! {
+numbers! {
     ShadowRay {
         start: vec, way: vec, length: num, inv_square: num, inv_length: num, error: num, end_error: num, bend: num,
         from_point: num, last: num, end2: num, turned: num, unit: num,
@@ -185,7 +185,7 @@ pub struct Verdict<R> {
     pub clear: R,
 }
 
-fields! { Verdict { blocked: num, clear: num } }
+numbers! { Verdict { blocked: num, clear: num } }
 
 impl<R: Real> Verdict<R> {
     /// Nothing is in the way.
@@ -330,21 +330,7 @@ impl<R: Real> ShadowRay<R> {
     where
         R: Float,
     {
-        ShadowRay {
-            start: V3::splat(self.start),
-            way: V3::splat(self.way),
-            length: W::splat(self.length),
-            inv_square: W::splat(self.inv_square),
-            inv_length: W::splat(self.inv_length),
-            error: W::splat(self.error),
-            end_error: W::splat(self.end_error),
-            bend: W::splat(self.bend),
-            from_point: W::splat(self.from_point),
-            last: W::splat(self.last),
-            end2: W::splat(self.end2),
-            turned: W::splat(self.turned),
-            unit: W::splat(self.unit),
-        }
+        self.map(W::splat)
     }
 
     /// Bounds of `n·ω` for a unit normal that is off by `normal_error`. Both are 0 where it is certain not

@@ -20,6 +20,7 @@ mod shadows;
 use pulp::{Simd, WithSimd};
 
 use super::Background;
+use super::lamp::Lamp;
 use super::lit::Job;
 use super::occluders::Occluders;
 use super::written::Written;
@@ -28,14 +29,14 @@ use crate::certify::{Pack, Surfaces, is_id};
 use crate::control::Control;
 use crate::error::Result;
 use crate::guard::{LONGEST_IN_F32, length_bound};
-use crate::num::{Float, Lanes, Mask, Real, V3, dispatch, one_by_one};
+use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3, dispatch, one_by_one};
 use crate::prepare::{CertifiedLamp, CertifiedLighting};
 use crate::rays::Pixels;
 use crate::scene::Linear;
 use crate::seen::shadow::{Aim, Origin};
 use crate::seen::{Bounds, LightBounds, Met, ShadowRay, Surface, Verdict};
 use order::SampleOrder;
-use shadows::{BoundingBall, Extent, Way};
+use shadows::{Group, Way};
 
 /// Roundings of a colour beside one for each lamp and each sample. No test sees it cut: each cosine is granted as much, and
 /// without lamps two roundings are left.
@@ -71,13 +72,6 @@ pub enum Visibility {
     Seen,
 }
 
-/// A lamp's light.
-struct Source<F> {
-    origin: Origin,
-    weight: V3<F>,
-    casts_shadows: bool,
-}
-
 /// Light in numbers of `F`.
 pub struct LightPass<'a, F: Float> {
     job: Job<'a>,
@@ -86,7 +80,7 @@ pub struct LightPass<'a, F: Float> {
     pub surfaces: Surfaces<'a, F>,
     /// [`Occluders::listed_in`]
     listed: Vec<Met<F>>,
-    lights: Vec<Source<F>>,
+    lights: Vec<CertifiedLamp<F>>,
     /// Bounds of the light from nowhere.
     ambient: LightBounds<F>,
     /// What a colour is off by, relative.
@@ -171,8 +165,9 @@ pub struct Scratch<F: Float, const N: usize> {
     /// What each light gives to all packs, by the light's index.
     given: Vec<Vec<Given<F, N>>>,
     shades: Vec<Shade<F, N>>,
-    boxes: Vec<Extent<F, N>>,
-    balls: Vec<BoundingBall>,
+    groups: Vec<Group>,
+    /// Lanes that are in no group yet.
+    left: Vec<LaneBits<F, N>>,
     /// Places of listed objects that may be in the way.
     places: Vec<usize>,
     ways: Vec<Way<F, N>>,
@@ -214,25 +209,20 @@ impl<'a> LightPass<'a, f32> {
     /// The numbers of the pass, for a device; `None` where a light is so far away that squares leave the range.
     pub fn lighting(&self) -> Option<CertifiedLighting> {
         let LightPass { job, occluders, surfaces, listed, lights, ambient, width, .. } = self;
-        let is_far = |light: &Source<f32>| match light.origin {
+        let is_far = |origin: &Origin| match *origin {
             Origin::Point(at) => length_bound(at) >= f32::LARGEST_ROOT,
             Origin::Sun(_) => false,
         };
-        if lights.iter().any(is_far) {
+        if occluders.origins.iter().any(is_far) {
             return None;
         }
         let casts_shadows = lights.iter().any(|light| light.casts_shadows);
         let met = listed.iter().copied().filter(|_| casts_shadows);
-        let lamp = |light: &Source<f32>| CertifiedLamp {
-            aim: Aim::new(light.origin),
-            weight: light.weight,
-            casts_shadows: light.casts_shadows,
-        };
         Some(CertifiedLighting {
             n_samples: job.n_samples() as u32,
             background: V3(job.color(0).map(f32::near)),
             occluders: occluders.listed_ids().zip(met).collect(),
-            lamps: lights.iter().map(lamp).collect(),
+            lamps: lights.clone(),
             ambient: *ambient,
             width: Bounds { low: f32::near(1.0 - width), high: f32::near(1.0 + width) },
             lengths: surfaces.lengths,
@@ -261,18 +251,18 @@ impl<'a, F: Linear> LightPass<'a, F> {
     ) -> LightPass<'a, F> {
         let lighting = &job.lit.lighting;
         let n_terms = lighting.lamps.len() as f64 + f64::from(job.n_samples() as u32).powi(2);
-        let lights = lighting.lamps.iter().zip(&occluders.origins).map(|(lamp, &origin)| Source {
-            origin,
+        let light = |(lamp, &origin): (&Lamp, &Origin)| CertifiedLamp {
+            aim: Aim::new(origin),
             weight: V3(lamp.weight.map(F::near)),
             casts_shadows: lamp.casts_shadows(),
-        });
+        };
         let ambient = |sign: f64| {
             V3(lighting
                 .ambient
                 .map(|part| F::near((F::near(part).to_f64() + sign * F::TINY).max(0.0))))
         };
         LightPass {
-            lights: lights.collect(),
+            lights: lighting.lamps.iter().zip(&occluders.origins).map(light).collect(),
             listed: occluders.listed_in(),
             ambient: LightBounds { low: ambient(-1.0), high: ambient(1.0) },
             width: of_roundings(n_terms + OF_COLOR, F::UNIT).unwrap_or(f64::INFINITY),
@@ -404,7 +394,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
     fn face<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
         let Scratch { light: index, packs, shades, given, .. } = scratch;
         let light = &self.lights[*index];
-        let aim = Aim::new(light.origin);
+        let aim = light.aim.map(Lanes::splat);
         let (zero, one) = (Lanes::lit(0.0), Lanes::lit(1.0));
         let (clear, of_rays) = if light.casts_shadows { (zero, one) } else { (one, zero) };
         for ((pack, shade), given) in one_by_one(&*packs).zip(shades).zip(&mut given[*index]) {

@@ -4,6 +4,8 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use super::{LightPass, Scratch};
@@ -15,14 +17,12 @@ use crate::scene::Linear;
 use crate::seen::shadow::Aim;
 use crate::seen::{Occluder, Record, ShadowRay, SphereMet, Surface, Verdict};
 
-/// Most packs whose points of an object share a walk through the tree: with more the beams get wide, with fewer there are more
-/// of them.
+/// Most packs whose points of an object are looked at together: with more the beams get wide, with fewer there are more of them.
 const TOGETHER: usize = 8;
 
 /// Points of one object, lane by lane.
 #[derive(Clone, Copy)]
 pub struct Extent<F: Float, const N: usize> {
-    id: u32,
     low: V3<Lanes<F, N>>,
     high: V3<Lanes<F, N>>,
     error: Lanes<F, N>,
@@ -30,20 +30,26 @@ pub struct Extent<F: Float, const N: usize> {
     back: Lanes<F, N>,
 }
 
-/// A ball around points of one object.
+/// A ball around points.
 pub struct BoundingBall {
-    id: u32,
-    /// Whether some are seen from inside.
-    has_back: bool,
     pub middle: V3<f64>,
     pub reach: f64,
 }
 
+/// What some packs see of one object.
+pub struct Group {
+    id: u32,
+    packs: Range<usize>,
+    ball: BoundingBall,
+    /// Whether some of its points are seen from inside.
+    has_back: bool,
+}
+
 impl<F: Float, const N: usize> Extent<F, N> {
     #[inline(always)]
-    pub fn none(id: u32) -> Self {
+    pub fn none() -> Self {
         let (beyond, zero) = (V3([Lanes::lit(F::BEYOND); 3]), Lanes::lit(0.0));
-        Extent { id, low: beyond, high: -beyond, error: zero, back: zero }
+        Extent { low: beyond, high: -beyond, error: zero, back: zero }
     }
 
     #[inline(always)]
@@ -84,8 +90,7 @@ impl<F: Float, const N: usize> Extent<F, N> {
         // No test sees it halved: the unit is two roundings.
         let rounding = f64::UNIT * middle.length();
         let reach = 1.01 * length_bound(half) + rounding + most(self.error);
-        let middle = V3(middle.to_array());
-        BoundingBall { id: self.id, has_back: most(self.back) > 0.0, middle, reach }
+        BoundingBall { middle: V3(middle.to_array()), reach }
     }
 }
 
@@ -103,72 +108,73 @@ fn most<F: Float, const N: usize>(lanes: Lanes<F, N>) -> f64 {
 pub struct Way<F: Float, const N: usize> {
     rays: ShadowRay<Lanes<F, N>>,
     verdict: Verdict<Lanes<F, N>>,
-    /// Positive where it is not known to be dark.
+    /// Positive where one is neither known to be dark nor known to be clear.
     asked: Lanes<F, N>,
-    /// 1 where it is still to be looked at, else 0.
-    left: Lanes<F, N>,
 }
 
 impl<F: Float, const N: usize> Way<F, N> {
-    /// Whether one of these lanes is not known to be dark.
+    /// Whether one is left.
     #[inline(always)]
-    fn is_open(&self, lanes: Lanes<F, N>) -> bool {
-        Lanes::lit(0.0).lt(lanes.min(self.asked)).any()
+    fn is_open(&self) -> bool {
+        Lanes::lit(0.0).lt(self.asked).any()
     }
+}
+
+/// The lanes of a pack that are known to see an object.
+#[inline(always)]
+fn lanes_on<F: Float, const N: usize>(pack: &Pack<F, N>, id: u32) -> LaneBits<F, N> {
+    let is_known = pack.surface.is_known();
+    if pack.is_uniform() { is_known } else { is_known & is_id(&pack.ids, id) }
 }
 
 impl<F: Linear> LightPass<'_, F> {
     /// The points that samples see, by objects.
     #[inline(always)]
     pub fn gather<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
-        let Scratch { packs, boxes, balls, .. } = scratch;
-        boxes.clear();
-        for pack in packs {
-            let mut left = pack.surface.is_known() & !is_id(&pack.ids, 0);
-            while left.any() {
-                let id = match pack.is_uniform() {
-                    true => pack.ids[0],
-                    false => first_of(left, &pack.ids),
-                };
-                let here = if pack.is_uniform() { left } else { left & is_id(&pack.ids, id) };
-                let known = boxes.iter().rposition(|some| some.id == id);
-                let at = known.unwrap_or_else(|| {
-                    boxes.push(Extent::none(id));
-                    boxes.len() - 1
-                });
-                boxes[at].add(here, &pack.surface);
-                if pack.is_uniform() {
-                    break;
-                }
-                left = left & !here;
-            }
+        let Scratch { packs, groups, left, .. } = scratch;
+        let together = self.occluders.tree().map_or(packs.len(), |_| TOGETHER);
+        groups.clear();
+        left.clear();
+        for pack in &*packs {
+            left.push(pack.surface.is_known() & !is_id(&pack.ids, 0));
         }
-        balls.clear();
-        for some in boxes {
-            balls.push(some.ball());
+        for first in 0..packs.len() {
+            while left[first].any() {
+                let id = first_of(left[first], &packs[first].ids);
+                let behind = &packs[first..packs.len().min(first + together)];
+                let others = behind.iter().rposition(|pack| pack.sees(id));
+                let last = first + others.map_or(1, |at| at + 1);
+                let mut points = Extent::none();
+                for (pack, left) in packs[first..last].iter().zip(&mut left[first..last]) {
+                    let here = lanes_on(pack, id) & *left;
+                    points.add(here, &pack.surface);
+                    *left = *left & !here;
+                }
+                let has_back = most(points.back) > 0.0;
+                groups.push(Group { id, packs: first..last, ball: points.ball(), has_back });
+            }
         }
     }
 
     /// Takes away what listed objects are in the way of.
     #[inline(always)]
     pub fn occlude<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
-        let Scratch { light: index, packs, given, balls, places, .. } = scratch;
-        let given = &mut given[*index];
-        let (light, lamp) = (&self.lights[*index], &self.job.lit.lighting.lamps[*index]);
-        let aim = Aim::new(light.origin);
-        for &mut BoundingBall { id, has_back, middle, reach } in balls {
-            let mut both = packs.iter().zip(&*given);
-            if !both.any(|(pack, given)| given.is_lit && pack.sees(id)) {
+        let Scratch { light: index, packs, given, groups, places, .. } = scratch;
+        let (origin, lamp) = (self.occluders.origins[*index], &self.job.lit.lighting.lamps[*index]);
+        let (aim, of_ball) = (self.lights[*index].aim.map(Lanes::splat), Aim::new(origin));
+        for Group { id, packs: among, ball, has_back } in &*groups {
+            let (packs, given) = (&packs[among.clone()], &mut given[*index][among.clone()]);
+            if !given.iter().any(|given| given.is_lit) {
                 continue;
             }
-            let has_back = has_back && self.occluders.own_is_in_the_way(lamp, id);
-            let ball = ShadowRay::new(&Aim::new(light.origin), middle, reach);
-            let is_dark = self.occluders.look_around(&ball, id, places);
+            let has_back = *has_back && self.occluders.own_is_in_the_way(lamp, *id);
+            let ball = ShadowRay::new(&of_ball, ball.middle, ball.reach);
+            let is_dark = self.occluders.look_around(&ball, *id, places);
             if !is_dark && !has_back && places.is_empty() {
                 continue;
             }
-            for (pack, given) in packs.iter().zip(&mut *given) {
-                if !given.is_lit || !pack.sees(id) {
+            for (pack, given) in packs.iter().zip(given) {
+                if !given.is_lit || !pack.sees(*id) {
                     continue;
                 }
                 let mut verdict = Verdict::dark();
@@ -183,53 +189,39 @@ impl<F: Linear> LightPass<'_, F> {
                     }
                 }
                 // Of those of which nothing is known the lower bound is 0 already.
-                let here = pack.surface.is_known();
-                let here = if pack.is_uniform() { here } else { here & is_id(&pack.ids, id) };
-                given.take(Verdict::select(here, verdict, Verdict::none()));
+                given.take(Verdict::select(lanes_on(pack, *id), verdict, Verdict::none()));
             }
         }
     }
 
-    /// Takes away what spheres of the tree are in the way of. The samples that see one object follow each other, lie close
-    /// together, and share a walk.
+    /// Takes away what spheres of the tree are in the way of.
     #[inline(always)]
     pub fn occlude_by_tree<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
         let Some(bvh) = self.occluders.tree() else { return };
-        let Scratch { light: index, packs, given, walk, ways, .. } = scratch;
-        let light = &self.lights[*index];
-        let aim = Aim::new(light.origin);
-        let given = &mut given[*index];
+        let Scratch { light: index, packs, given, groups, ways, walk, .. } = scratch;
+        let (origin, aim) =
+            (self.occluders.origins[*index], self.lights[*index].aim.map(Lanes::splat));
         let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
-        ways.clear();
-        for (pack, given) in packs.iter().zip(&*given) {
-            let rays = self.shadow_rays(&aim, pack);
-            let is_asked = zero.lt(given.bounds.high.min(one - given.clear));
-            let is_asked = pack.surface.is_known() & is_asked;
-            let asked = Lanes::select(is_asked, given.bounds.high, zero);
-            let left = Lanes::select(is_asked, one, zero);
-            ways.push(Way { rays, verdict: Verdict::none(), asked, left });
-        }
-        for first in 0..packs.len() {
-            let left = |way: &Way<F, N>| (0..N).find(|&lane| zero.0[lane].lt(way.left.0[lane]));
-            while let Some(lane) = left(&ways[first]) {
-                let own = packs[first].ids[lane];
-                let mut around = Extent::none(own);
-                let behind = packs[first..].iter().take(TOGETHER);
-                let last = first + behind.take_while(|pack| pack.sees(own)).count();
-                let (packs, ways) = (&packs[first..last], &mut ways[first..last]);
-                for (pack, way) in packs.iter().zip(&mut *ways) {
-                    let here = is_id(&pack.ids, own) & zero.lt(way.left);
-                    around.add(here, &pack.surface);
-                    way.left = Lanes::select(here, zero, way.left);
-                }
-                let beam = self.occluders.beam(bvh, light.origin, around.corners());
-                let mut darken = Darken { pass: self, bvh, own, packs, ways, is_dark: false };
-                walk.all(bvh, bvh.root(), beam, &mut darken);
+        for Group { id, packs: among, .. } in &*groups {
+            let (packs, given) = (&packs[among.clone()], &mut given[*index][among.clone()]);
+            let mut around = Extent::none();
+            ways.clear();
+            for (pack, given) in packs.iter().zip(&*given) {
+                let asked = given.bounds.high.min(one - given.clear);
+                let asked = Lanes::select(lanes_on(pack, *id), asked, zero);
+                around.add(zero.lt(asked), &pack.surface);
+                let rays = self.shadow_rays(&aim, pack);
+                ways.push(Way { rays, verdict: Verdict::none(), asked });
             }
-        }
-        for ((pack, given), way) in packs.iter().zip(given).zip(&*ways) {
-            let is_known = pack.surface.is_known();
-            given.take(Verdict::select(is_known, way.verdict, Verdict::none()));
+            if ways.iter().any(Way::is_open) {
+                let beam = self.occluders.beam(bvh, origin, around.corners());
+                let mut darken = Darken { pass: self, bvh, own: *id, ways, is_dark: false };
+                walk.all(bvh, bvh.root(), beam, &mut darken);
+                for ((pack, way), given) in packs.iter().zip(&*ways).zip(given) {
+                    let here = lanes_on(pack, *id);
+                    given.take(Verdict::select(here, way.verdict, Verdict::none()));
+                }
+            }
         }
     }
 }
@@ -240,7 +232,6 @@ struct Darken<'a, 'b, F: Float, const N: usize> {
     bvh: &'a Bvh,
     /// Their object, which is not in their way.
     own: u32,
-    packs: &'a [Pack<F, N>],
     ways: &'a mut [Way<F, N>],
     is_dark: bool,
 }
@@ -253,7 +244,7 @@ impl<F: Linear, const N: usize> Visitor for Darken<'_, '_, F, N> {
 
     #[inline(always)]
     fn visit(&mut self, node: &Node, mut leaves: u32, _: &Enter) {
-        let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
+        let zero = Lanes::<F, N>::lit(0.0);
         while leaves != 0 {
             let place = node.place(leaves.trailing_zeros()) as usize;
             leaves &= leaves - 1;
@@ -262,20 +253,16 @@ impl<F: Linear, const N: usize> Visitor for Darken<'_, '_, F, N> {
             }
             let met = self.pass.occluders.met::<F>(&self.bvh.spheres[place]);
             let met = <SphereMet<f64> as Record>::splat(&met);
-            let mut is_any_open = false;
-            for (pack, way) in self.packs.iter().zip(&mut *self.ways) {
-                let here = Lanes::select(is_id(&pack.ids, self.own), one, zero);
-                if !way.is_open(here) {
-                    continue;
+            self.is_dark = true;
+            for way in &mut *self.ways {
+                if way.is_open() {
+                    let found = SphereMet::occlude(&met, &way.rays);
+                    way.verdict = way.verdict.with(found);
+                    way.asked = Lanes::select(zero.lt(found.blocked), zero, way.asked);
+                    self.is_dark &= !way.is_open();
                 }
-                let found = SphereMet::occlude(&met, &way.rays);
-                let found = Verdict::select(zero.lt(here), found, Verdict::none());
-                way.verdict = way.verdict.with(found);
-                way.asked = Lanes::select(zero.lt(found.blocked), zero, way.asked);
-                is_any_open |= way.is_open(here);
             }
-            if !is_any_open {
-                self.is_dark = true;
+            if self.is_dark {
                 return;
             }
         }

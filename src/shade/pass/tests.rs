@@ -9,10 +9,10 @@ use rand_chacha::ChaCha8Rng;
 use super::super::lit::{Certified, Lit, Work};
 use super::super::mean::ExactMean;
 use super::super::{Encoding, Lighting, Style};
+use super::shadows::{BoundingBall, Extent};
 use super::*;
 use crate::control::Control;
 use crate::kernel::Kernel;
-use crate::num::LaneBits;
 use crate::prepare::Prepared;
 use crate::rays::{Rays, View};
 use crate::scene::{
@@ -308,7 +308,7 @@ fn worst(point: impl Fn(&mut ChaCha8Rng) -> [f64; 3]) -> f64 {
         for lane in 0..is_in {
             mask.0[lane] = u64::MAX;
         }
-        let mut some = Extent::none(1);
+        let mut some = Extent::none();
         some.add(mask, &surface);
         let BoundingBall { middle, reach, .. } = some.ball();
         for lane in 0..is_in {

@@ -46,7 +46,7 @@ pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &P
         }
         let color = V3(prepared.scene.color(id).0.map(f32::near));
         let surface = Some(surface(id, &ray)).filter(Surface::is_known)?;
-        let with = |light: LightBounds<f32>, lamp: &CertifiedLamp| {
+        let with = |light: LightBounds<f32>, lamp: &CertifiedLamp<f32>| {
             light.with(lamp.weight, given(lamp, lighting, &twin, &surface, id))
         };
         Some(lighting.lamps.iter().fold(lighting.ambient, with).on(color))
@@ -73,7 +73,7 @@ pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &P
 
 /// What a lamp gives to a point of an object.
 fn given(
-    lamp: &CertifiedLamp,
+    lamp: &CertifiedLamp<f32>,
     lighting: &CertifiedLighting,
     twin: &Twin,
     surface: &Surface<f32>,
