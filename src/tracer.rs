@@ -167,43 +167,9 @@ impl Tracer {
         Ok(timing)
     }
 
-    /// [`Backend::light_plainly`]
-    ///
-    /// # Errors
-    /// Those of [`Tracer::trace`].
-    pub fn light_plainly(
-        &mut self,
-        lighting: &PlainLighting,
-        samples: &Pixels,
-        control: &Control,
-        lights: &mut Vec<[f64; 3]>,
-    ) -> Result<bool> {
-        match &mut self.backend {
-            Some(backend) => backend.light_plainly(lighting, samples, control, lights),
-            None => Ok(false),
-        }
-    }
-
-    /// [`Backend::lights`]
-    pub fn lights(&self) -> bool {
-        self.backend.as_ref().is_some_and(|backend| backend.lights())
-    }
-
-    /// [`Backend::light`]
-    ///
-    /// # Errors
-    /// Those of [`Tracer::trace`].
-    pub fn light(
-        &mut self,
-        lighting: &CertifiedLighting,
-        pixels: &Pixels,
-        control: &Control,
-        codes: &mut Vec<u32>,
-    ) -> Result<bool> {
-        match &mut self.backend {
-            Some(backend) => backend.light(lighting, pixels, control, codes),
-            None => Ok(false),
-        }
+    /// What a device does of tracing the scene; `None` where the CPU does all.
+    pub fn backend(&mut self) -> Option<&mut (dyn Backend + 'static)> {
+        self.backend.as_deref_mut()
     }
 
     /// Takes another prepared scene, with the same [`Wants`]. After an error it is for the one before.
@@ -223,13 +189,6 @@ impl Tracer {
         match &self.backend {
             Some(backend) => backend.bytes(),
             None => self.prepared.bytes(),
-        }
-    }
-
-    /// Asks for [`Timing::on_device`] from now on; a device without a clock leaves it out.
-    pub fn use_device_clock(&mut self) {
-        if let Some(backend) = &mut self.backend {
-            backend.use_clock();
         }
     }
 }

@@ -115,7 +115,7 @@ impl CertifiedLight {
         self.bytes + self.pass.bytes()
     }
 
-    /// See [`Tracer::light`](crate::tracer::Tracer::light).
+    /// See [`Backend::light`](crate::tracer::Backend::light).
     ///
     /// # Errors
     /// Those of [`Pass::run`].

@@ -75,7 +75,7 @@ impl PlainLight {
         self.bytes + self.pass.bytes()
     }
 
-    /// See [`Tracer::light_plainly`](crate::tracer::Tracer::light_plainly).
+    /// See [`Backend::light_plainly`](crate::tracer::Backend::light_plainly).
     ///
     /// # Errors
     /// Those of [`Pass::run`].

@@ -55,6 +55,7 @@ fn shade_with<C: Written>(
     control: &Control,
     colors: &mut [[C; 3]],
 ) -> Result<bool> {
+    let Some(backend) = tracer.backend() else { return Ok(false) };
     let n_samples = job.n_samples() as u32;
     let columns = job.n_columns().max(1);
     let n_rows = (SAMPLES_AT_ONCE / (samples.width * n_samples).max(1)).max(1) as usize;
@@ -62,7 +63,7 @@ fn shade_with<C: Written>(
     for (part, colors) in colors.chunks_mut(n_rows * columns).enumerate() {
         let (first_row, n_rows) = (part * n_rows, colors.len() / columns);
         let rows = samples.rows(first_row as u32 * n_samples, n_rows as u32 * n_samples);
-        if !tracer.light_plainly(lighting, &rows, control, &mut lights)? {
+        if !backend.light_plainly(lighting, &rows, control, &mut lights)? {
             return Ok(false);
         }
         let rows = colors.par_chunks_mut(columns).zip(lights.par_chunks(samples_of_row(job)));
