@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::control::Control;
 use crate::cpu;
 use crate::error::Result;
-use crate::prepare::{CertifiedLighting, PlainLighting, Prepared};
+use crate::prepare::{CertifiedLighting, Lighting, Prepared};
 use crate::rays::Pixels;
 use crate::trace::{Hits, Rays, SampleIds, Timing, Wants};
 
@@ -23,13 +23,14 @@ pub trait Backend: Send {
     ) -> Result<Option<Timing>>;
 
     /// Replaces `lights` by the light that each of a picture's rays finds on what it hits, in the arithmetic of the
-    /// kernel, which is one without a proof. False where that is left to the CPU; `lights` then mean nothing.
+    /// kernel, which is one without a proof. Shadow rays start `epsilon` away from a surface, world units. False where that is left to the CPU; `lights` then mean nothing.
     ///
     /// # Errors
     /// Those of [`Tracer::trace`].
     fn light_plainly(
         &mut self,
-        _lighting: &PlainLighting,
+        _lighting: &Lighting,
+        _epsilon: f64,
         _samples: &Pixels,
         _control: &Control,
         _lights: &mut Vec<[f64; 3]>,

@@ -6,7 +6,6 @@ use std::sync::{Arc, OnceLock};
 use rayon::prelude::*;
 
 use super::decide::Known;
-use super::lamp::{Lighting, MOST_IN_F32};
 use super::occluders::Occluders;
 use super::pass::{Given, LightPass, Open, PixelBlock, Scratch, Visibility};
 use super::unlit::color;
@@ -18,7 +17,7 @@ use crate::host;
 use crate::kernel::Kernel;
 use crate::memory;
 use crate::num::OPEN;
-use crate::prepare::{CertifiedLighting, Prepared};
+use crate::prepare::{CertifiedLighting, Lighting, MOST_IN_F32, Prepared};
 use crate::rays::Pixels;
 use crate::scene::{Samples, Scene};
 use crate::trace::{Rays, StageCounts};

@@ -6,11 +6,11 @@ use std::cmp::Ordering;
 
 use glam::DVec3;
 
-use super::lamp::{Lamp, Lighting};
 use crate::exact::{
     Dyadic, Enclosure, ExactBeam, ExactCosine, ExactPoint, Fraction, Root, Shape, exact, integer,
     real,
 };
+use crate::prepare::{Lamp, Lighting};
 
 /// Bits of the first enclosure.
 const FEWEST_BITS: usize = 64;
