@@ -6,6 +6,7 @@ use std::cmp::Ordering;
 
 use glam::DVec3;
 
+use super::written::{Written, exact_pixel};
 use crate::exact::{
     Dyadic, Enclosure, ExactBeam, ExactCosine, ExactPoint, Fraction, Root, Shape, exact, integer,
     real,
@@ -148,9 +149,11 @@ impl<'a> ExactMean<'a> {
         sum.over(&Enclosure::of(&self.divisor), n_bits).unwrap_or_else(|| sum.clone())
     }
 
-    /// A number near a channel.
-    pub fn approximate(&self, channel: usize) -> f64 {
-        Root::from(self.mean_of(&self.sums(0)[channel], FEWEST_BITS).low).to_f64()
+    /// The colour as a picture has it: `u8` and `u16` are in sRGB, `f32` are the nearest linear ones.
+    pub fn pixel<C: Written>(&self) -> [C; 3] {
+        let near = |sum: &Enclosure| Root::from(self.mean_of(sum, FEWEST_BITS).low).to_f64();
+        let guess = self.sums(0).each_ref().map(near);
+        exact_pixel(self, guess)
     }
 
     /// The code whose range holds a channel, searched from a guess; `edge` gives the lower end of a
