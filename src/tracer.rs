@@ -151,18 +151,6 @@ impl Tracer {
         {
             return Ok(timing);
         }
-        self.trace_all_samples(pixels, n, control, hits, samples)
-    }
-
-    /// What the samples of `pixels` see, found by tracing each sample.
-    pub(crate) fn trace_all_samples(
-        &mut self,
-        pixels: &Pixels,
-        n: u32,
-        control: &Control,
-        hits: &mut Hits,
-        samples: &mut SampleIds,
-    ) -> Result<Timing> {
         let timing = self.trace(&Rays::Pixels(pixels.samples(n)), control, hits)?;
         samples.gather(hits, pixels.width as usize, n as usize);
         Ok(timing)
