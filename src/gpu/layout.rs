@@ -191,15 +191,11 @@ impl RayRecord {
     /// A ray of a list.
     pub fn new(coordinates: Coordinates, ray: &WorldRay) -> RayRecord {
         let (origin, direction, _) = coordinates.ray(ray);
-        let (origin, direction) = (origin.to_array(), direction.to_array());
-        match coordinates.kernel.about().float {
-            FloatType::F32 => {
-                let [origin, origin_low] =
-                    split::<f32>(origin.into()).map(|part| part.map(f64::from));
-                RayRecord { origin, origin_low, direction }
-            }
-            FloatType::F64 => RayRecord { origin, origin_low: [0.0; 3], direction },
-        }
+        let [origin, origin_low] = match coordinates.kernel.about().float {
+            FloatType::F32 => split::<f32>(origin).map(|part| part.map(f64::from)),
+            FloatType::F64 => split(origin),
+        };
+        RayRecord { origin, origin_low, direction: direction.to_array() }
     }
 }
 
