@@ -43,7 +43,8 @@ fn compare_light(criterion: &mut Criterion) -> Result<()> {
         .ok_or_else(|| Error::Usage("f32 has no say in this light".into()))?;
     let mut codes = Vec::new();
     let there = Candidate::new("f32 on the device", n_pixels.clone(), move || {
-        tracer.light(&lighting, &pixels, &Control::default(), &mut codes)
+        let device = tracer.backend().expect("a tracer on a device");
+        device.light(&lighting, &pixels, &Control::default(), &mut codes)
     });
     let mut session = Session::new(scene, Device::Cpu, Kernel::Certified);
     let here = Candidate::new("all of it on the CPU", n_pixels, move || {

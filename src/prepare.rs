@@ -4,7 +4,7 @@ mod certified_light;
 mod first_stage;
 mod hierarchy;
 mod in_space;
-mod plain_light;
+mod lamp;
 
 use std::collections::HashSet;
 use std::sync::{Arc, OnceLock};
@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::guard::{self, Reach};
 use crate::host;
 use crate::kernel::coordinates::Coordinates;
-use crate::kernel::{FloatType, Kernel};
+use crate::kernel::{FloatType, Kernel, Space};
 use crate::memory;
 use crate::num::Float as _;
 use crate::num::fields::words;
@@ -34,7 +34,7 @@ pub use crate::num::{Scaled, exponent_of, power_of_two};
 pub use certified_light::{CertifiedLamp, CertifiedLighting};
 pub use hierarchy::Hierarchy;
 pub use in_space::InSpace;
-pub use plain_light::{PlainLamp, PlainLighting, lamp_kind};
+pub use lamp::{Lamp, LampOrigin, Lighting, MOST_IN_F32};
 
 use first_stage::is_left_open;
 
@@ -365,7 +365,11 @@ impl Prepared {
 
     /// The coordinates of the kernel's numbers.
     pub fn coordinates(&self) -> Coordinates {
-        Coordinates { kernel: self.kernel, reference: self.reference }
+        let origin = match self.kernel.about().space {
+            Space::World => DVec3::ZERO,
+            Space::Reference => self.reference,
+        };
+        Coordinates { kernel: self.kernel, origin }
     }
 
     /// True where f64 decides all rays of the kernel `certified`, on every device: where the bounds of f32

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::control::Control;
 use crate::cpu;
 use crate::error::Result;
-use crate::prepare::{CertifiedLighting, PlainLighting, Prepared};
+use crate::prepare::{CertifiedLighting, Lighting, Prepared};
 use crate::rays::Pixels;
 use crate::trace::{Hits, Rays, SampleIds, Timing, Wants};
 
@@ -23,13 +23,14 @@ pub trait Backend: Send {
     ) -> Result<Option<Timing>>;
 
     /// Replaces `lights` by the light that each of a picture's rays finds on what it hits, in the arithmetic of the
-    /// kernel, which is one without a proof. False where that is left to the CPU; `lights` then mean nothing.
+    /// kernel, which is one without a proof. Shadow rays start `epsilon` away from a surface, world units. False where that is left to the CPU; `lights` then mean nothing.
     ///
     /// # Errors
     /// Those of [`Tracer::trace`].
     fn light_plainly(
         &mut self,
-        _lighting: &PlainLighting,
+        _lighting: &Lighting,
+        _epsilon: f64,
         _samples: &Pixels,
         _control: &Control,
         _lights: &mut Vec<[f64; 3]>,
@@ -150,60 +151,14 @@ impl Tracer {
         {
             return Ok(timing);
         }
-        self.trace_all_samples(pixels, n, control, hits, samples)
-    }
-
-    /// What the samples of `pixels` see, found by tracing each sample.
-    pub(crate) fn trace_all_samples(
-        &mut self,
-        pixels: &Pixels,
-        n: u32,
-        control: &Control,
-        hits: &mut Hits,
-        samples: &mut SampleIds,
-    ) -> Result<Timing> {
         let timing = self.trace(&Rays::Pixels(pixels.samples(n)), control, hits)?;
         samples.gather(hits, pixels.width as usize, n as usize);
         Ok(timing)
     }
 
-    /// [`Backend::light_plainly`]
-    ///
-    /// # Errors
-    /// Those of [`Tracer::trace`].
-    pub fn light_plainly(
-        &mut self,
-        lighting: &PlainLighting,
-        samples: &Pixels,
-        control: &Control,
-        lights: &mut Vec<[f64; 3]>,
-    ) -> Result<bool> {
-        match &mut self.backend {
-            Some(backend) => backend.light_plainly(lighting, samples, control, lights),
-            None => Ok(false),
-        }
-    }
-
-    /// [`Backend::lights`]
-    pub fn lights(&self) -> bool {
-        self.backend.as_ref().is_some_and(|backend| backend.lights())
-    }
-
-    /// [`Backend::light`]
-    ///
-    /// # Errors
-    /// Those of [`Tracer::trace`].
-    pub fn light(
-        &mut self,
-        lighting: &CertifiedLighting,
-        pixels: &Pixels,
-        control: &Control,
-        codes: &mut Vec<u32>,
-    ) -> Result<bool> {
-        match &mut self.backend {
-            Some(backend) => backend.light(lighting, pixels, control, codes),
-            None => Ok(false),
-        }
+    /// What a device does of tracing the scene; `None` where the CPU does all.
+    pub fn backend(&mut self) -> Option<&mut (dyn Backend + 'static)> {
+        self.backend.as_deref_mut()
     }
 
     /// Takes another prepared scene, with the same [`Wants`]. After an error it is for the one before.
@@ -223,13 +178,6 @@ impl Tracer {
         match &self.backend {
             Some(backend) => backend.bytes(),
             None => self.prepared.bytes(),
-        }
-    }
-
-    /// Asks for [`Timing::on_device`] from now on; a device without a clock leaves it out.
-    pub fn use_device_clock(&mut self) {
-        if let Some(backend) = &mut self.backend {
-            backend.use_clock();
         }
     }
 }

@@ -138,7 +138,8 @@ fn samples_are_those_that_are_traced_one_by_one() {
         let (control, mut hits) = (Control::default(), Hits::default());
         let [mut found, mut all] = [SampleIds::default(), SampleIds::default()];
         tracer.trace_samples(&pixels, n, &control, &mut hits, &mut found).unwrap();
-        tracer.trace_all_samples(&pixels, n, &control, &mut hits, &mut all).unwrap();
+        tracer.trace(&Rays::Pixels(pixels.samples(n)), &control, &mut hits).unwrap();
+        all.gather(&hits, pixels.width as usize, n as usize);
         let ids = |samples: &SampleIds| {
             let mut ids: Vec<Vec<u32>> =
                 samples.whole.iter().map(|&id| vec![id; samples.n_each]).collect();

@@ -4,8 +4,8 @@ use std::env;
 
 use super::Device;
 use crate::error::{Error, Result};
-use crate::gpu::{Gpu, Pick, has_software_alone};
-use crate::prepare::{FEW_SPHERES, PlainLighting};
+use crate::gpu::{Gpu, Pick, are_at_hand, has_software_alone};
+use crate::prepare::FEW_SPHERES;
 use crate::scene::{Samples, Scene};
 use crate::trace::Kernel;
 
@@ -125,9 +125,7 @@ pub fn rays_of_picture(scene: &Scene, n_pixels: usize, n_samples: Samples) -> us
         return n_pixels;
     }
     let n_lamps = scene.lights.len() + scene.sky.map_or(0, |sky| sky.directions as usize);
-    let are_few =
-        scene.n_objects() <= PlainLighting::FEW_OBJECTS && n_lamps <= PlainLighting::FEW_LAMPS;
-    let of_ways = if are_few { RAYS_OF_WAY * n_lamps } else { 0 };
+    let of_ways = if are_at_hand(scene, n_lamps) { RAYS_OF_WAY * n_lamps } else { 0 };
     n_pixels.saturating_mul(n_samples.of_pixel() as usize).saturating_mul(1 + of_ways)
 }
 

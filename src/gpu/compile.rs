@@ -14,7 +14,7 @@ use crate::bvh::{IS_LEAF, MOST_BOXES, MOST_BOXES_TO_LIGHT};
 use crate::error::{Error, Result};
 use crate::kernel::{FloatType, Kernel, SHARED_PARTS, ShaderPart, Space, part};
 use crate::num::{Float as _, OPEN};
-use crate::prepare::{LightKey, ShaderKey, SphereSearch, lamp_kind};
+use crate::prepare::{LightKey, ShaderKey, SphereSearch};
 use crate::rays::Bundle;
 
 /// Invocations of one workgroup, columns × rows of the tile.
@@ -275,9 +275,9 @@ fn constants(key: &ShaderKey) -> String {
     }
     match key.light {
         Some(LightKey::Plain { .. }) => parts.extend([
-            unsigned("LAMP_EYE", lamp_kind::EYE),
-            unsigned("LAMP_POINT", lamp_kind::POINT),
-            unsigned("LAMP_SUN", lamp_kind::SUN),
+            unsigned("LAMP_EYE", Lamp::EYE),
+            unsigned("LAMP_POINT", Lamp::POINT),
+            unsigned("LAMP_SUN", Lamp::SUN),
             Lighting::declaration(),
             Lamp::declaration(),
         ]),

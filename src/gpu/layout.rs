@@ -1,8 +1,11 @@
 //! The structs that shaders have besides the records of objects, each said once: its text in WGSL and its bytes come from here.
 //! A test compares where its members lie with where naga has them.
 
+use glam::DVec3;
+
 use crate::kernel::FloatType;
 use crate::kernel::coordinates::{Coordinates, split};
+use crate::prepare::{self, LampOrigin};
 use crate::rays::WorldRay;
 
 /// A number, three of them, or a whole number. In WGSL a number is a `Real`, which a kernel says what that is.
@@ -175,7 +178,7 @@ layouts! {
     Lamp {
         /// The place of a point in the kernel's coordinates, or the way to a sun.
         at: [f64; 3],
-        /// One of [`lamp_kind`](crate::prepare::lamp_kind).
+        /// [`Lamp::EYE`], [`Lamp::POINT`] or [`Lamp::SUN`].
         kind: u32,
         /// Linear light that a surface across its rays gets.
         weight: [f64; 3],
@@ -188,15 +191,30 @@ impl RayRecord {
     /// A ray of a list.
     pub fn new(coordinates: Coordinates, ray: &WorldRay) -> RayRecord {
         let (origin, direction, _) = coordinates.ray(ray);
-        let (origin, direction) = (origin.to_array(), direction.to_array());
-        match coordinates.kernel.about().float {
-            FloatType::F32 => {
-                let [origin, origin_low] =
-                    split::<f32>(origin.into()).map(|part| part.map(f64::from));
-                RayRecord { origin, origin_low, direction }
-            }
-            FloatType::F64 => RayRecord { origin, origin_low: [0.0; 3], direction },
-        }
+        let [origin, origin_low] = match coordinates.kernel.about().float {
+            FloatType::F32 => split::<f32>(origin).map(|part| part.map(f64::from)),
+            FloatType::F64 => split(origin),
+        };
+        RayRecord { origin, origin_low, direction: direction.to_array() }
+    }
+}
+
+impl Lamp {
+    /// The kind of the point that all rays start from.
+    pub const EYE: u32 = 0;
+    /// The kind of a point.
+    pub const POINT: u32 = 1;
+    /// The kind of a sun.
+    pub const SUN: u32 = 2;
+
+    /// A light, or a sun of the sky.
+    pub fn new(coordinates: Coordinates, lamp: &prepare::Lamp) -> Lamp {
+        let (at, kind) = match lamp.origin {
+            LampOrigin::Eye => (DVec3::ZERO, Lamp::EYE),
+            LampOrigin::Point(position) => (coordinates.of(position), Lamp::POINT),
+            LampOrigin::Sun(direction) => (-direction, Lamp::SUN),
+        };
+        Lamp { at: at.to_array(), kind, weight: lamp.weight, shadows: lamp.shadows.into() }
     }
 }
 

@@ -42,8 +42,8 @@ pub struct CertifiedLight {
 }
 
 impl CertifiedLight {
-    /// Lights with the `old` one, of the same prepared scene, where that has the same numbers, else with a new one; `None` where the device leaves that to the
-    /// CPU: one in software, which is slower, and where numbers don't fit its buffers. `objects` are those of the listed spheres
+    /// Lights with the `old` one, of the same prepared scene, where that has the same numbers, else with a new one; `None` where
+    /// the device leaves that to the CPU: where a ray takes too long, and where numbers don't fit its buffers. `objects` are those of the listed spheres
     /// and the planes, `hierarchy` is the tree.
     ///
     /// # Errors
@@ -55,9 +55,6 @@ impl CertifiedLight {
         (objects, hierarchy): (&[Named], Option<&DeviceHierarchy>),
         lighting: &CertifiedLighting,
     ) -> Result<Option<CertifiedLight>> {
-        if prepared.starts_in_f64() || !gpu.lights() {
-            return Ok(None);
-        }
         let most =
             if gpu.facts.is_software() { MOST_TURNS_IN_SOFTWARE } else { MOST_TESTS_OF_PIXEL };
         let n_listed = prepared.n_listed_spheres() + prepared.scene.planes.len();
@@ -115,7 +112,7 @@ impl CertifiedLight {
         self.bytes + self.pass.bytes()
     }
 
-    /// See [`Tracer::light`](crate::tracer::Tracer::light).
+    /// See [`Backend::light`](crate::tracer::Backend::light).
     ///
     /// # Errors
     /// Those of [`Pass::run`].

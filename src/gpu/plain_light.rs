@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::compile::{MOST_TURNS_IN_SOFTWARE, turns_of_ray};
-use super::layout::{Lamp, Layout, Lighting};
+use super::layout::{self, Layout};
 use super::open::Gpu;
 use super::pass::Pass;
 use super::pipeline::Named;
@@ -11,17 +11,24 @@ use super::tiles::DeviceTile;
 use crate::control::Control;
 use crate::error::Result;
 use crate::kernel::FloatType;
-use crate::prepare::{LightKey, PlainLamp, PlainLighting, Prepared, ShaderKey};
+use crate::prepare::{LightKey, Lighting, Prepared, ShaderKey};
 use crate::rays::Pixels;
+use crate::scene::Scene;
 use crate::trace::Rays;
 
 /// Objects times lamps up to which one ray takes less than a second or so.
 const MOST_TESTS_OF_RAY: usize = 1 << 24;
 
+/// Whether a device in software has the objects of a scene and so many lamps at hand: then it lights pictures sooner than the
+/// CPU.
+pub fn are_at_hand(scene: &Scene, n_lamps: usize) -> bool {
+    scene.n_objects() <= 24 && n_lamps <= 32
+}
+
 /// Lights the pictures of one scene.
 pub struct PlainLight {
-    /// What it was made for.
-    lighting: PlainLighting,
+    /// The light and the epsilon that it was made for.
+    made_for: (Lighting, f64),
     /// Bytes of the lamps.
     bytes: u64,
     pass: Pass,
@@ -30,21 +37,19 @@ pub struct PlainLight {
 impl PlainLight {
     /// Whether a device lights this: one in software only where it is quicker than the CPU, which is where it
     /// has lamps and objects at hand.
-    pub fn is_wanted(gpu: &Gpu, prepared: &Prepared, lighting: &PlainLighting) -> bool {
+    pub fn is_wanted(gpu: &Gpu, prepared: &Prepared, lighting: &Lighting) -> bool {
         let n_lamps = lighting.lamps.len();
         let key = prepared.light_key(LightKey::Plain { n_lamps });
         let n_tests = prepared.scene.n_objects().saturating_mul(n_lamps);
         let n_turns = (turns_of_ray(&key) + 1).saturating_mul(n_lamps + 1);
-        let are_at_hand = prepared.scene.n_objects() <= PlainLighting::FEW_OBJECTS
-            && n_lamps <= PlainLighting::FEW_LAMPS;
         n_tests <= MOST_TESTS_OF_RAY
             && (n_turns <= MOST_TURNS_IN_SOFTWARE || !gpu.facts.is_software())
-            && (are_at_hand || gpu.lights())
+            && (are_at_hand(&prepared.scene, n_lamps) || gpu.lights())
     }
 
     /// Whether this was made for such light.
-    pub fn is_for(&self, lighting: &PlainLighting) -> bool {
-        self.lighting == *lighting
+    pub fn is_for(&self, lighting: &Lighting, epsilon: f64) -> bool {
+        self.made_for.0 == *lighting && self.made_for.1 == epsilon
     }
 
     /// Compiles the shader. `objects` are the buffers of the spheres and the planes.
@@ -55,19 +60,23 @@ impl PlainLight {
         gpu: &Arc<Gpu>,
         prepared: &Prepared,
         objects: &[Named],
-        lighting: &PlainLighting,
+        lighting: &Lighting,
+        epsilon: f64,
     ) -> Result<PlainLight> {
         let light = LightKey::Plain { n_lamps: lighting.lamps.len() };
         let key = ShaderKey { unrolls: gpu.facts.is_software(), ..prepared.light_key(light) };
         let float = prepared.kernel.about().float;
-        let of_light = [("lighting", of_all(lighting, float)), ("lamps", lamps(lighting, float))];
+        let of_all = layout::Lighting { ambient: lighting.ambient, epsilon }.bytes(float);
+        let lamp = |lamp| layout::Lamp::new(prepared.coordinates(), lamp).bytes(float);
+        let lamps = lighting.lamps.iter().flat_map(lamp).collect();
+        let of_light = [("lighting", of_all), ("lamps", lamps)];
         let of_light = of_light.into_iter().filter(|(_, bytes)| !bytes.is_empty());
         let of_light: Vec<Named> =
             of_light.map(|(name, bytes)| (name, gpu.filled(name, &bytes).into())).collect();
         let bytes = of_light.iter().map(|(_, light)| light.bytes()).sum();
         let bound = objects.iter().cloned().chain(of_light).collect();
         let pass = Pass::new(gpu, prepared, &key, bound)?;
-        Ok(PlainLight { lighting: lighting.clone(), bytes, pass })
+        Ok(PlainLight { made_for: (lighting.clone(), epsilon), bytes, pass })
     }
 
     /// Bytes on the device, beside the objects.
@@ -75,7 +84,7 @@ impl PlainLight {
         self.bytes + self.pass.bytes()
     }
 
-    /// See [`Tracer::light_plainly`](crate::tracer::Tracer::light_plainly).
+    /// See [`Backend::light_plainly`](crate::tracer::Backend::light_plainly).
     ///
     /// # Errors
     /// Those of [`Pass::run`].
@@ -99,16 +108,4 @@ impl PlainLight {
         };
         self.pass.run(prepared, &rays, control, &mut take).map(drop)
     }
-}
-
-fn of_all(lighting: &PlainLighting, float: FloatType) -> Vec<u8> {
-    let &PlainLighting { ambient, epsilon, .. } = lighting;
-    Lighting { ambient, epsilon }.bytes(float)
-}
-
-fn lamps(lighting: &PlainLighting, float: FloatType) -> Vec<u8> {
-    let lamp = |&PlainLamp { at, kind, weight, shadows }: &PlainLamp| {
-        Lamp { at, kind, weight, shadows: shadows.into() }.bytes(float)
-    };
-    lighting.lamps.iter().flat_map(lamp).collect()
 }

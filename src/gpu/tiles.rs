@@ -113,7 +113,7 @@ impl DeviceTile {
             right: camera.right.0,
             true_up: camera.true_up.0,
             step,
-            origin: prepared.coordinates().camera_origin().to_array(),
+            origin: prepared.coordinates().of(pixels.view.position).to_array(),
             ..common
         }
     }

@@ -16,7 +16,7 @@ use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::kernel::Kernel;
 use crate::kernel::coordinates::Coordinates;
-use crate::prepare::{CertifiedLighting, PlainLighting, Prepared, ShaderKey};
+use crate::prepare::{CertifiedLighting, Lighting, Prepared, ShaderKey};
 use crate::rays::Pixels;
 use crate::trace::{Hits, Rays, Timing, Wants};
 use crate::tracer::Backend;
@@ -163,7 +163,8 @@ impl Backend for GpuTracer {
 
     fn light_plainly(
         &mut self,
-        lighting: &PlainLighting,
+        lighting: &Lighting,
+        epsilon: f64,
         samples: &Pixels,
         control: &Control,
         lights: &mut Vec<[f64; 3]>,
@@ -172,9 +173,9 @@ impl Backend for GpuTracer {
         if *leaves_to_cpu || !PlainLight::is_wanted(gpu, prepared, lighting) {
             return Ok(false);
         }
-        let made = match kept.take().filter(|made| made.is_for(lighting)) {
+        let made = match kept.take().filter(|made| made.is_for(lighting, epsilon)) {
             Some(made) => made,
-            None => match PlainLight::new(gpu, prepared, objects, lighting) {
+            None => match PlainLight::new(gpu, prepared, objects, lighting, epsilon) {
                 // The device binds too few buffers at once, or has too little room.
                 Err(Error::TooLarge(_)) => return Ok(false),
                 made => made?,

@@ -12,25 +12,14 @@ use crate::rays::WorldRay;
 pub struct Coordinates {
     /// The kernel.
     pub kernel: Kernel,
-    /// The point that they are relative to, unless they are the world's.
-    pub reference: DVec3,
+    /// The point that they are relative to, world units: 0 where they are the world's.
+    pub origin: DVec3,
 }
 
 impl Coordinates {
-    /// The reference point, where a camera stands.
-    pub fn camera_origin(&self) -> DVec3 {
-        match self.kernel.about().space {
-            Space::World => self.reference,
-            Space::Reference => DVec3::ZERO,
-        }
-    }
-
     /// A point of the world.
     pub fn of(&self, point: DVec3) -> DVec3 {
-        match self.kernel.about().space {
-            Space::World => point,
-            Space::Reference => point - self.reference,
-        }
+        point - self.origin
     }
 
     /// Origin and direction of a ray of a list, and the exponent `e` with which the direction is `2^e` times this one, so that

@@ -170,47 +170,22 @@ impl<'a, F: Float> PlainRays<'a, F> {
             pixels,
             camera: Frame::new(&pixels.view, in_camera),
             step: F::near(step),
-            origin: V3::near(coordinates.camera_origin()),
+            origin: V3::near(coordinates.of(pixels.view.position)),
         }
-    }
-
-    /// The ray by twice its offset from the picture's centre.
-    #[inline(always)]
-    fn of_pixel<R: Real<One = F>>(
-        camera: &Frame<F>,
-        origin: V3<F>,
-        [across, up]: [R; 2],
-    ) -> PlainRay<R> {
-        let (Ray { origin: aside, direction, a, inv_a }, origin) =
-            (camera.ray(across, up), V3::splat(origin));
-        let (origin, origin_low) = match camera.lens.bundle() {
-            Bundle::Point => (origin, None),
-            Bundle::Parallel | Bundle::Free => (origin + aside, Some(V3([R::lit(0.0); 3]))),
-        };
-        PlainRay { ray: Ray { origin, direction, a, inv_a }, origin_low }
     }
 
     /// One of the rays.
-    pub fn one<R: Real<One = F>>(&self, index: usize) -> PlainRay<R> {
-        match self {
-            PlainRays::Pixels { pixels, camera, step, origin } => {
-                let (x, y) = pixels.xy(index);
-                let (i, j) = pixels.offset2(x, y);
-                let steps = |n: i64| R::splat(*step) * R::lit(n as f64);
-                PlainRays::of_pixel(camera, *origin, [steps(i), steps(j)])
-            }
-            PlainRays::List { rays, coordinates } => {
-                let (origin, direction, _) = coordinates.ray(&rays[index]);
-                let [high, low] = split(origin).map(|part| V3::splat(V3(part)));
-                let ray = Ray::new(high, V3::splat(V3::near(direction)));
-                PlainRay { ray, origin_low: Some(low) }
-            }
-        }
+    pub fn one(&self, index: usize) -> PlainRay<F> {
+        let PlainRay { ray, origin_low } = self.pack::<1>(index);
+        let alone = |v: V3<Lanes<F, 1>>| V3(v.0.map(|x| x.0[0]));
+        let ray = Ray::new(alone(ray.origin), alone(ray.direction));
+        PlainRay { ray, origin_low: origin_low.map(alone) }
     }
 
     /// Some rays, from the one with this index on; of a picture in its row and beyond its end, of a list the last one again.
     #[inline(always)]
     pub fn pack<const N: usize>(&self, first: usize) -> PlainRay<Lanes<F, N>> {
+        let zero = V3([Lanes::lit(0.0); 3]);
         match self {
             PlainRays::Pixels { pixels, camera, step, origin } => {
                 let (x, y) = pixels.xy(first);
@@ -220,11 +195,15 @@ impl<'a, F: Float> PlainRays<'a, F> {
                     across.0[lane] = *step * F::near((i + 2 * lane as i64) as f64);
                 }
                 let up = Lanes::splat(*step * F::near(j as f64));
-                PlainRays::of_pixel(camera, *origin, [across, up])
+                let (ray, origin) = (camera.ray(across, up), V3::splat(*origin));
+                let (origin, origin_low) = match camera.lens.bundle() {
+                    Bundle::Point => (origin, None),
+                    Bundle::Parallel | Bundle::Free => (origin + ray.origin, Some(zero)),
+                };
+                PlainRay { ray: Ray { origin, ..ray }, origin_low }
             }
             PlainRays::List { rays, coordinates } => {
-                let none = V3([Lanes::lit(0.0); 3]);
-                let (mut origin, mut origin_low, mut direction) = (none, none, none);
+                let (mut origin, mut origin_low, mut direction) = (zero, zero, zero);
                 for lane in 0..N {
                     let ray = &rays[(first + lane).min(rays.len() - 1)];
                     let (at, way, _) = coordinates.ray(ray);

@@ -9,7 +9,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use super::about::{About, FloatType, Promise, ShaderPart, Space, Wgsl, part};
+use super::about::{About, FloatType, Promise, Space, Wgsl, part};
 use super::coordinates::split;
 use super::plain::{Plain, PlainRay, first_positive};
 use crate::num::{self, Float as _, Mask, Ray, Real, Scaled, V3};
@@ -20,7 +20,7 @@ pub(super) const STABLE: About = About {
     name: "stable",
     float: FloatType::F32,
     record_bytes: [size_of::<SphereStable>(), size_of::<PlaneStable>()],
-    wgsl: Wgsl { records: "Relative", parts: PARTS },
+    wgsl: Wgsl { records: "Relative", parts: &[part!("ray.wgsl"), part!("relative.wgsl")] },
     space: Space::Reference,
     promise: Promise::PARITY,
 };
@@ -30,12 +30,8 @@ pub(super) const DOUBLE: About = About {
     name: "double",
     float: FloatType::F64,
     record_bytes: [size_of::<SphereDouble>(), size_of::<PlaneDouble>()],
-    wgsl: Wgsl { records: "Relative", parts: PARTS },
-    space: Space::Reference,
-    promise: Promise::PARITY,
+    ..STABLE
 };
-
-const PARTS: &[ShaderPart] = &[part!("ray.wgsl"), part!("relative.wgsl")];
 
 /// The ray's closest approach to a centre at `l = c − o`.
 #[derive(Clone, Copy, Debug)]

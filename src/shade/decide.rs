@@ -3,7 +3,6 @@
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
-use super::lamp::{Lamp, LampOrigin};
 use super::lit::Certified;
 use super::mean::ExactMean;
 use super::pass::{Open, Visibility};
@@ -13,6 +12,7 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{ExactBeam, ExactPoint};
 use crate::num::Lanes;
+use crate::prepare::{Lamp, LampOrigin};
 use crate::seen::Surface;
 use crate::trace::StageCounts;
 

@@ -6,7 +6,6 @@ use std::sync::{Arc, OnceLock};
 use rayon::prelude::*;
 
 use super::decide::Known;
-use super::lamp::{Lighting, MOST_IN_F32};
 use super::occluders::Occluders;
 use super::pass::{Given, LightPass, Open, PixelBlock, Scratch, Visibility};
 use super::unlit::color;
@@ -18,7 +17,7 @@ use crate::host;
 use crate::kernel::Kernel;
 use crate::memory;
 use crate::num::OPEN;
-use crate::prepare::{CertifiedLighting, Prepared};
+use crate::prepare::{CertifiedLighting, Lighting, MOST_IN_F32, Prepared};
 use crate::rays::Pixels;
 use crate::scene::{Samples, Scene};
 use crate::trace::{Rays, StageCounts};
@@ -259,9 +258,12 @@ impl<'a> Certified<'a> {
     /// Has a device find bytes in f32, where it does.
     fn propose(&mut self, tracer: &mut Tracer, pixels: &Pixels, control: &Control) -> Result<()> {
         let counts_all = self.job.lit.style.background != Background::LeftOut;
-        let pass = self.in_f32.as_ref().filter(|_| counts_all && tracer.lights());
-        if let Some(lighting) = pass.and_then(LightPass::lighting) {
-            match tracer.light(&lighting, pixels, control, &mut self.codes)? {
+        if counts_all
+            && let Some(backend) = tracer.backend()
+            && backend.lights()
+            && let Some(lighting) = self.in_f32.as_ref().and_then(LightPass::lighting)
+        {
+            match backend.light(&lighting, pixels, control, &mut self.codes)? {
                 true => self.in_f32 = None,
                 false => self.codes.clear(),
             }

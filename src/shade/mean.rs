@@ -6,10 +6,11 @@ use std::cmp::Ordering;
 
 use glam::DVec3;
 
-use super::lamp::{Lamp, Lighting};
+use super::written::{Written, exact_pixel};
 use crate::exact::{
     Dyadic, Enclosure, ExactBeam, ExactCosine, ExactPoint, Fraction, Root, exact, integer,
 };
+use crate::prepare::{Lamp, Lighting};
 
 /// Bits of the first enclosure.
 const FEWEST_BITS: usize = 64;
@@ -146,8 +147,10 @@ impl<'a> ExactMean<'a> {
         sum.over(&Enclosure::of(&self.divisor), n_bits).unwrap_or_else(|| sum.clone())
     }
 
-    /// A number near a channel.
-    pub fn approximate(&self, channel: usize) -> f64 {
-        Root::from(self.mean_of(&self.sums(0)[channel], FEWEST_BITS).low).to_f64()
+    /// The colour as a picture has it: `u8` and `u16` are in sRGB, `f32` are the nearest linear ones.
+    pub fn pixel<C: Written>(&self) -> [C; 3] {
+        let near = |sum: &Enclosure| Root::from(self.mean_of(sum, FEWEST_BITS).low).to_f64();
+        let guess = self.sums(0).each_ref().map(near);
+        exact_pixel(self, guess)
     }
 }

@@ -1,7 +1,6 @@
 //! [`crate::trace::Hits`] → colours: the only place that knows what colour a hit has.
 
 mod decide;
-mod lamp;
 mod lit;
 mod mean;
 mod occluders;
@@ -14,7 +13,7 @@ mod written;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-pub use lamp::{Lamp, LampOrigin, Lighting};
+pub use crate::prepare::{Lamp, LampOrigin, Lighting};
 pub use lit::certified_lighting;
 pub use mean::ExactMean;
 pub use painter::{Background, ColorCounts, Painted, Painter, Style};

@@ -2,12 +2,11 @@
 
 use glam::DVec3;
 
-use super::lamp::{Lamp, LampOrigin, Lighting};
 use crate::bvh::{Beam, Bvh, Corners, Enter, Node, Visitor, Walk};
 use crate::certify::Stage;
 use crate::exact::is_outside;
 use crate::num::{Float, Lanes};
-use crate::prepare::{Prepared, Scaled, exponent_of, power_of_two};
+use crate::prepare::{Lamp, LampOrigin, Lighting, Prepared, Scaled, exponent_of, power_of_two};
 use crate::rays::Rays;
 use crate::scene::{Object, Scene, Sphere};
 use crate::seen::{Met, Occluder, Record, ShadowRay, SphereMet, Surface, Verdict, shadow};

@@ -20,7 +20,7 @@ mod shadows;
 use pulp::{Simd, WithSimd};
 
 use super::Background;
-use super::lamp::Lamp;
+
 use super::lit::Job;
 use super::occluders::Occluders;
 use super::written::Written;
@@ -30,7 +30,7 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::guard::{LONGEST_IN_F32, length_bound};
 use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3, dispatch, one_by_one};
-use crate::prepare::{CertifiedLamp, CertifiedLighting};
+use crate::prepare::{CertifiedLamp, CertifiedLighting, Lamp};
 use crate::rays::Pixels;
 use crate::scene::Linear;
 use crate::seen::shadow::{Aim, Origin};

@@ -6,8 +6,7 @@
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::lamp::{Lamp, LampOrigin, Lighting};
-use super::lit::Job;
+use super::lit::{Job, Lit};
 use super::written::Written;
 use crate::control::Control;
 use crate::error::Result;
@@ -15,10 +14,10 @@ use crate::kernel::coordinates::Coordinates;
 use crate::kernel::plain::{Hit, Plain, PlainRay, PlainRays};
 use crate::kernel::{Lists, ObjectRecords};
 use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3, dispatch};
-use crate::prepare::{PlainLamp, PlainLighting, Prepared, lamp_kind};
+use crate::prepare::{Lamp, LampOrigin, Lighting, Prepared};
 use crate::rays::Pixels;
 use crate::trace::{Kernel, Level, Rays, StageCounts};
-use crate::tracer::Tracer;
+use crate::tracer::{Backend, Tracer};
 
 /// Samples whose light comes from a device at a time; bounds the memory for it.
 const SAMPLES_AT_ONCE: u32 = 1 << 18;
@@ -31,15 +30,26 @@ pub(super) fn shade<C: Written>(
     control: &Control,
     colors: &mut [[C; 3]],
 ) -> Result<bool> {
-    let lighting = &lighting_of(prepared.coordinates(), &job.lit.lighting, job.lit.style.epsilon);
-    if shade_with(tracer, job, lighting, samples, control, colors)? {
+    if let Some(backend) = tracer.backend()
+        && shade_with(backend, job, samples, control, colors)?
+    {
         return Ok(true);
     }
+    let here = (job, prepared, samples);
     let rows = colors.par_chunks_mut(job.n_columns().max(1)).enumerate();
     rows.try_for_each_init(Vec::new, |lights, (row, colors)| -> Result<()> {
         lights.clear();
         lights.resize(samples_of_row(job), [0.0; 3]);
-        light_row((job, prepared, samples), lighting, row, control, lights)?;
+        match &prepared.objects {
+            ObjectRecords::Lecture(lists) => {
+                light_row::<_, _, 16>(lists, here, row, control, lights)
+            }
+            ObjectRecords::Stable(lists) => {
+                light_row::<_, _, 16>(lists, here, row, control, lights)
+            }
+            ObjectRecords::Double(lists) => light_row::<_, _, 8>(lists, here, row, control, lights),
+            ObjectRecords::Certified { .. } => Ok(()),
+        }?;
         mix(job, row, lights, control, colors);
         Ok(())
     })?;
@@ -48,13 +58,13 @@ pub(super) fn shade<C: Written>(
 
 /// Fills `colors` as [`shade`] does, by a device's light, some rows at a time. False where that is left to the CPU.
 fn shade_with<C: Written>(
-    tracer: &mut Tracer,
+    backend: &mut dyn Backend,
     job: &Job,
-    lighting: &PlainLighting,
     samples: &Pixels,
     control: &Control,
     colors: &mut [[C; 3]],
 ) -> Result<bool> {
+    let Lit { lighting, style, .. } = job.lit;
     let n_samples = job.n_samples() as u32;
     let columns = job.n_columns().max(1);
     let n_rows = (SAMPLES_AT_ONCE / (samples.width * n_samples).max(1)).max(1) as usize;
@@ -62,7 +72,7 @@ fn shade_with<C: Written>(
     for (part, colors) in colors.chunks_mut(n_rows * columns).enumerate() {
         let (first_row, n_rows) = (part * n_rows, colors.len() / columns);
         let rows = samples.rows(first_row as u32 * n_samples, n_rows as u32 * n_samples);
-        if !tracer.light_plainly(lighting, &rows, control, &mut lights)? {
+        if !backend.light_plainly(lighting, style.epsilon, &rows, control, &mut lights)? {
             return Ok(false);
         }
         let rows = colors.par_chunks_mut(columns).zip(lights.par_chunks(samples_of_row(job)));
@@ -76,35 +86,17 @@ fn shade_with<C: Written>(
 }
 
 /// The light that a row of pixels' samples find on what they see.
-fn light_row(
-    here: (&Job, &Prepared, &Pixels),
-    lighting: &PlainLighting,
-    row: usize,
-    control: &Control,
-    lights: &mut [[f64; 3]],
-) -> Result<()> {
-    match &here.1.objects {
-        ObjectRecords::Lecture(lists) => {
-            light_with::<_, _, 16>(&Scene { lists, lighting }, here, row, control, lights)
-        }
-        ObjectRecords::Stable(lists) => {
-            light_with::<_, _, 16>(&Scene { lists, lighting }, here, row, control, lights)
-        }
-        ObjectRecords::Double(lists) => {
-            light_with::<_, _, 8>(&Scene { lists, lighting }, here, row, control, lights)
-        }
-        ObjectRecords::Certified { .. } => Ok(()),
-    }
-}
-
-fn light_with<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
-    scene: &Scene<S, P>,
+fn light_row<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
+    lists: &Lists<S, P>,
     (job, prepared, samples): (&Job, &Prepared, &Pixels),
     row: usize,
     control: &Control,
     lights: &mut [[f64; 3]],
 ) -> Result<()> {
-    let rays = &PlainRays::of_pixels(prepared.coordinates(), samples);
+    let coordinates = prepared.coordinates();
+    let Lit { lighting, style, .. } = job.lit;
+    let scene = &Scene { lists, coordinates, lighting, epsilon: style.epsilon };
+    let rays = &PlainRays::of_pixels(coordinates, samples);
     let first = row * samples_of_row(job);
     for (first, lights) in (first..).step_by(job.row).zip(lights.chunks_mut(job.row)) {
         let ids = &job.ids[first..][..job.row];
@@ -116,23 +108,6 @@ fn light_with<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
 /// Samples of a row of pixels.
 fn samples_of_row(job: &Job) -> usize {
     job.n_samples() * job.row
-}
-
-/// The lamps in the coordinates of a kernel.
-fn lighting_of(coordinates: Coordinates, lighting: &Lighting, epsilon: f64) -> PlainLighting {
-    let lamp = |lamp: &Lamp| {
-        let (at, kind) = match lamp.origin {
-            LampOrigin::Eye => ([0.0; 3], lamp_kind::EYE),
-            LampOrigin::Point(position) => (coordinates.of(position).to_array(), lamp_kind::POINT),
-            LampOrigin::Sun(direction) => ((-direction).to_array(), lamp_kind::SUN),
-        };
-        PlainLamp { at, kind, weight: lamp.weight, shadows: lamp.shadows }
-    };
-    PlainLighting {
-        ambient: lighting.ambient,
-        epsilon,
-        lamps: lighting.lamps.iter().map(lamp).collect(),
-    }
 }
 
 /// The mean colours of a row's pixels, from the light on what its samples see.
@@ -195,7 +170,11 @@ impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Light<'_
 /// A kernel's objects, with what lights them.
 struct Scene<'a, S, P> {
     lists: &'a Lists<S, P>,
-    lighting: &'a PlainLighting,
+    /// The kernel's.
+    coordinates: Coordinates,
+    lighting: &'a Lighting,
+    /// How far from a surface shadow rays start, world units.
+    epsilon: f64,
 }
 
 impl<F: Float, S: Plain<Float = F>, P: Plain<Float = F>> Scene<'_, S, P> {
@@ -226,14 +205,14 @@ impl<F: Float, S: Plain<Float = F>, P: Plain<Float = F>> Scene<'_, S, P> {
         PlainRay { ray, .. }: &PlainRay<Lanes<F, N>>,
         hit: &Hit<Lanes<F, N>>,
         normal: V3<Lanes<F, N>>,
-        lamp: &PlainLamp,
+        lamp: &Lamp,
     ) -> Way<Lanes<F, N>> {
         let (zero, one) = (Lanes::lit(0.0), Lanes::lit(1.0));
-        let (point, at) = (ray.origin + ray.direction * hit.t, V3(lamp.at.map(Lanes::lit)));
-        let way = match lamp.kind {
-            lamp_kind::EYE => -(ray.direction * hit.t),
-            lamp_kind::POINT => at - point,
-            _ => at,
+        let point = ray.origin + ray.direction * hit.t;
+        let way = match lamp.origin {
+            LampOrigin::Eye => -(ray.direction * hit.t),
+            LampOrigin::Point(position) => V3::lit(self.coordinates.of(position)) - point,
+            LampOrigin::Sun(direction) => V3::lit(-direction),
         };
         let length = way.dot(way).sqrt();
         let cosine = normal.dot(way) * (one / length);
@@ -241,13 +220,15 @@ impl<F: Float, S: Plain<Float = F>, P: Plain<Float = F>> Scene<'_, S, P> {
         let is_asked = zero.lt(cosine);
         if lamp.shadows && is_asked.any() {
             // The shadow ray starts `epsilon` nearer to the lamp, which is at 1.
-            let step = Lanes::lit(self.lighting.epsilon) / length;
+            let step = Lanes::lit(self.epsilon) / length;
             let origin_low = Some(V3([zero; 3]));
             first = self
                 .lists
                 .closest(&PlainRay { ray: Ray::new(point + way * step, way), origin_low });
-            let end =
-                if lamp.kind == lamp_kind::SUN { Lanes::lit(f64::INFINITY) } else { one - step };
+            let end = match lamp.origin {
+                LampOrigin::Sun(_) => Lanes::lit(f64::INFINITY),
+                _ => one - step,
+            };
             is_blocked = is_asked & first.t.lt(end);
         }
         Way { way, cosine, first, is_blocked }
@@ -295,28 +276,30 @@ pub struct PlainWay {
 impl PlainPoint {
     /// The numbers of a kernel for one ray; `None` where it sees the background.
     pub fn new(prepared: &Prepared, rays: &Rays, lighting: &Lighting) -> Option<PlainPoint> {
-        let lighting = &lighting_of(prepared.coordinates(), lighting, 0.0);
+        let coordinates = prepared.coordinates();
         match &prepared.objects {
-            ObjectRecords::Lecture(lists) => point(&Scene { lists, lighting }, prepared, rays),
-            ObjectRecords::Stable(lists) => point(&Scene { lists, lighting }, prepared, rays),
-            ObjectRecords::Double(lists) => point(&Scene { lists, lighting }, prepared, rays),
+            ObjectRecords::Lecture(lists) => point(lists, coordinates, rays, lighting),
+            ObjectRecords::Stable(lists) => point(lists, coordinates, rays, lighting),
+            ObjectRecords::Double(lists) => point(lists, coordinates, rays, lighting),
             ObjectRecords::Certified { .. } => None,
         }
     }
 }
 
 fn point<F: Float, S: Plain<Float = F>, P: Plain<Float = F>>(
-    scene: &Scene<S, P>,
-    prepared: &Prepared,
+    lists: &Lists<S, P>,
+    coordinates: Coordinates,
     rays: &Rays,
+    lighting: &Lighting,
 ) -> Option<PlainPoint> {
-    let ray = PlainRays::new(prepared.coordinates(), rays).pack::<1>(0);
-    let hit = scene.lists.closest(&ray);
+    let scene = Scene { lists, coordinates, lighting, epsilon: 0.0 };
+    let ray = PlainRays::new(coordinates, rays).pack::<1>(0);
+    let hit = lists.closest(&ray);
     let id = hit.id.0[0].to_id();
     if id == 0 {
         return None;
     }
-    let normal = scene.lists.normals(&ray, &hit);
+    let normal = lists.normals(&ray, &hit);
     let to_f64 = |v: V3<Lanes<F, 1>>| v.0.map(|x| x.0[0].to_f64());
     let way = |lamp| {
         let Way { way, cosine, first, is_blocked } = scene.way_to(&ray, &hit, normal, lamp);
@@ -329,7 +312,7 @@ fn point<F: Float, S: Plain<Float = F>, P: Plain<Float = F>>(
         t: hit.t.0[0].to_f64(),
         at: to_f64(ray.ray.origin + ray.ray.direction * hit.t),
         normal: to_f64(normal),
-        ways: scene.lighting.lamps.par_iter().map(way).collect(),
+        ways: lighting.lamps.par_iter().map(way).collect(),
         light: to_f64(scene.light(&ray)),
     })
 }

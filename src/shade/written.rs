@@ -59,23 +59,6 @@ pub fn exact_pixel<C: Written>(mean: &ExactMean, guess: [f64; 3]) -> [C; 3] {
     std::array::from_fn(|channel| C::of_exact(mean, channel, guess[channel]))
 }
 
-impl ExactMean<'_> {
-    /// A channel in sRGB of 8 bits.
-    pub fn srgb8(&self, channel: usize) -> u8 {
-        u8::of_exact(self, channel, self.approximate(channel))
-    }
-
-    /// A channel in sRGB of 16 bits.
-    pub fn srgb16(&self, channel: usize) -> u16 {
-        u16::of_exact(self, channel, self.approximate(channel))
-    }
-
-    /// A channel as the nearest linear f32.
-    pub fn linear(&self, channel: usize) -> f32 {
-        f32::of_exact(self, channel, self.approximate(channel))
-    }
-}
-
 /// The code up to `most` whose range holds a channel, searched from a guess. What is on an edge goes up.
 fn exact_code(mean: &ExactMean, channel: usize, guess: f64, edges: &Edges, most: u16) -> u16 {
     // The last range has no end.

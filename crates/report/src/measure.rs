@@ -231,8 +231,10 @@ impl<'a> Work<'a> {
         }
         for (wants, metrics) in times {
             let mut made = benchmark.tracer(scene, rays, *wants)?;
-            if metrics.contains(&DeviceNsPerRay) {
-                made.tracer.use_device_clock();
+            if metrics.contains(&DeviceNsPerRay)
+                && let Some(backend) = made.tracer.backend()
+            {
+                backend.use_clock();
             }
             let mut trace = || made.tracer.trace(rays, self.control, &mut hits);
             let first = trace()?;

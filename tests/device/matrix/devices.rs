@@ -210,7 +210,8 @@ impl LitPixels {
         let device = Device::Gpu(Arc::clone(gpu));
         let mut tracer = device.tracer(&self.prepared, Wants::default()).unwrap().tracer;
         let (control, mut codes) = (Control::default(), Vec::new());
-        let is_lit = tracer.light(&self.lighting, &self.pixels, &control, &mut codes).unwrap();
+        let device = tracer.backend().unwrap();
+        let is_lit = device.light(&self.lighting, &self.pixels, &control, &mut codes).unwrap();
         is_lit.then_some(codes)
     }
 

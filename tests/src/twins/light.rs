@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::Twin;
 
 /// The bytes of pixels in the light of the kernel `certified`, by the formulas of a device: the twin that
-/// [`Tracer::light`](kugelblitz::tracer::Tracer::light) is compared with. On the CPU f32 may decide more.
+/// [`Backend::light`](kugelblitz::tracer::Backend::light) is compared with. On the CPU f32 may decide more.
 pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &Pixels) -> Vec<u32> {
     let (n, eye) = (lighting.n_samples, prepared.eye());
     let samples = pixels.samples(n);

@@ -309,7 +309,7 @@ impl RayNumbers<'_> {
 
 impl ChannelByte {
     fn new(mean: &ExactMean, channel: usize, value: &Root) -> ChannelByte {
-        let byte = mean.srgb8(channel);
+        let byte = mean.pixel::<u8>()[channel];
         let (low, high) = Edges::srgb8().range(byte.into());
         let distance = |end: f64| {
             let away = value.minus(&real(end)?);

@@ -104,10 +104,7 @@ impl ColorTruth {
                 samples_of_pixel(scene, lighting.as_ref(), at, n_samples, pixels.xy(index));
             let samples = samples.iter().map(|(id, point)| (*id, point.as_ref()));
             let mean = exact_mean(scene, lighting.as_ref(), samples);
-            let channels = [0, 1, 2];
-            let srgb8 = channels.map(|channel| mean.srgb8(channel));
-            let srgb16 = channels.map(|channel| mean.srgb16(channel));
-            Ok((srgb8, (srgb16, channels.map(|channel| mean.linear(channel)))))
+            Ok((mean.pixel::<u8>(), (mean.pixel::<u16>(), mean.pixel::<f32>())))
         });
         let (srgb8, (srgb16, linear)) = seen.collect::<Result<(Vec<_>, (Vec<_>, Vec<_>))>>()?;
         let colors = RenderedColors { srgb8, srgb16, linear };

@@ -21,7 +21,7 @@ pub enum LampOrigin {
 }
 
 /// A light, or a part of the sky.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Lamp {
     /// Index of the light in the scene; `None` for a part of the sky.
     pub light: Option<usize>,
@@ -53,7 +53,7 @@ impl Lamp {
 }
 
 /// All that lights a scene.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Lighting {
     /// Lights, then the sky's suns.
     pub lamps: Vec<Lamp>,
