@@ -33,12 +33,6 @@ impl ExactRay {
         }
     }
 
-    /// The centre ray of pixel `(x, y)` of the picture. [`ExactPixels`] saves work where there
-    /// are many.
-    pub fn from_pixel(pixels: &Pixels, x: u32, y: u32) -> ExactRay {
-        ExactPixels::new(pixels).ray(x, y)
-    }
-
     /// `direction_scale` is a multiple of `world_scale`.
     fn from_parts(
         origin: [Dyadic; 3],

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec2;
 use kugelblitz::Session;
 use kugelblitz::device::Device;
-use kugelblitz::exact::{ExactRay, nearest};
+use kugelblitz::exact::{ExactPixels, nearest};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{SHIPPED_SCENES, Scene, parse_scene};
 use kugelblitz::trace::Kernel;
@@ -110,7 +110,8 @@ fn units_of_t(scene: &Scene, svg: &str) -> Vec<f64> {
         x(&of_class(&svg, "ink").into_iter().find(|node| node.has_tag_name("circle")).unwrap());
     let dots = of_class(&svg, "found");
     let pixels = pixels(scene, 1280, 720);
-    let hit = |x| nearest(&ExactRay::from_pixel(&pixels, x, 360), scene.objects());
+    let rays = ExactPixels::new(&pixels);
+    let hit = |x| nearest(&rays.ray(x, 360), scene.objects());
     let hits = [0, 255, 511, 767, 1023, 1279].into_iter().filter_map(hit);
     let ts: Vec<f64> = hits.map(|hit| hit.t_f64()).collect();
     assert_eq!(dots.len(), ts.len());
