@@ -130,6 +130,11 @@ impl Pixels {
         }
     }
 
+    /// All pixels of the picture that these are a part of.
+    pub fn picture(&self) -> Pixels {
+        Pixels::whole(self.view, self.image_width, self.image_height)
+    }
+
     /// Number of pixels.
     pub fn len(&self) -> usize {
         self.width as usize * self.height as usize

@@ -61,14 +61,6 @@ impl Rays {
         }
     }
 
-    /// How the rays lie to each other.
-    pub fn bundle(&self) -> Bundle {
-        match self {
-            Rays::Pixels(pixels) => pixels.view.lens.bundle(),
-            Rays::List(_) => Bundle::Free,
-        }
-    }
-
     /// True where there is no ray at all.
     pub fn is_empty(&self) -> bool {
         self.len() == 0

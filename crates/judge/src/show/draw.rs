@@ -89,15 +89,10 @@ impl ShownPicture {
 pub fn n_steps(show: Show, pixels: &Pixels) -> u64 {
     let n_pixels = pixels.len() as u64;
     match show {
-        Show::Depth => n_pixels + whole(pixels).len() as u64,
+        Show::Depth => n_pixels + pixels.picture().len() as u64,
         Show::Error => 2 * n_pixels,
         _ => n_pixels,
     }
-}
-
-/// All pixels of the picture that `pixels` are a part of.
-fn whole(pixels: &Pixels) -> Pixels {
-    Pixels::whole(pixels.view, pixels.image_width, pixels.image_height)
 }
 
 /// Draws what `show` shows of `pixels` into `file`, band by band. `plan` is for PNG or PPM. The file is then
@@ -162,7 +157,7 @@ pub fn range_of_t(
     if show != Show::Depth {
         return Ok(None);
     }
-    let (whole, mut hits, mut range) = (whole(pixels), Hits::default(), None);
+    let (whole, mut hits, mut range) = (pixels.picture(), Hits::default(), None);
     for band in bands(&whole, band_rows(&whole, show.wants())) {
         control.check()?;
         session.trace(&Rays::Pixels(band), show.wants(), control, &mut hits)?;
