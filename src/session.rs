@@ -14,10 +14,10 @@ use crate::picture::{Format, Metadata, PictureOptions, PictureWriter, Provenance
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, View};
 use crate::render::{
-    Kept, Plan, Rendered, Sink, band_bytes, hits_bytes, plan, render, sampled_band_rows,
+    Plan, Rendered, Sink, band_bytes, hits_bytes, plan, render, sampled_band_rows,
 };
 use crate::scene::{Camera, Samples, Scene};
-use crate::shade::{Colors, Encoding, Painter, Pixel, Style};
+use crate::shade::{Encoding, Framebuffer, Painter, Pixel, Style};
 use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -222,7 +222,7 @@ impl Session {
         style: Style,
         wants: Wants,
         control: &Control,
-    ) -> Result<(Kept, Rendered)> {
+    ) -> Result<(Framebuffer, Rendered)> {
         let n_band_rows = sampled_band_rows(pixels, style.n_samples, wants);
         let n_objects = self.scene.n_objects();
         let bytes = |n_rows: u32, n_samples: Samples| {
@@ -232,7 +232,7 @@ impl Session {
         let bytes = bytes(pixels.height, Samples::ONE)
             .saturating_add(bytes(n_band_rows.min(pixels.height), style.n_samples));
         memory::require("a picture in memory", bytes, "draw it into a file, or a smaller one")?;
-        let mut kept = Kept::new(style.encoding);
+        let mut kept = Framebuffer::new(style.encoding);
         let rendered = self.run(pixels, (style, wants, n_band_rows), &mut kept, control)?;
         Ok((kept, rendered))
     }
@@ -262,17 +262,17 @@ impl Session {
         n_samples: Samples,
         control: &Control,
     ) -> Result<Vec<P>> {
-        let (wants, mut hits) = (Wants::default(), Hits::default());
+        let (wants, mut rows) = (Wants::default(), Framebuffer::new(P::ENCODING));
         let bytes = hits_bytes(pixels.samples(n_samples.across()).len() as u64, wants);
         memory::require("the samples of pixels", bytes, "take fewer pixels at a time")?;
         // Of several samples the painter finds the hits.
         if n_samples == Samples::ONE {
-            self.trace(&Rays::Pixels(*pixels), wants, control, &mut hits)?;
+            self.trace(&Rays::Pixels(*pixels), wants, control, &mut rows.hits)?;
         }
         let style = Style { n_samples, ..Style::new(P::ENCODING) };
-        let mut colors = Colors::new(P::ENCODING);
-        self.painter(pixels, style, wants, control)?.paint(pixels, &hits, control, &mut colors)?;
-        P::all(colors)
+        let mut painter = self.painter(pixels, style, wants, control)?;
+        painter.paint(pixels, &mut rows, control, &mut Rendered::default())?;
+        P::all(rows.colors)
     }
 
     /// Draws a picture into a file; the name's ending tells the format.
@@ -435,6 +435,7 @@ mod tests {
     use crate::error::Error;
     use crate::render::bands;
     use crate::scene::{Color, Sphere, parse_scene};
+    use crate::shade::Colors;
     use crate::trace::WorldRay;
 
     fn ball() -> Scene {

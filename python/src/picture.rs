@@ -11,9 +11,9 @@ use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{ChannelBits, Format, Image, PictureOptions, PictureWriter};
 use kugelblitz::rays::Pixels;
-use kugelblitz::render::{Kept, Plan, Sink, plan};
+use kugelblitz::render::{Plan, Sink, plan};
 use kugelblitz::scene::Camera;
-use kugelblitz::shade::{Background, Colors, Encoding, Style};
+use kugelblitz::shade::{Background, Colors, Encoding, Framebuffer, Style};
 use kugelblitz::trace::{Hits, Kernel, Wants};
 use numpy::{Element, PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
@@ -36,7 +36,7 @@ pub struct Picture {
     pub camera: Camera,
     pub pixels: Pixels,
     pub style: Style,
-    pub kept: Kept,
+    pub kept: Framebuffer,
     pub linear: OnceLock<Colors>,
     pub srgb16: OnceLock<Colors>,
     /// The hits with `t` and normals, where `kept` has none.
@@ -133,8 +133,7 @@ impl Picture {
         let metadata = session.metadata(&self.pixels, plan);
         let mut writer =
             PictureWriter::create(format, options, &self.pixels, &metadata, sink, name)?;
-        let Kept { colors, hits, coverage } = &self.kept;
-        writer.band(colors, coverage.as_ref(), hits, self.pixels.height)?;
+        writer.band(&self.kept, self.pixels.height)?;
         writer.finish()
     }
 }
