@@ -46,8 +46,8 @@ pub struct ShaderKey {
     pub kernel: Kernel,
     /// How the rays lie to each other.
     pub bundle: Bundle,
-    /// How spheres are found.
-    pub spheres: SphereSearch,
+    /// Whether spheres are found by the kernel `certified` through the boxes of a tree, but for those that f32 has no box for.
+    pub tree: bool,
     /// Number of spheres that are tested one after the other.
     pub n_spheres: usize,
     /// Whether one of these is so close and so large that its size hides its distance.
@@ -80,15 +80,6 @@ pub enum LightKey {
         /// Numbers of objects that may be in the way: of spheres and of planes.
         n_met: [usize; 2],
     },
-}
-
-/// How a shader finds spheres.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum SphereSearch {
-    /// One after the other.
-    Listed,
-    /// By the kernel `certified`, through the boxes of a tree, but for those that f32 has no box for.
-    Tree,
 }
 
 /// A scene ready to be traced by one kernel along one bundle of rays.
@@ -356,10 +347,7 @@ impl Prepared {
         ShaderKey {
             kernel: self.kernel,
             bundle: self.picture.map_or(Bundle::Free, |picture| picture.view.lens.bundle()),
-            spheres: match &self.hierarchy {
-                Some(_) => SphereSearch::Tree,
-                None => SphereSearch::Listed,
-            },
+            tree: self.hierarchy.is_some(),
             n_spheres: self.n_listed_spheres(),
             close: matches!(self.objects, ObjectRecords::Certified { any_close: true, .. }),
             n_planes: self.scene.planes.len(),

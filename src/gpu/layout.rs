@@ -210,7 +210,7 @@ mod tests {
     use crate::kernel::{lecture, relative};
     use crate::num::V3;
     use crate::num::fields::{FieldSource, Fields, words};
-    use crate::prepare::{LightKey, ShaderKey, SphereSearch};
+    use crate::prepare::{LightKey, ShaderKey};
     use crate::rays::Bundle;
     use crate::seen::{PlaneSeen, SphereLeaf, SphereSeen};
     use crate::trace::Kernel;
@@ -222,10 +222,7 @@ mod tests {
         let key = ShaderKey {
             kernel,
             bundle,
-            spheres: match is_certified && bundle == Bundle::Point {
-                true => SphereSearch::Tree,
-                false => SphereSearch::Listed,
-            },
+            tree: is_certified && bundle == Bundle::Point,
             n_spheres: 1,
             close: is_certified,
             n_planes: 1,
