@@ -118,27 +118,14 @@ impl Prepared {
     /// the memory; [`Error::Host`] where this processor's arithmetic is not what the certified kernel's
     /// proof asks for.
     pub fn new(scene: Arc<Scene>, kernel: Kernel, rays: &Rays) -> Result<Prepared> {
-        Prepared::new_with(scene, kernel, rays, &Control::default())
+        Prepared::renewed(None, scene, kernel, rays, &Control::default())
     }
 
-    /// Prepares `scene` for `rays` as [`Prepared::new`] does; `control` can stop it between its steps.
+    /// Prepares `scene` for `rays` as [`Prepared::new`] does; `control` can stop it between its steps. What depends on the scene
+    /// alone is taken from `old` where that is of the same scene: the tree over many spheres.
     ///
     /// # Errors
-    /// [`Error::Interrupted`] as well.
-    pub fn new_with(
-        scene: Arc<Scene>,
-        kernel: Kernel,
-        rays: &Rays,
-        control: &Control,
-    ) -> Result<Prepared> {
-        Prepared::renewed(None, scene, kernel, rays, control)
-    }
-
-    /// Prepares `scene` for `rays` as [`Prepared::new_with`] does. What depends on the scene alone is taken from `old` where that
-    /// is of the same scene: the tree over many spheres.
-    ///
-    /// # Errors
-    /// Those of [`Prepared::new_with`].
+    /// Those of [`Prepared::new`]; [`Error::Interrupted`] as well.
     pub fn renewed(
         old: Option<&Prepared>,
         scene: Arc<Scene>,
@@ -149,25 +136,24 @@ impl Prepared {
         control.check()?;
         let (picture, eye) = eye_of(rays, kernel)?;
         let reference = eye.reference;
-        if kernel != Kernel::Certified {
-            let n_spheres = scene.spheres.len();
+        let n_spheres = scene.spheres.len();
+        let (mut in_range, mut hierarchy) = (true, None);
+        if kernel == Kernel::Certified {
+            host::check_all()?;
+            in_range =
+                picture.is_none_or(|picture| picture.is_in_range()) && eye.spread <= f32::FARTHEST;
+            let most_listed = if picture.is_some() { FEW_SPHERES } else { LISTED_SPHERES };
+            if in_range && n_spheres > most_listed {
+                let old = old.filter(|old| Arc::ptr_eq(&old.scene, &scene));
+                let old = old.and_then(|old| old.hierarchy.as_ref());
+                hierarchy = Some(Hierarchy::new(&eye, &scene, old, control)?);
+            }
+        } else {
             memory::require(
                 format!("preparing {n_spheres} spheres for the kernel `{}`", kernel.name()),
                 record_bytes(kernel, n_spheres, scene.planes.len()),
                 "free some, or split the scene",
             )?;
-        }
-        let (mut in_range, mut hierarchy) = (true, None);
-        if kernel == Kernel::Certified {
-            host::check_all()?;
-            let is_listed = scene.spheres.len() <= most_listed(rays);
-            in_range =
-                picture.is_none_or(|picture| picture.is_in_range()) && eye.spread <= f32::FARTHEST;
-            if in_range && !is_listed {
-                let old = old.filter(|old| Arc::ptr_eq(&old.scene, &scene));
-                let old = old.and_then(|old| old.hierarchy.as_ref());
-                hierarchy = Some(Hierarchy::new(&eye, &scene, old, control)?);
-            }
         }
         let mut prepared = Prepared {
             objects: kernel.objects(&scene, reference),
@@ -386,13 +372,6 @@ fn eye_of(rays: &Rays, kernel: Kernel) -> Result<(Option<Pixels>, Eye)> {
 pub fn record_bytes(kernel: Kernel, n_spheres: usize, n_planes: usize) -> u64 {
     let [sphere, plane] = kernel.about().record_bytes;
     (n_spheres * sphere + n_planes * plane) as u64
-}
-
-fn most_listed(rays: &Rays) -> usize {
-    match rays {
-        Rays::Pixels(_) => FEW_SPHERES,
-        Rays::List(_) => LISTED_SPHERES,
-    }
 }
 
 /// The largest distance of an origin from a point. A ray with a number that is not finite means nothing, and would spoil the
