@@ -23,39 +23,14 @@ pub struct Plan {
     pub format: Format,
     /// How it is written.
     pub options: PictureOptions,
-    /// Samples across and down a pixel.
-    pub n_samples: Samples,
-    /// How far from a surface shadow rays of kernels without a proof start, world units; 0 unless it is
-    /// changed.
-    pub epsilon: f64,
+    /// How its pixels get their colours, with an epsilon of 0 unless it is changed.
+    pub style: Style,
+    /// The part of [`Hits`](crate::trace::Hits) that it needs.
+    pub wants: Wants,
     /// Rows of a band; the last one may have fewer.
     pub n_band_rows: u32,
     /// Memory for the hits of a band and for writing it.
     pub bytes: u64,
-}
-
-impl Plan {
-    /// How its pixels get their colours.
-    pub fn style(&self) -> Style {
-        let Plan { format, options, n_samples, epsilon, .. } = *self;
-        let encoding = format.encoding(options.bits);
-        let background = match (options.transparent, encoding) {
-            (false, _) => Background::Shown,
-            (true, Encoding::Linear) => Background::Black,
-            (true, Encoding::Srgb8 | Encoding::Srgb16) => Background::LeftOut,
-        };
-        Style { encoding, n_samples, epsilon, background }
-    }
-
-    /// [`n_steps`] of drawing `pixels`.
-    pub fn n_steps(&self, pixels: &Pixels, is_lit: bool) -> u64 {
-        n_steps(pixels, self.n_samples, is_lit)
-    }
-
-    /// The part of [`Hits`](crate::trace::Hits) that the picture needs.
-    pub fn wants(&self) -> Wants {
-        self.format.wants(self.options.certificates)
-    }
 }
 
 /// Steps of drawing `pixels` that [`Control`] counts: a ray is one, and so is the light on it.
@@ -92,8 +67,9 @@ pub fn hits_bytes(n_rays: u64, wants: Wants) -> u64 {
     n_rays.saturating_mul(ray_bytes as u64)
 }
 
-/// Bytes for `n_pixels` pixels of a scene of `n_objects` objects: their hits, those of their samples, colours and coverage.
-pub(crate) fn band_bytes(n_pixels: u64, style: &Style, wants: Wants, n_objects: usize) -> u64 {
+/// Bytes for pixels of a scene of `n_objects` objects: their hits, those of their samples, colours and coverage.
+pub(crate) fn band_bytes(band: &Pixels, style: &Style, wants: Wants, n_objects: usize) -> u64 {
+    let n_pixels = u64::from(band.width) * u64::from(band.height);
     let n_each = if style.n_samples > Samples::ONE { style.n_samples.of_pixel().into() } else { 0 };
     let coverage = if style.background == Background::Shown { 0 } else { size_of::<u16>() as u64 };
     hits_bytes(n_pixels, wants)
@@ -115,13 +91,20 @@ pub fn plan(
     n_objects: usize,
     available: Available,
 ) -> Result<Plan> {
-    let mut plan = Plan { format, options, n_samples, epsilon: 0.0, n_band_rows: 0, bytes: 0 };
-    let (style, wants) = (plan.style(), plan.wants());
-    plan.n_band_rows = sampled_band_rows(pixels, n_samples, wants);
+    let encoding = format.encoding(options.bits);
+    let background = match (options.transparent, encoding) {
+        (false, _) => Background::Shown,
+        (true, Encoding::Linear) => Background::Black,
+        (true, Encoding::Srgb8 | Encoding::Srgb16) => Background::LeftOut,
+    };
+    let style = Style { n_samples, background, ..Style::new(encoding) };
+    let wants = format.wants(options.certificates);
+    let n_band_rows = sampled_band_rows(pixels, n_samples, wants);
+    let mut plan = Plan { format, options, style, wants, n_band_rows, bytes: 0 };
     loop {
-        let n_pixels = u64::from(pixels.width) * u64::from(plan.n_band_rows);
+        let band = pixels.rows(0, plan.n_band_rows);
         let writer = writer_bytes(format, options, pixels, plan.n_band_rows)?;
-        plan.bytes = band_bytes(n_pixels, &style, wants, n_objects).saturating_add(writer);
+        plan.bytes = band_bytes(&band, &style, wants, n_objects).saturating_add(writer);
         if plan.bytes <= available.bytes {
             return Ok(plan);
         }

@@ -11,7 +11,7 @@ use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{ChannelBits, Format, Image, PictureOptions, PictureWriter};
 use kugelblitz::rays::Pixels;
-use kugelblitz::render::{Plan, Sink, plan};
+use kugelblitz::render::{Plan, Sink, n_steps, plan};
 use kugelblitz::scene::Camera;
 use kugelblitz::shade::{Background, Colors, Encoding, Framebuffer, Style};
 use kugelblitz::trace::{Hits, Kernel, Wants};
@@ -109,7 +109,9 @@ impl Picture {
     fn plan(&self, format: Format, options: PictureOptions) -> PyResult<Plan> {
         let (n_samples, n_objects) = (self.style.n_samples, self.scene.get().of.n_objects());
         let plan = plan(format, options, n_samples, &self.pixels, n_objects, Available::now());
-        Ok(Plan { epsilon: self.style.epsilon, ..plan.map_err(error::of("path"))? })
+        let mut plan = plan.map_err(error::of("path"))?;
+        plan.style.epsilon = self.style.epsilon;
+        Ok(plan)
     }
 
     /// The numbers of its pixels as an array: one of each, or several along a last axis.
@@ -261,10 +263,10 @@ impl Picture {
             ));
         }
         let plan = self.plan(format, options)?;
-        let n_steps = plan.n_steps(&self.pixels, self.scene.get().of.is_lit());
+        let n_steps = n_steps(&self.pixels, self.style.n_samples, self.scene.get().of.is_lit());
         self.run(py, (progress, n_steps), |session, control| {
             let file = OutputFile::create(&path, format.needs_seek())?;
-            let file = match plan.style() == self.style {
+            let file = match plan.style == self.style {
                 true => self.write(session, &plan, file, path.clone())?,
                 false => {
                     session.set_camera(self.camera.clone());

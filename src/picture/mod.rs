@@ -27,7 +27,7 @@ use crate::render::Sink;
 use crate::shade::{Colors, Encoding, Framebuffer};
 use crate::trace::{Coverage, Wants};
 pub use format::{ChannelBits, Format};
-pub use metadata::{Metadata, Provenance};
+pub use metadata::Metadata;
 pub use png::rgb8_file;
 pub use rays::{STDIN, hit_records, read_rays, write_hits};
 pub use read::{Channel, ChannelFacts, ChannelValues, Image, ImageFacts, read_bytes, read_image};
