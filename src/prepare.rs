@@ -21,7 +21,7 @@ use crate::kernel::{FloatType, Kernel};
 use crate::memory;
 use crate::num::Float as _;
 use crate::num::fields::words;
-use crate::rays::{Bundle, Pixels, Rays, WorldRay, look_at_all};
+use crate::rays::{Lens, Pixels, Rays, WorldRay, look_at_all};
 use crate::scene::{Object, Plane, Scene, Sphere};
 use crate::seen::{Eye, PlaneSeen, Record as _, Seen as _, SphereSeen};
 use crate::shape::PlanePlace;
@@ -44,8 +44,8 @@ use first_stage::is_left_open;
 pub struct ShaderKey {
     /// The kernel.
     pub kernel: Kernel,
-    /// How the rays lie to each other.
-    pub bundle: Bundle,
+    /// That of the camera whose rays they are; `None` for those of a list.
+    pub lens: Option<Lens>,
     /// Whether spheres are found by the kernel `certified` through the boxes of a tree, but for those that f32 has no box for.
     pub tree: bool,
     /// Number of spheres that are tested one after the other.
@@ -332,7 +332,7 @@ impl Prepared {
         let is_certified = self.kernel == Kernel::Certified;
         ShaderKey {
             kernel: self.kernel,
-            bundle: self.picture.map_or(Bundle::Free, |picture| picture.view.lens.bundle()),
+            lens: self.picture.map(|picture| picture.view.lens),
             tree: self.hierarchy.is_some(),
             n_spheres: self.n_listed_spheres(),
             close: matches!(self.objects, ObjectRecords::Certified { any_close: true, .. }),

@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::kernel::{FloatType, Kernel, SHARED_PARTS, ShaderPart, Space, part};
 use crate::num::{Float as _, OPEN};
 use crate::prepare::{LightKey, ShaderKey, lamp_kind};
-use crate::rays::Bundle;
+use crate::rays::Lens;
 
 /// Invocations of one workgroup, columns × rows of the tile.
 pub const WORKGROUP: [u32; 2] = [8, 8];
@@ -229,7 +229,7 @@ needs! {
 impl Needs {
     fn new(key: &ShaderKey) -> Needs {
         let about = key.kernel.about();
-        let point = key.bundle == Bundle::Point;
+        let point = key.lens == Some(Lens::Perspective);
         let is_plain_light = matches!(key.light, Some(LightKey::Plain { .. }));
         Needs {
             tree: key.tree,
@@ -239,7 +239,7 @@ impl Needs {
             // The host has made the numbers for rays from one point.
             moved: is_plain_light && point && about.space == Space::Reference,
             point,
-            free: key.bundle == Bundle::Free,
+            free: key.lens.is_none(),
             double: about.float == FloatType::F64,
             certified: key.kernel == Kernel::Certified,
         }
@@ -270,7 +270,7 @@ fn constants(key: &ShaderKey) -> String {
             Walk::declaration(),
         ]);
     }
-    if key.bundle == Bundle::Free {
+    if key.lens.is_none() {
         parts.push(RayRecord::declaration());
     }
     match key.light {

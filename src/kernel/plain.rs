@@ -7,7 +7,7 @@ use super::FloatType;
 use super::coordinates::{Coordinates, split};
 use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3};
 use crate::rays;
-use crate::rays::{Bundle, Frame, Pixels, Rays};
+use crate::rays::{Frame, Lens, Pixels, Rays};
 
 /// A ray as a kernel without a proof sees it. Twin of `Ray` in `shaders/ray.wgsl`.
 #[derive(Clone, Copy, Debug)]
@@ -183,9 +183,9 @@ impl<'a, F: Float> PlainRays<'a, F> {
     ) -> PlainRay<R> {
         let (Ray { origin: aside, direction, a, inv_a }, origin) =
             (camera.ray(across, up), V3::splat(origin));
-        let (origin, origin_low) = match camera.lens.bundle() {
-            Bundle::Point => (origin, None),
-            Bundle::Parallel | Bundle::Free => (origin + aside, Some(V3([R::lit(0.0); 3]))),
+        let (origin, origin_low) = match camera.lens {
+            Lens::Perspective => (origin, None),
+            Lens::Orthographic => (origin + aside, Some(V3([R::lit(0.0); 3]))),
         };
         PlainRay { ray: Ray { origin, direction, a, inv_a }, origin_low }
     }

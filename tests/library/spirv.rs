@@ -9,7 +9,7 @@ use glam::DVec3;
 use kugelblitz::gpu::compile;
 use kugelblitz::kernel::FloatType;
 use kugelblitz::prepare::{FEW_SPHERES, LightKey, Prepared, ShaderKey};
-use kugelblitz::rays::{Bundle, Pixels, View};
+use kugelblitz::rays::{Lens, Pixels, View};
 use kugelblitz::trace::{Kernel, Rays, Wants};
 use kugelblitz_tests::{camera, scene, sphere};
 
@@ -99,10 +99,10 @@ fn bindings(words: &[u32]) -> Vec<u32> {
     numbers
 }
 
-fn key(kernel: Kernel, bundle: Bundle, tree: bool) -> ShaderKey {
+fn key(kernel: Kernel, lens: Option<Lens>, tree: bool) -> ShaderKey {
     ShaderKey {
         kernel,
-        bundle,
+        lens,
         tree,
         n_spheres: 3,
         close: false,
@@ -118,11 +118,11 @@ fn all_keys() -> Vec<ShaderKey> {
     let mut all = Vec::new();
     for kernel in Kernel::ALL {
         let is_certified = kernel == Kernel::Certified;
-        for bundle in Bundle::ALL {
+        for lens in [Some(Lens::Perspective), Some(Lens::Orthographic), None] {
             let findings = if is_certified { &[false, true][..] } else { &[false] };
             for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (200, 150)] {
                 for &tree in findings {
-                    let key = ShaderKey { n_spheres, n_planes, ..key(kernel, bundle, tree) };
+                    let key = ShaderKey { n_spheres, n_planes, ..key(kernel, lens, tree) };
                     all.push(key);
                     if is_certified && n_spheres > 0 {
                         all.push(ShaderKey { close: true, ..key });
@@ -141,10 +141,10 @@ fn all_keys() -> Vec<ShaderKey> {
 fn keys_of_plain_light() -> Vec<ShaderKey> {
     let mut all = Vec::new();
     for kernel in Kernel::ALL.into_iter().filter(|&kernel| kernel != Kernel::Certified) {
-        for bundle in [Bundle::Point, Bundle::Parallel] {
+        for lens in [Some(Lens::Perspective), Some(Lens::Orthographic)] {
             for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (40, 2), (200, 150)] {
                 for n_lamps in [0, 3, 100, 1000] {
-                    let key = key(kernel, bundle, false);
+                    let key = key(kernel, lens, false);
                     let light = Some(LightKey::Plain { n_lamps });
                     all.push(ShaderKey { n_spheres, n_planes, light, ..key });
                 }
@@ -157,13 +157,13 @@ fn keys_of_plain_light() -> Vec<ShaderKey> {
 /// The shaders for bytes in the light of the kernel with a proof.
 fn keys_of_certified_light() -> Vec<ShaderKey> {
     let mut all = Vec::new();
-    for bundle in [Bundle::Point, Bundle::Parallel] {
+    for lens in [Some(Lens::Perspective), Some(Lens::Orthographic)] {
         for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (150, 2)] {
             for (n_lamps, n_samples) in [(0, 1), (3, 1), (3, 3), (100, 4)] {
                 for tree in [false, true] {
                     let light =
                         LightKey::Certified { n_samples, n_lamps, n_met: [n_spheres, n_planes] };
-                    let key = key(Kernel::Certified, bundle, tree);
+                    let key = key(Kernel::Certified, lens, tree);
                     all.push(ShaderKey { n_spheres, n_planes, light: Some(light), ..key });
                     let close = n_spheres > 0 || tree;
                     all.push(ShaderKey { close, ..all[all.len() - 1] });
@@ -182,7 +182,7 @@ fn spirv(key: &ShaderKey) -> Vec<u32> {
 #[test]
 fn sabotage_a_missing_decoration_is_noticed() {
     for kernel in Kernel::ALL {
-        let words = spirv(&key(kernel, Bundle::Point, false));
+        let words = spirv(&key(kernel, Some(Lens::Perspective), false));
         let mut n_removed = 0;
         for at in 5..words.len() - 2 {
             if words[at] == (3 << 16 | 71) && words[at + 2] == 42 {
@@ -197,7 +197,7 @@ fn sabotage_a_missing_decoration_is_noticed() {
 
 #[test]
 fn sabotage_what_nothing_uses_is_noticed() {
-    let words = spirv(&key(Kernel::Certified, Bundle::Point, false));
+    let words = spirv(&key(Kernel::Certified, Some(Lens::Perspective), false));
     let is_call = |(op, _): &(u32, &[u32])| *op == 57;
     let kept = walk(&words).into_iter().filter(|instruction| !is_call(instruction));
     let kept = kept
@@ -213,7 +213,7 @@ fn n_bindings(key: &ShaderKey) -> usize {
     match key.light {
         // Results, parameters; the list of rays; the tree.
         None => {
-            let list = usize::from(key.bundle == Bundle::Free);
+            let list = usize::from(key.lens.is_none());
             2 + objects + list + tree + if key.surface { 2 } else { 0 }
         }
         // Parameters and results, colours, the ends of bytes, and what is the same for all; and of lamps these and what may be
