@@ -5,7 +5,7 @@ use std::sync::Arc;
 use criterion::{Criterion, Throughput};
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
-use kugelblitz::gpu::{Gpu, Pick};
+use kugelblitz::gpu::Gpu;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::{Samples, Scene};
 use kugelblitz::shade::certified_lighting;
@@ -32,7 +32,7 @@ fn candidate<'a>(
 
 /// Lights a whole picture: what f32 tells of it on the device, beside all of it on the CPU.
 fn compare_light(criterion: &mut Criterion) -> Result<()> {
-    let gpu = Gpu::open(&Pick::Best)?.always_lights();
+    let gpu = Gpu::open("")?.always_lights();
     let (scene, pixels) = figure("lit/figure1.toml", [1920, 1080])?;
     let (scene, rays) = (Arc::new(scene), Rays::Pixels(pixels));
     let name = format!("light of figure 1 on {}", gpu.facts.name);
@@ -54,7 +54,7 @@ fn compare_light(criterion: &mut Criterion) -> Result<()> {
 }
 
 fn main() -> Result<()> {
-    let gpu = Arc::new(Gpu::open(&Pick::Best)?);
+    let gpu = Arc::new(Gpu::open("")?);
     let (scene, pixels) = figure("figure2.toml", [1280, 720])?;
     let (scene, rays) = (Arc::new(scene), Rays::Pixels(pixels));
     let mut others = Vec::new();

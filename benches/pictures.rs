@@ -9,22 +9,27 @@ use kugelblitz::control::Control;
 use kugelblitz::picture::{Format, Metadata, PictureOptions, PictureWriter};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
+use kugelblitz::render::Sink;
 use kugelblitz::scene::Scene;
-use kugelblitz::shade::{Colors, Palette, Style};
+use kugelblitz::shade::{Framebuffer, Palette, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::tracer::Tracer;
 
 use kugelblitz_benches::{Candidate, compare, criterion, figure};
 
-fn write(format: Format, pixels: &Pixels, scene: &Scene, hits: &Hits) -> Result<Vec<u8>> {
+fn write(
+    format: Format,
+    pixels: &Pixels,
+    scene: &Scene,
+    rows: &mut Framebuffer,
+) -> Result<Vec<u8>> {
     let options = PictureOptions::default();
-    let encoding = format.encoding(options.bits);
-    let mut colors = Colors::new(encoding);
-    Palette::new(scene, &Style::new(encoding)).shade(&hits.id, &mut colors)?;
+    let style = Style::new(format.encoding(options.bits));
+    Palette::new(scene, &style).shade(&rows.hits.id, &mut rows.colors)?;
     let sink = Cursor::new(Vec::new());
     let mut writer =
         PictureWriter::create(format, options, pixels, &Metadata::default(), sink, "memory")?;
-    writer.rows(&colors, None, hits, pixels.height)?;
+    writer.band(rows, pixels.height)?;
     Ok(writer.finish()?.into_inner())
 }
 
@@ -37,9 +42,11 @@ fn main() -> Result<()> {
 
     let (pixels, scene, hits) = (&pixels, &*scene, &hits);
     let candidate = |format: Format| -> Result<Candidate> {
-        write(format, pixels, scene, hits)?;
+        let encoding = format.encoding(PictureOptions::default().bits);
+        let mut rows = Framebuffer { hits: hits.clone(), ..Framebuffer::new(encoding) };
+        write(format, pixels, scene, &mut rows)?;
         let n_pixels = Throughput::Elements(pixels.len() as u64);
-        let work = move || write(format, pixels, scene, hits);
+        let work = move || write(format, pixels, scene, &mut rows);
         Ok(Candidate::new(format.name(), n_pixels, work))
     };
     let others = [Format::Png, Format::Exr, Format::Npy].map(candidate);

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use glam::DVec3;
 use serde::Serialize;
 
 use crate::control::Control;
@@ -11,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::memory::Available;
 use crate::picture::{Format, PictureOptions};
 use crate::prepare::{Hierarchy, Prepared, record_bytes};
-use crate::rays::{Pixels, Rays, WorldRay};
+use crate::rays::{Pixels, Rays};
 use crate::render::plan;
 use crate::scene::{Cloud, Samples, Scene};
 use crate::trace::Kernel;
@@ -95,17 +94,16 @@ impl Cost {
     /// Finds what a scene costs, and what these pixels do where there is a camera. The hierarchy is built for it.
     ///
     /// # Errors
-    /// Those of [`Prepared::new_with`].
+    /// Those of [`Prepared::renewed`].
     pub fn new(scene: &Arc<Scene>, pixels: Option<&Pixels>, control: &Control) -> Result<Cost> {
-        let anywhere = WorldRay { origin: DVec3::ZERO, direction: DVec3::NEG_Z };
-        let rays =
-            pixels.map_or_else(|| Rays::List(vec![anywhere]), |pixels| Rays::Pixels(*pixels));
+        let rays = pixels.map_or(Rays::List(Vec::new()), |pixels| Rays::Pixels(*pixels));
         // All but one have a record an object, and need not be made to be counted.
         let listed = Kernel::ALL.map(|kernel| {
             (kernel.name(), record_bytes(kernel, scene.spheres.len(), scene.planes.len()))
         });
         let mut bytes_device = BTreeMap::from(listed);
-        let prepared = Prepared::new_with(Arc::clone(scene), Kernel::Certified, &rays, control)?;
+        let prepared =
+            Prepared::renewed(None, Arc::clone(scene), Kernel::Certified, &rays, control)?;
         let hierarchy = prepared.hierarchy.as_ref().map(|hierarchy| Built {
             spheres_outside: hierarchy.rest.len(),
             bytes: hierarchy.bytes(),

@@ -43,7 +43,7 @@ impl Device {
     /// `gpu::Gpu`.
     pub fn best() -> Device {
         #[cfg(feature = "gpu")]
-        if let Ok(gpu) = Gpu::open(&crate::gpu::Pick::Best) {
+        if let Ok(gpu) = Gpu::open("") {
             return Device::Gpu(Arc::new(gpu));
         }
         Device::Cpu

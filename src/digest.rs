@@ -39,8 +39,8 @@ use crate::error::{Result, wrong_usage};
 use crate::rays::Pixels;
 use crate::render::Sink;
 use crate::scene::{Color, Light, Samples, Scene, Source};
-use crate::shade::Colors;
-use crate::trace::{Coverage, Hits};
+use crate::shade::{Colors, Framebuffer};
+use crate::trace::Hits;
 
 /// The text before the digits: it tells the version.
 pub const PREFIX: &str = "kb2:";
@@ -86,11 +86,11 @@ impl Digest {
 
 impl Sink for Digest {
     /// Colours in sRGB with 8 bits a channel.
-    fn band(&mut self, colors: &Colors, _: Option<&Coverage>, hits: &Hits, _: u32) -> Result<()> {
-        let Colors::Srgb8(srgb8) = colors else {
+    fn band(&mut self, rows: &Framebuffer, _: u32) -> Result<()> {
+        let Colors::Srgb8(srgb8) = &rows.colors else {
             return wrong_usage("a digest is of colours in sRGB with 8 bits");
         };
-        self.rows(hits, srgb8);
+        self.rows(&rows.hits, srgb8);
         Ok(())
     }
 }

@@ -21,7 +21,7 @@ use crate::kernel::{FloatType, Kernel, Space};
 use crate::memory;
 use crate::num::Float as _;
 use crate::num::fields::words;
-use crate::rays::{Bundle, Pixels, Rays, View, WorldRay, look_at_all};
+use crate::rays::{Lens, Pixels, Rays, WorldRay, look_at_all};
 use crate::scene::{Object, Plane, Scene, Sphere};
 use crate::seen::{Eye, PlaneSeen, Record as _, Seen as _, SphereSeen};
 use crate::shape::PlanePlace;
@@ -44,10 +44,10 @@ use first_stage::is_left_open;
 pub struct ShaderKey {
     /// The kernel.
     pub kernel: Kernel,
-    /// How the rays lie to each other.
-    pub bundle: Bundle,
-    /// How spheres are found.
-    pub spheres: SphereSearch,
+    /// That of the camera whose rays they are; `None` for those of a list.
+    pub lens: Option<Lens>,
+    /// Whether spheres are found by the kernel `certified` through the boxes of a tree, but for those that f32 has no box for.
+    pub tree: bool,
     /// Number of spheres that are tested one after the other.
     pub n_spheres: usize,
     /// Whether one of these is so close and so large that its size hides its distance.
@@ -82,15 +82,6 @@ pub enum LightKey {
     },
 }
 
-/// How a shader finds spheres.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum SphereSearch {
-    /// One after the other.
-    Listed,
-    /// By the kernel `certified`, through the boxes of a tree, but for those that f32 has no box for.
-    Tree,
-}
-
 /// A scene ready to be traced by one kernel along one bundle of rays.
 #[derive(Clone, Debug)]
 pub struct Prepared {
@@ -107,19 +98,14 @@ pub struct Prepared {
     pub in_range: bool,
     /// For the certified kernel and many spheres. `objects` then has only those that are not in the tree.
     pub hierarchy: Option<Hierarchy>,
+    /// The rays as the objects' numbers in f32 ask for them.
+    pub eye: Eye,
+    /// All of the picture whose pixels the numbers hold for; `None` where they do for rays of lists that start no farther from
+    /// the reference point than the eye's.
+    picture: Option<Pixels>,
     starts_in_f64: bool,
-    made_for: MadeFor,
     /// By planes, made when it is first asked.
     plane_repeats: OnceLock<Vec<bool>>,
-}
-
-/// The rays that the numbers of a [`Prepared`] hold for.
-#[derive(Clone, Copy, Debug)]
-enum MadeFor {
-    /// Any pixels of this picture.
-    Picture(View, u32, u32),
-    /// Rays with origins up to this far from the reference point.
-    Origins(f64),
 }
 
 impl Prepared {
@@ -132,27 +118,14 @@ impl Prepared {
     /// the memory; [`Error::Host`] where this processor's arithmetic is not what the certified kernel's
     /// proof asks for.
     pub fn new(scene: Arc<Scene>, kernel: Kernel, rays: &Rays) -> Result<Prepared> {
-        Prepared::new_with(scene, kernel, rays, &Control::default())
+        Prepared::renewed(None, scene, kernel, rays, &Control::default())
     }
 
-    /// Prepares `scene` for `rays` as [`Prepared::new`] does; `control` can stop it between its steps.
+    /// Prepares `scene` for `rays` as [`Prepared::new`] does; `control` can stop it between its steps. What depends on the scene
+    /// alone is taken from `old` where that is of the same scene: the tree over many spheres.
     ///
     /// # Errors
-    /// [`Error::Interrupted`] as well.
-    pub fn new_with(
-        scene: Arc<Scene>,
-        kernel: Kernel,
-        rays: &Rays,
-        control: &Control,
-    ) -> Result<Prepared> {
-        Prepared::renewed(None, scene, kernel, rays, control)
-    }
-
-    /// Prepares `scene` for `rays` as [`Prepared::new_with`] does. What depends on the scene alone is taken from `old` where that
-    /// is of the same scene: the tree over many spheres.
-    ///
-    /// # Errors
-    /// Those of [`Prepared::new_with`].
+    /// Those of [`Prepared::new`]; [`Error::Interrupted`] as well.
     pub fn renewed(
         old: Option<&Prepared>,
         scene: Arc<Scene>,
@@ -161,34 +134,26 @@ impl Prepared {
         control: &Control,
     ) -> Result<Prepared> {
         control.check()?;
-        refuse_not_finite(rays)?;
-        let reference = match rays {
-            Rays::Pixels(pixels) => pixels.view.position,
-            Rays::List(rays) => reference_of_list(rays, kernel),
-        };
-        let made_for = match rays {
-            Rays::Pixels(p) => MadeFor::Picture(p.view, p.image_width, p.image_height),
-            Rays::List(rays) => MadeFor::Origins(farthest_origin(rays, reference)),
-        };
-        if kernel != Kernel::Certified {
-            let n_spheres = scene.spheres.len();
+        let (picture, eye) = eye_of(rays, kernel)?;
+        let reference = eye.reference;
+        let n_spheres = scene.spheres.len();
+        let (mut in_range, mut hierarchy) = (true, None);
+        if kernel == Kernel::Certified {
+            host::check_all()?;
+            in_range =
+                picture.is_none_or(|picture| picture.is_in_range()) && eye.spread <= f32::FARTHEST;
+            let most_listed = if picture.is_some() { FEW_SPHERES } else { LISTED_SPHERES };
+            if in_range && n_spheres > most_listed {
+                let old = old.filter(|old| Arc::ptr_eq(&old.scene, &scene));
+                let old = old.and_then(|old| old.hierarchy.as_ref());
+                hierarchy = Some(Hierarchy::new(&eye, &scene, old, control)?);
+            }
+        } else {
             memory::require(
                 format!("preparing {n_spheres} spheres for the kernel `{}`", kernel.name()),
                 record_bytes(kernel, n_spheres, scene.planes.len()),
                 "free some, or split the scene",
             )?;
-        }
-        let (mut in_range, mut hierarchy) = (true, None);
-        if kernel == Kernel::Certified {
-            host::check_all()?;
-            let is_listed = scene.spheres.len() <= most_listed(rays);
-            let eye = eye_of(made_for, reference);
-            in_range = is_in_range(rays, &eye);
-            if in_range && !is_listed {
-                let old = old.filter(|old| Arc::ptr_eq(&old.scene, &scene));
-                let old = old.and_then(|old| old.hierarchy.as_ref());
-                hierarchy = Some(Hierarchy::new(&eye, &scene, old, control)?);
-            }
         }
         let mut prepared = Prepared {
             objects: kernel.objects(&scene, reference),
@@ -197,8 +162,9 @@ impl Prepared {
             reference,
             in_range,
             hierarchy,
+            eye,
+            picture,
             starts_in_f64: false,
-            made_for,
             plane_repeats: OnceLock::new(),
         };
         if kernel == Kernel::Certified {
@@ -244,11 +210,6 @@ impl Prepared {
             .chain(planes.map(move |(index, p)| (id(index), Object::Plane(p))))
     }
 
-    /// The rays as the objects' numbers in f32 ask for them.
-    pub fn eye(&self) -> Eye {
-        eye_of(self.made_for, self.reference)
-    }
-
     /// The records of the objects that a device tests one after the other: of many spheres those of [`Hierarchy::rest`], and
     /// behind them some that stand for none. None where f32 has no say.
     fn records(&self) -> ObjectRecords {
@@ -260,16 +221,16 @@ impl Prepared {
         let spheres = vec![words(&SphereSeen::<f32>::nowhere()); n_spheres];
         let planes = vec![words(&PlaneSeen::NEVER.round::<f32>()); self.scene.planes.len()];
         let (mut lists, mut any_close) = (Lists { spheres, planes }, false);
-        let eye = self.eye();
+        let eye = &self.eye;
         let mut put = |place: usize, id: u32, object: Object| match object {
             Object::Sphere(sphere) => {
-                let seen = SphereSeen::new::<f32>(sphere, &eye);
+                let seen = SphereSeen::new::<f32>(sphere, eye);
                 any_close |= seen.is_close();
                 lists.spheres[place] = words(&seen.round::<f32>());
             }
             Object::Plane(plane) => {
                 let index = id as usize - 1 - self.scene.spheres.len();
-                lists.planes[index] = words(&PlaneSeen::new::<f32>(plane, &eye).round::<f32>());
+                lists.planes[index] = words(&PlaneSeen::new::<f32>(plane, eye).round::<f32>());
             }
         };
         match &self.hierarchy {
@@ -305,20 +266,14 @@ impl Prepared {
     /// [`Error::Usage`] where it was not, and for a ray with a number that is not finite;
     /// [`Error::TooLarge`] for more rays than 32 bits count.
     pub fn check(&self, rays: &Rays) -> Result<()> {
-        let farthest = farthest_of(rays, self.reference)?;
-        self.check_reach(rays, farthest)
-    }
-
-    /// Checks that this was made for `rays`, whose numbers are finite and whose origins are up to `farthest_here` from the
-    /// reference point.
-    fn check_reach(&self, rays: &Rays, farthest_here: f64) -> Result<()> {
-        let suits = match (self.made_for, rays) {
-            (MadeFor::Picture(view, width, height), Rays::Pixels(pixels)) => {
-                (view, width, height) == (pixels.view, pixels.image_width, pixels.image_height)
-                    && pixels.is_in_picture()
+        let suits = match rays {
+            Rays::Pixels(pixels) => {
+                self.picture == Some(pixels.picture()) && pixels.is_in_picture()
             }
-            (MadeFor::Origins(farthest), Rays::List(_)) => farthest_here <= farthest,
-            _ => false,
+            Rays::List(list) => {
+                let farthest = farthest_of(list, self.reference)?;
+                self.picture.is_none() && farthest <= self.eye.spread
+            }
         };
         if !suits {
             let message = "the scene was prepared for other rays; prepare it for these";
@@ -337,30 +292,7 @@ impl Prepared {
     /// True where preparing anew for `rays` would give the same numbers. Lists that only fit, see
     /// [`Prepared::check`], may have a better reference point of their own.
     pub fn is_for(&self, rays: &Rays) -> bool {
-        let Ok(farthest_here) = farthest_of(rays, self.reference) else { return false };
-        let is_same = match (self.made_for, rays) {
-            (MadeFor::Origins(farthest), Rays::List(rays)) => {
-                farthest_here == farthest && reference_of_list(rays, self.kernel) == self.reference
-            }
-            _ => true,
-        };
-        is_same && self.check_reach(rays, farthest_here).is_ok()
-    }
-
-    /// How the rays lie to each other.
-    pub fn bundle(&self) -> Bundle {
-        match self.made_for {
-            MadeFor::Picture(view, ..) => view.lens.bundle(),
-            MadeFor::Origins(_) => Bundle::Free,
-        }
-    }
-
-    /// Largest distance of an origin from the reference point.
-    pub fn farthest_origin(&self) -> f64 {
-        match self.made_for {
-            MadeFor::Picture(view, width, height) => Pixels::whole(view, width, height).spread(),
-            MadeFor::Origins(farthest) => farthest,
-        }
+        eye_of(rays, self.kernel).is_ok_and(|of_rays| of_rays == (self.picture, self.eye))
     }
 
     /// The coordinates of the kernel's numbers.
@@ -404,11 +336,8 @@ impl Prepared {
         let is_certified = self.kernel == Kernel::Certified;
         ShaderKey {
             kernel: self.kernel,
-            bundle: self.bundle(),
-            spheres: match &self.hierarchy {
-                Some(_) => SphereSearch::Tree,
-                None => SphereSearch::Listed,
-            },
+            lens: self.picture.map(|picture| picture.view.lens),
+            tree: self.hierarchy.is_some(),
             n_spheres: self.n_listed_spheres(),
             close: matches!(self.objects, ObjectRecords::Certified { any_close: true, .. }),
             n_planes: self.scene.planes.len(),
@@ -425,29 +354,22 @@ impl Prepared {
     }
 }
 
-/// The rays that a scene is prepared for, as the objects' numbers in f32 ask for them.
-fn eye_of(made_for: MadeFor, reference: DVec3) -> Eye {
-    match made_for {
-        MadeFor::Picture(view, width, height) => {
-            Eye::of_pixels(&Pixels::whole(view, width, height), Reach::default(), f32::UNIT)
+/// All of the picture that rays are of, if they are of one, and the rays as the objects' numbers in f32 ask for them.
+fn eye_of(rays: &Rays, kernel: Kernel) -> Result<(Option<Pixels>, Eye)> {
+    match rays {
+        Rays::Pixels(pixels) => {
+            let eye = Eye::of_pixels(pixels, Reach::default(), f32::UNIT);
+            Ok((Some(pixels.picture()), eye))
         }
-        MadeFor::Origins(farthest) => Eye::of_list(reference, farthest),
+        Rays::List(list) => {
+            let reference = match kernel.about().float {
+                // In f64, c − o straight from the scene's numbers is rounded only once.
+                FloatType::F64 => DVec3::ZERO,
+                FloatType::F32 => middle_of_origins(list),
+            };
+            Ok((None, Eye::of_list(reference, farthest_of(list, reference)?)))
+        }
     }
-}
-
-/// Whether the bounds of f32 hold for rays.
-fn is_in_range(rays: &Rays, eye: &Eye) -> bool {
-    let is_picture_in_range = match rays {
-        Rays::Pixels(pixels) => pixels.is_in_range(),
-        Rays::List(_) => true,
-    };
-    is_picture_in_range && eye.spread <= f32::FARTHEST
-}
-
-/// Largest distance of an origin from the reference point.
-fn farthest_origin(rays: &[WorldRay], reference: DVec3) -> f64 {
-    let distance = |ray: &WorldRay| guard::length_bound(ray.origin - reference);
-    look_at_all(rays, 0.0, distance, f64::max)
 }
 
 /// Bytes of the numbers of this many objects, one after the other, for a kernel.
@@ -456,48 +378,21 @@ pub fn record_bytes(kernel: Kernel, n_spheres: usize, n_planes: usize) -> u64 {
     (n_spheres * sphere + n_planes * plane) as u64
 }
 
-fn most_listed(rays: &Rays) -> usize {
-    match rays {
-        Rays::Pixels(_) => FEW_SPHERES,
-        Rays::List(_) => LISTED_SPHERES,
-    }
-}
-
-fn reference_of_list(rays: &[WorldRay], kernel: Kernel) -> DVec3 {
-    match kernel.about().float {
-        // In f64, c − o straight from the scene's numbers is rounded only once.
-        FloatType::F64 => DVec3::ZERO,
-        FloatType::F32 => middle_of_origins(rays),
-    }
-}
-
-/// The largest distance of a list's origin from a point, where all numbers are finite; 0 of a picture.
-fn farthest_of(rays: &Rays, reference: DVec3) -> Result<f64> {
-    let Rays::List(list) = rays else { return Ok(0.0) };
-    // One look at each ray, unless one of them is far beyond all that is ordinary.
+/// The largest distance of an origin from a point. A ray with a number that is not finite means nothing, and would spoil the
+/// numbers of all others: it is refused.
+fn farthest_of(rays: &[WorldRay], reference: DVec3) -> Result<f64> {
+    let is_finite = |ray: &WorldRay| ray.origin.is_finite() && ray.direction.is_finite();
     let distance = |ray: &WorldRay| match is_finite(ray) {
         true => guard::length_bound(ray.origin - reference),
         false => f64::INFINITY,
     };
-    let farthest = look_at_all(list, 0.0, distance, f64::max);
-    match farthest.is_finite() {
-        true => Ok(farthest),
-        false => refuse_not_finite(rays).map(|()| farthest_origin(list, reference)),
-    }
-}
-
-fn is_finite(ray: &WorldRay) -> bool {
-    ray.origin.is_finite() && ray.direction.is_finite()
-}
-
-/// A ray with a number that is not finite means nothing, and would spoil the numbers of all others.
-fn refuse_not_finite(rays: &Rays) -> Result<()> {
-    let Rays::List(rays) = rays else { return Ok(()) };
-    if look_at_all(rays, true, is_finite, |one, other| one && other) {
-        return Ok(());
+    let farthest = look_at_all(rays, 0.0, distance, f64::max);
+    // So far is one with such a number, or one that is far beyond all that is ordinary.
+    if farthest < f64::INFINITY {
+        return Ok(farthest);
     }
     match rays.iter().position(|ray| !is_finite(ray)) {
-        None => Ok(()),
+        None => Ok(farthest),
         Some(index) => Err(Error::Usage(format!(
             "ray {index} (counted from 0) has a number that is not finite; leave it out"
         ))),

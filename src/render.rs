@@ -1,18 +1,17 @@
 //! Tracing a picture band by band, so that memory is bounded by a band and not by the picture.
 
-use std::io::{Seek, Write};
 use std::time::{Duration, Instant};
 
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::memory::Available;
-use crate::picture::{Format, PictureOptions, PictureWriter, writer_bytes};
+use crate::picture::{Format, PictureOptions, writer_bytes};
 use crate::rays::Pixels;
 use crate::scene::Samples;
-use crate::shade::{Background, ColorCounts, Colors, Encoding, Painted, Painter, Palette, Style};
-use crate::trace::{Coverage, Hits, Rays, StageCounts, Timing, Wants};
+use crate::shade::{Background, ColorCounts, Encoding, Framebuffer, Painter, Palette, Style};
+use crate::trace::{Rays, StageCounts, Timing, Wants};
 
-/// Bytes of [`Hits`] of a band. With ids alone that is twice a picture of 1920 × 1080; with `t` and
+/// Bytes of [`Hits`](crate::trace::Hits) of a band. With ids alone that is twice a picture of 1920 × 1080; with `t` and
 /// normals it is 0.8 million rays, so that the slowest format, EXR, is not busy with one band for
 /// as long as Ctrl-C may take.
 const BAND_BYTES: u64 = 16 << 20;
@@ -24,39 +23,14 @@ pub struct Plan {
     pub format: Format,
     /// How it is written.
     pub options: PictureOptions,
-    /// Samples across and down a pixel.
-    pub n_samples: Samples,
-    /// How far from a surface shadow rays of kernels without a proof start, world units; 0 unless it is
-    /// changed.
-    pub epsilon: f64,
+    /// How its pixels get their colours, with an epsilon of 0 unless it is changed.
+    pub style: Style,
+    /// The part of [`Hits`](crate::trace::Hits) that it needs.
+    pub wants: Wants,
     /// Rows of a band; the last one may have fewer.
     pub n_band_rows: u32,
     /// Memory for the hits of a band and for writing it.
     pub bytes: u64,
-}
-
-impl Plan {
-    /// How its pixels get their colours.
-    pub fn style(&self) -> Style {
-        let Plan { format, options, n_samples, epsilon, .. } = *self;
-        let encoding = format.encoding(options.bits);
-        let background = match (options.transparent, encoding) {
-            (false, _) => Background::Shown,
-            (true, Encoding::Linear) => Background::Black,
-            (true, Encoding::Srgb8 | Encoding::Srgb16) => Background::LeftOut,
-        };
-        Style { encoding, n_samples, epsilon, background }
-    }
-
-    /// [`n_steps`] of drawing `pixels`.
-    pub fn n_steps(&self, pixels: &Pixels, is_lit: bool) -> u64 {
-        n_steps(pixels, self.n_samples, is_lit)
-    }
-
-    /// The part of [`Hits`] that the picture needs.
-    pub fn wants(&self) -> Wants {
-        self.format.wants(self.options.certificates)
-    }
 }
 
 /// Steps of drawing `pixels` that [`Control`] counts: a ray is one, and so is the light on it.
@@ -66,7 +40,7 @@ pub fn n_steps(pixels: &Pixels, samples: Samples, is_lit: bool) -> u64 {
     n_pixels * (n_rays + if is_lit { n_samples } else { 0 })
 }
 
-/// Rows of a band for `pixels`: as many as 16 MiB of [`Hits`] hold, and at least one.
+/// Rows of a band for `pixels`: as many as 16 MiB of [`Hits`](crate::trace::Hits) hold, and at least one.
 pub fn band_rows(pixels: &Pixels, wants: Wants) -> u32 {
     let row_bytes = hits_bytes(u64::from(pixels.width), wants).max(1);
     let n_rows = u32::try_from(BAND_BYTES / row_bytes).unwrap_or(u32::MAX);
@@ -84,7 +58,7 @@ pub fn sampled_band_rows(pixels: &Pixels, samples: Samples, wants: Wants) -> u32
     n_rows.min(of_samples / n_samples).max(1)
 }
 
-/// Bytes of [`Hits`] for `n_rays` rays.
+/// Bytes of [`Hits`](crate::trace::Hits) for `n_rays` rays.
 pub fn hits_bytes(n_rays: u64, wants: Wants) -> u64 {
     let surface = size_of::<f32>() + size_of::<[f32; 3]>();
     let ray_bytes = size_of::<u32>()
@@ -93,8 +67,9 @@ pub fn hits_bytes(n_rays: u64, wants: Wants) -> u64 {
     n_rays.saturating_mul(ray_bytes as u64)
 }
 
-/// Bytes for `n_pixels` pixels of a scene of `n_objects` objects: their hits, those of their samples, colours and coverage.
-pub(crate) fn band_bytes(n_pixels: u64, style: &Style, wants: Wants, n_objects: usize) -> u64 {
+/// Bytes for pixels of a scene of `n_objects` objects: their hits, those of their samples, colours and coverage.
+pub(crate) fn band_bytes(band: &Pixels, style: &Style, wants: Wants, n_objects: usize) -> u64 {
+    let n_pixels = u64::from(band.width) * u64::from(band.height);
     let n_each = if style.n_samples > Samples::ONE { style.n_samples.of_pixel().into() } else { 0 };
     let coverage = if style.background == Background::Shown { 0 } else { size_of::<u16>() as u64 };
     hits_bytes(n_pixels, wants)
@@ -116,13 +91,20 @@ pub fn plan(
     n_objects: usize,
     available: Available,
 ) -> Result<Plan> {
-    let mut plan = Plan { format, options, n_samples, epsilon: 0.0, n_band_rows: 0, bytes: 0 };
-    let (style, wants) = (plan.style(), plan.wants());
-    plan.n_band_rows = sampled_band_rows(pixels, n_samples, wants);
+    let encoding = format.encoding(options.bits);
+    let background = match (options.transparent, encoding) {
+        (false, _) => Background::Shown,
+        (true, Encoding::Linear) => Background::Black,
+        (true, Encoding::Srgb8 | Encoding::Srgb16) => Background::LeftOut,
+    };
+    let style = Style { n_samples, background, ..Style::new(encoding) };
+    let wants = format.wants(options.certificates);
+    let n_band_rows = sampled_band_rows(pixels, n_samples, wants);
+    let mut plan = Plan { format, options, style, wants, n_band_rows, bytes: 0 };
     loop {
-        let n_pixels = u64::from(pixels.width) * u64::from(plan.n_band_rows);
+        let band = pixels.rows(0, plan.n_band_rows);
         let writer = writer_bytes(format, options, pixels, plan.n_band_rows)?;
-        plan.bytes = band_bytes(n_pixels, &style, wants, n_objects).saturating_add(writer);
+        plan.bytes = band_bytes(&band, &style, wants, n_objects).saturating_add(writer);
         if plan.bytes <= available.bytes {
             return Ok(plan);
         }
@@ -168,73 +150,21 @@ pub struct Rendered {
     pub write: Duration,
 }
 
-impl Rendered {
-    fn add(&mut self, painted: Painted) {
-        self.counts.add(painted.counts);
-        self.shadow_rays.add(painted.shadow_rays);
-        self.colors.add(painted.colors);
-        self.timing.add(painted.timing);
-        self.shade += painted.shade;
-    }
-}
-
 /// Takes the bands of a picture, from top to bottom.
 pub trait Sink {
-    /// Takes `n_rows` rows: their colours, how many of their samples hit where the background is not
-    /// [`Background::Shown`], and their centre rays' hits.
+    /// Takes the next `n_rows` rows.
     ///
     /// # Errors
     /// Those of the sink.
-    fn band(
-        &mut self,
-        colors: &Colors,
-        coverage: Option<&Coverage>,
-        hits: &Hits,
-        n_rows: u32,
-    ) -> Result<()>;
+    fn band(&mut self, rows: &Framebuffer, n_rows: u32) -> Result<()>;
 }
 
-impl<W: Write + Seek> Sink for PictureWriter<W> {
-    fn band(
-        &mut self,
-        colors: &Colors,
-        coverage: Option<&Coverage>,
-        hits: &Hits,
-        n_rows: u32,
-    ) -> Result<()> {
-        self.rows(colors, coverage, hits, n_rows)
-    }
-}
-
-/// A picture that is kept in memory: the sink of its bands.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Kept {
-    /// Hits of the pixels' centre rays.
-    pub hits: Hits,
-    /// One a pixel.
-    pub colors: Colors,
-    /// Where the background is not [`Background::Shown`].
-    pub coverage: Option<Coverage>,
-}
-
-impl Kept {
-    /// Nothing yet of a picture whose colours are written so.
-    pub fn new(encoding: Encoding) -> Kept {
-        Kept { hits: Hits::default(), colors: Colors::new(encoding), coverage: None }
-    }
-}
-
-impl Sink for Kept {
-    fn band(
-        &mut self,
-        colors: &Colors,
-        coverage: Option<&Coverage>,
-        hits: &Hits,
-        _: u32,
-    ) -> Result<()> {
-        self.hits.append(hits);
-        self.colors.append(colors);
-        if let Some(coverage) = coverage {
+/// Keeps the picture in memory.
+impl Sink for Framebuffer {
+    fn band(&mut self, rows: &Framebuffer, _: u32) -> Result<()> {
+        self.hits.append(&rows.hits);
+        self.colors.append(&rows.colors);
+        if let Some(coverage) = &rows.coverage {
             self.coverage.get_or_insert_default().append(coverage);
         }
         Ok(())
@@ -243,13 +173,13 @@ impl Sink for Kept {
 
 /// Forgets what it takes: for measuring.
 impl Sink for () {
-    fn band(&mut self, _: &Colors, _: Option<&Coverage>, _: &Hits, _: u32) -> Result<()> {
+    fn band(&mut self, _: &Framebuffer, _: u32) -> Result<()> {
         Ok(())
     }
 }
 
 /// Traces and shades `pixels` band by band and hands over each band as soon as it is there. The caller
-/// ends a file with [`PictureWriter::finish`].
+/// ends a file with [`PictureWriter::finish`](crate::picture::PictureWriter::finish).
 ///
 /// # Errors
 /// Those of [`Tracer::trace`](crate::tracer::Tracer::trace), [`Painter::paint`] and the sink; [`Error::Interrupted`] between bands as
@@ -262,17 +192,16 @@ pub fn render(
     control: &Control,
 ) -> Result<Rendered> {
     let mut rendered = Rendered::default();
-    let mut hits = Hits::default();
-    let mut colors = Colors::new(painter.encoding());
+    let mut rows = Framebuffer::new(painter.encoding());
     for band in bands(pixels, n_band_rows) {
         control.check()?;
-        let timing = painter.tracer().trace(&Rays::Pixels(band), control, &mut hits)?;
+        let timing = painter.tracer().trace(&Rays::Pixels(band), control, &mut rows.hits)?;
         rendered.timing.add(timing);
-        rendered.counts.add(hits.counts);
-        rendered.hits += hits.n_hits();
-        rendered.add(painter.paint(&band, &hits, control, &mut colors)?);
+        rendered.counts.add(rows.hits.counts);
+        rendered.hits += rows.hits.n_hits();
+        painter.paint(&band, &mut rows, control, &mut rendered)?;
         let start = Instant::now();
-        sink.band(&colors, painter.coverage(), &hits, band.height)?;
+        sink.band(&rows, band.height)?;
         rendered.write += start.elapsed();
     }
     control.check()?;
@@ -288,10 +217,11 @@ mod tests {
     use super::*;
     use crate::kernel::Kernel;
     use crate::memory::Limit;
-    use crate::picture::Metadata;
+    use crate::picture::{Metadata, PictureWriter};
     use crate::prepare::Prepared;
     use crate::rays::View;
     use crate::scene::{Camera, Color, Plane, Scene};
+    use crate::trace::Hits;
     use crate::tracer::{Backend, Tracer};
 
     fn pixels(width: u32, height: u32) -> Pixels {

@@ -10,14 +10,14 @@ use crate::digest::{Digest, scene_hash};
 use crate::error::Result;
 use crate::memory::{self, Available};
 use crate::output::{self, OutputFile};
-use crate::picture::{Format, Metadata, PictureOptions, PictureWriter, Provenance};
+use crate::picture::{Format, Metadata, PictureOptions, PictureWriter};
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, View};
 use crate::render::{
-    Kept, Plan, Rendered, Sink, band_bytes, hits_bytes, plan, render, sampled_band_rows,
+    Plan, Rendered, Sink, band_bytes, hits_bytes, plan, render, sampled_band_rows,
 };
 use crate::scene::{Camera, Samples, Scene};
-use crate::shade::{Colors, Encoding, Painter, Pixel, Style};
+use crate::shade::{Encoding, Framebuffer, Painter, Pixel, Style};
 use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -172,11 +172,16 @@ impl Session {
         Ok(Painter::new(style, pixels, tracer, Some(self.of_samples.insert(of_samples))))
     }
 
-    /// Draws pixels band by band.
-    fn run(
+    /// Draws pixels into any sink, band by band.
+    ///
+    /// # Errors
+    /// Those of [`Session::make_ready`] and [`render()`].
+    pub fn render_into(
         &mut self,
         pixels: &Pixels,
-        (style, wants, n_band_rows): (Style, Wants, u32),
+        style: Style,
+        wants: Wants,
+        n_band_rows: u32,
         sink: &mut impl Sink,
         control: &Control,
     ) -> Result<Rendered> {
@@ -222,18 +227,16 @@ impl Session {
         style: Style,
         wants: Wants,
         control: &Control,
-    ) -> Result<(Kept, Rendered)> {
+    ) -> Result<(Framebuffer, Rendered)> {
         let n_band_rows = sampled_band_rows(pixels, style.n_samples, wants);
         let n_objects = self.scene.n_objects();
-        let bytes = |n_rows: u32, n_samples: Samples| {
-            let n_pixels = u64::from(pixels.width) * u64::from(n_rows);
-            band_bytes(n_pixels, &Style { n_samples, ..style }, wants, n_objects)
-        };
-        let bytes = bytes(pixels.height, Samples::ONE)
-            .saturating_add(bytes(n_band_rows.min(pixels.height), style.n_samples));
+        let band = pixels.rows(0, n_band_rows.min(pixels.height));
+        let whole = Style { n_samples: Samples::ONE, ..style };
+        let bytes = band_bytes(pixels, &whole, wants, n_objects)
+            .saturating_add(band_bytes(&band, &style, wants, n_objects));
         memory::require("a picture in memory", bytes, "draw it into a file, or a smaller one")?;
-        let mut kept = Kept::new(style.encoding);
-        let rendered = self.run(pixels, (style, wants, n_band_rows), &mut kept, control)?;
+        let mut kept = Framebuffer::new(style.encoding);
+        let rendered = self.render_into(pixels, style, wants, n_band_rows, &mut kept, control)?;
         Ok((kept, rendered))
     }
 
@@ -262,17 +265,17 @@ impl Session {
         n_samples: Samples,
         control: &Control,
     ) -> Result<Vec<P>> {
-        let (wants, mut hits) = (Wants::default(), Hits::default());
+        let (wants, mut rows) = (Wants::default(), Framebuffer::new(P::ENCODING));
         let bytes = hits_bytes(pixels.samples(n_samples.across()).len() as u64, wants);
         memory::require("the samples of pixels", bytes, "take fewer pixels at a time")?;
         // Of several samples the painter finds the hits.
         if n_samples == Samples::ONE {
-            self.trace(&Rays::Pixels(*pixels), wants, control, &mut hits)?;
+            self.trace(&Rays::Pixels(*pixels), wants, control, &mut rows.hits)?;
         }
         let style = Style { n_samples, ..Style::new(P::ENCODING) };
-        let mut colors = Colors::new(P::ENCODING);
-        self.painter(pixels, style, wants, control)?.paint(pixels, &hits, control, &mut colors)?;
-        P::all(colors)
+        let mut painter = self.painter(pixels, style, wants, control)?;
+        painter.paint(pixels, &mut rows, control, &mut Rendered::default())?;
+        P::all(rows.colors)
     }
 
     /// Draws a picture into a file; the name's ending tells the format.
@@ -313,7 +316,7 @@ impl Session {
     ) -> Result<(Rendered, OutputFile)> {
         let Plan { format, options, n_band_rows, .. } = *plan;
         let metadata = self.metadata(pixels, plan);
-        let mut painter = self.painter(pixels, plan.style(), plan.wants(), control)?;
+        let mut painter = self.painter(pixels, plan.style, plan.wants, control)?;
         let path = file.path().to_owned();
         let start = Instant::now();
         let mut writer = PictureWriter::create(format, options, pixels, &metadata, file, path)?;
@@ -333,14 +336,7 @@ impl Session {
         let hashed = self.hashed.take_if(|(scene, _)| Arc::ptr_eq(scene, &self.scene));
         let new = || (Arc::clone(&self.scene), scene_hash(&self.scene));
         let (_, scene) = self.hashed.insert(hashed.unwrap_or_else(new));
-        Metadata::new(&Provenance {
-            scene,
-            camera: self.camera.as_ref(),
-            pixels,
-            kernel: self.kernel,
-            n_samples: plan.n_samples,
-            epsilon: plan.epsilon,
-        })
+        Metadata::new(scene, self.camera.as_ref(), pixels, self.kernel, &plan.style)
     }
 
     /// The [`Digest`] of a picture with `n_samples` × `n_samples` samples a pixel, made band by band. It is the
@@ -358,26 +354,12 @@ impl Session {
         let wants = Wants { surface: true, level: false };
         let n_band_rows = sampled_band_rows(pixels, n_samples, wants);
         let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
-        let n_rays = u64::from(pixels.width) * u64::from(n_band_rows);
-        let bytes = band_bytes(n_rays, &style, wants, self.scene.n_objects());
+        let band = pixels.rows(0, n_band_rows);
+        let bytes = band_bytes(&band, &style, wants, self.scene.n_objects());
         memory::require("rows of the picture", bytes, "take a narrower part with --crop")?;
         let mut digest = Digest::new(pixels, n_samples);
-        self.run(pixels, (style, wants, n_band_rows), &mut digest, control)?;
+        self.render_into(pixels, style, wants, n_band_rows, &mut digest, control)?;
         Ok(digest.finish())
-    }
-
-    /// Traces and shades `pixels` as [`Session::draw`] does, and forgets the result: for measuring.
-    ///
-    /// # Errors
-    /// Those of [`Session::draw`], but for the file's.
-    pub fn draw_nothing(
-        &mut self,
-        pixels: &Pixels,
-        plan: &Plan,
-        control: &Control,
-    ) -> Result<Rendered> {
-        let how = (plan.style(), plan.wants(), plan.n_band_rows);
-        self.run(pixels, how, &mut (), control)
     }
 
     /// What the last rays were prepared as.
@@ -435,6 +417,7 @@ mod tests {
     use crate::error::Error;
     use crate::render::bands;
     use crate::scene::{Color, Sphere, parse_scene};
+    use crate::shade::Colors;
     use crate::trace::WorldRay;
 
     fn ball() -> Scene {

@@ -11,9 +11,9 @@ use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{ChannelBits, Format, Image, PictureOptions, PictureWriter};
 use kugelblitz::rays::Pixels;
-use kugelblitz::render::{Kept, Plan, Sink, plan};
+use kugelblitz::render::{Plan, Sink, n_steps, plan};
 use kugelblitz::scene::Camera;
-use kugelblitz::shade::{Background, Colors, Encoding, Style};
+use kugelblitz::shade::{Background, Colors, Encoding, Framebuffer, Style};
 use kugelblitz::trace::{Hits, Kernel, Wants};
 use numpy::{Element, PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
@@ -36,7 +36,7 @@ pub struct Picture {
     pub camera: Camera,
     pub pixels: Pixels,
     pub style: Style,
-    pub kept: Kept,
+    pub kept: Framebuffer,
     pub linear: OnceLock<Colors>,
     pub srgb16: OnceLock<Colors>,
     /// The hits with `t` and normals, where `kept` has none.
@@ -109,7 +109,9 @@ impl Picture {
     fn plan(&self, format: Format, options: PictureOptions) -> PyResult<Plan> {
         let (n_samples, n_objects) = (self.style.n_samples, self.scene.get().of.n_objects());
         let plan = plan(format, options, n_samples, &self.pixels, n_objects, Available::now());
-        Ok(Plan { epsilon: self.style.epsilon, ..plan.map_err(error::of("path"))? })
+        let mut plan = plan.map_err(error::of("path"))?;
+        plan.style.epsilon = self.style.epsilon;
+        Ok(plan)
     }
 
     /// The numbers of its pixels as an array: one of each, or several along a last axis.
@@ -133,8 +135,7 @@ impl Picture {
         let metadata = session.metadata(&self.pixels, plan);
         let mut writer =
             PictureWriter::create(format, options, &self.pixels, &metadata, sink, name)?;
-        let Kept { colors, hits, coverage } = &self.kept;
-        writer.band(colors, coverage.as_ref(), hits, self.pixels.height)?;
+        writer.band(&self.kept, self.pixels.height)?;
         writer.finish()
     }
 }
@@ -262,10 +263,10 @@ impl Picture {
             ));
         }
         let plan = self.plan(format, options)?;
-        let n_steps = plan.n_steps(&self.pixels, self.scene.get().of.is_lit());
+        let n_steps = n_steps(&self.pixels, self.style.n_samples, self.scene.get().of.is_lit());
         self.run(py, (progress, n_steps), |session, control| {
             let file = OutputFile::create(&path, format.needs_seek())?;
-            let file = match plan.style() == self.style {
+            let file = match plan.style == self.style {
                 true => self.write(session, &plan, file, path.clone())?,
                 false => {
                     session.set_camera(self.camera.clone());

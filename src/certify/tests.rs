@@ -7,7 +7,7 @@ use crate::kernel::Kernel;
 use crate::num::OPEN;
 use crate::prepare::Scaled;
 use crate::random::SplitMix;
-use crate::rays::{Bundle, View};
+use crate::rays::{Lens, View};
 use crate::scene::{Camera, Color, Plane, Projection, Sphere};
 use crate::trace::{Hits, Timing, Wants};
 use std::sync::Arc;
@@ -106,32 +106,32 @@ impl Hitting {
     }
 }
 
-/// A scene and the rays of one bundle.
-fn case(seed: u64, bundle: Bundle) -> (Scene, Rays) {
-    case_of([1, 5, 40][seed as usize % 3], seed, bundle)
+/// A scene, and rays of a camera with this lens, or of a list.
+fn case(seed: u64, lens: Option<Lens>) -> (Scene, Rays) {
+    case_of([1, 5, 40][seed as usize % 3], seed, lens)
 }
 
-fn case_of(n_spheres: usize, seed: u64, bundle: Bundle) -> (Scene, Rays) {
+fn case_of(n_spheres: usize, seed: u64, lens: Option<Lens>) -> (Scene, Rays) {
     let mut random = Hitting { rng: SplitMix::new(seed), scale: 1.0 };
     random.scale = 10f64.powf(8.0 * random.number());
     let spheres: Vec<Sphere> = (0..n_spheres).map(|_| random.sphere()).collect();
     let planes = (0..seed % 3).map(|_| random.plane()).collect();
     let target = spheres[0];
-    let rays = match bundle {
-        Bundle::Free => {
+    let rays = match lens {
+        None => {
             let ray = |i: usize| {
                 let origin = random.vector() * random.size();
                 random.ray(origin, &spheres[i % spheres.len()])
             };
             Rays::List((0..300).map(ray).collect())
         }
-        Bundle::Point | Bundle::Parallel => {
+        Some(lens) => {
             let position = random.vector() * random.size();
-            let projection = match bundle {
-                Bundle::Point => {
+            let projection = match lens {
+                Lens::Perspective => {
                     Projection::Perspective { fov_degrees: 5.0 + 100.0 * random.rng.unit() }
                 }
-                _ => Projection::Orthographic { height: 2.5 * target.radius },
+                Lens::Orthographic => Projection::Orthographic { height: 2.5 * target.radius },
             };
             let camera =
                 Camera { position, look_at: target.center, up: random.vector(), projection };
@@ -172,20 +172,22 @@ fn no_direction_of_a_list_is_longer() {
 #[test]
 fn surfaces_side_by_side_are_those_of_one_ray() {
     let (mut n_hits, mut n_open) = ([0; 3], [0; 3]);
-    for (kind, bundle) in Bundle::ALL.into_iter().enumerate() {
+    for (kind, lens) in
+        [Some(Lens::Perspective), Some(Lens::Orthographic), None].into_iter().enumerate()
+    {
         for seed in 0..90 {
-            let (scene, rays) = case(seed, bundle);
+            let (scene, rays) = case(seed, lens);
             let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
             let stage = Stage::new(&prepared, &rays);
             let mut hits = decided(&stage, rays.len());
             let (surfaces, control) = (Surfaces::to_be_rounded(&stage), Control::default());
             let Hits { id, t, normal, .. } = &mut hits;
             stage.complete(&surfaces, (0, id), (t, normal), &control, &mut Vec::new()).unwrap();
-            assert_eq!(n_different(&stage, &hits), 0, "{bundle:?}, seed {seed}");
+            assert_eq!(n_different(&stage, &hits), 0, "{lens:?}, seed {seed}");
             let hit = hits.id.iter().position(|&id| id != 0);
             if let Some(ray) = hit {
                 hits.normal[ray][1] = hits.normal[ray][1].next_up();
-                assert_eq!(n_different(&stage, &hits), 1, "{bundle:?}, seed {seed}");
+                assert_eq!(n_different(&stage, &hits), 1, "{lens:?}, seed {seed}");
             }
 
             let (mut t, mut normal) = (hits.t.clone(), hits.normal.clone());
@@ -202,10 +204,10 @@ fn surfaces_side_by_side_are_those_of_one_ray() {
 /// With 100 bits nearly all is known, and it is what exact arithmetic says, bit by bit.
 #[test]
 fn surfaces_in_balls_are_exact() {
-    for bundle in Bundle::ALL {
+    for lens in [Some(Lens::Perspective), Some(Lens::Orthographic), None] {
         let (mut n_known, mut n_open) = (0, 0);
         for seed in 400..490 {
-            let (scene, rays) = case(seed, bundle);
+            let (scene, rays) = case(seed, lens);
             let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
             let stage = Stage::new(&prepared, &rays);
             let hits = decided(&stage, rays.len());
@@ -219,30 +221,30 @@ fn surfaces_in_balls_are_exact() {
                 let ray = stage.exact_ray(index);
                 let exact = exact_surface(&ray, &visible_hit(&ray, id, object).unwrap());
                 let bits = |(t, normal): TAndNormal| (t.to_bits(), normal.map(f32::to_bits));
-                assert_eq!(bits(found), bits(exact), "{bundle:?}, seed {seed}, ray {index}");
+                assert_eq!(bits(found), bits(exact), "{lens:?}, seed {seed}, ray {index}");
             }
         }
-        println!("{bundle:?}: {n_known} known in balls, {n_open} left open");
+        println!("{lens:?}: {n_known} known in balls, {n_open} left open");
         assert!(n_known > 50 * n_open && n_known > 3000, "{n_open} open, {n_known} known");
     }
 }
 
 #[test]
 fn what_f64_decides_is_what_is_seen() {
-    for (n_spheres, bundle) in [
-        (0, Bundle::Point),
-        (5, Bundle::Point),
-        (40, Bundle::Point),
-        (5, Bundle::Parallel),
-        (40, Bundle::Parallel),
-        (300, Bundle::Point),
-        (300, Bundle::Parallel),
-        (40, Bundle::Free),
-        (300, Bundle::Free),
+    for (n_spheres, lens) in [
+        (0, Some(Lens::Perspective)),
+        (5, Some(Lens::Perspective)),
+        (40, Some(Lens::Perspective)),
+        (5, Some(Lens::Orthographic)),
+        (40, Some(Lens::Orthographic)),
+        (300, Some(Lens::Perspective)),
+        (300, Some(Lens::Orthographic)),
+        (40, None),
+        (300, None),
     ] {
         let [mut n_rays, mut n_hits, mut n_open] = [0; 3];
         for seed in 200..260 {
-            let (scene, rays) = case_of(n_spheres.max(1), seed, bundle);
+            let (scene, rays) = case_of(n_spheres.max(1), seed, lens);
             let scene = match n_spheres {
                 0 => Scene { spheres: Vec::new().into(), ..scene },
                 _ => scene,
@@ -259,11 +261,11 @@ fn what_f64_decides_is_what_is_seen() {
                 if id != OPEN {
                     let seen = nearest(&stage.exact_ray(ray), stage.scene.objects())
                         .map_or(0, |hit| hit.id);
-                    assert_eq!(id, seen, "{bundle:?} of {n_spheres}, seed {seed}, ray {ray}");
+                    assert_eq!(id, seen, "{lens:?} of {n_spheres}, seed {seed}, ray {ray}");
                 }
             }
         }
-        println!("{bundle:?} of {n_spheres}: {n_rays} rays, {n_hits} hits, {n_open} open");
+        println!("{lens:?} of {n_spheres}: {n_rays} rays, {n_hits} hits, {n_open} open");
         assert!(n_rays > 5000 && n_open < n_rays / 4, "{n_open} of {n_rays}");
         assert!(n_hits > n_rays / 10 || n_spheres == 0, "{n_hits} of {n_rays}");
     }

@@ -4,7 +4,7 @@ use std::env;
 
 use super::Device;
 use crate::error::{Error, Result};
-use crate::gpu::{Gpu, Pick, are_at_hand, has_software_alone};
+use crate::gpu::{Gpu, are_at_hand, has_software_alone};
 use crate::prepare::FEW_SPHERES;
 use crate::scene::{Samples, Scene};
 use crate::trace::Kernel;
@@ -49,15 +49,14 @@ impl DeviceChoice {
         *self == DeviceChoice::Auto && !is_named
     }
 
-    /// The adapter to open; `None` for the CPU.
-    pub fn pick(&self) -> Option<Pick> {
+    /// The name of the adapter to open, as [`Gpu::open`] takes it; `None` for the CPU.
+    pub fn adapter(&self) -> Option<String> {
         match self {
             DeviceChoice::Cpu => None,
-            DeviceChoice::Named(name) => Some(Pick::Named(name.clone())),
-            DeviceChoice::Auto | DeviceChoice::Gpu => match env::var(ADAPTER_VARIABLE) {
-                Ok(name) if !name.is_empty() => Some(Pick::Named(name)),
-                _ => Some(Pick::Best),
-            },
+            DeviceChoice::Named(name) => Some(name.clone()),
+            DeviceChoice::Auto | DeviceChoice::Gpu => {
+                Some(env::var(ADAPTER_VARIABLE).unwrap_or_default())
+            }
         }
     }
 
@@ -78,11 +77,11 @@ impl DeviceChoice {
         n_spheres: usize,
         n_rays: usize,
     ) -> Result<(Device, Option<String>)> {
-        let Some(pick) = self.pick() else { return Ok((Device::Cpu, None)) };
+        let Some(name) = self.adapter() else { return Ok((Device::Cpu, None)) };
         if self.why_the_cpu(kernel, n_spheres, n_rays).is_some() {
             return Ok((Device::Cpu, None));
         }
-        match open(&pick, Some(kernel)) {
+        match open(&name, Some(kernel)) {
             Ok(gpu) => Ok((Device::Gpu(gpu.into()), None)),
             Err(Error::NoAdapter(why) | Error::TooLarge(why)) if *self == DeviceChoice::Auto => {
                 Ok((Device::Cpu, Some(why)))
@@ -98,12 +97,12 @@ pub fn why_auto_takes_the_cpu(kernel: Kernel, n_spheres: usize, n_rays: usize) -
     why_the_cpu(kernel, n_spheres, n_rays).filter(|_| has_software_alone())
 }
 
-/// Opens a device that runs `kernel`, and has looked at its arithmetic: what that can't bind, no kernel can.
+/// Opens a device with `name` in its name that runs `kernel`, and has looked at its arithmetic: what that can't bind, no kernel can.
 ///
 /// # Errors
 /// Those of [`Gpu::open`] and [`Gpu::arithmetic`]; [`Error::NoAdapter`] for a kernel that it can't run.
-pub fn open(pick: &Pick, kernel: Option<Kernel>) -> Result<Gpu> {
-    let gpu = Gpu::open(pick)?;
+pub fn open(name: &str, kernel: Option<Kernel>) -> Result<Gpu> {
+    let gpu = Gpu::open(name)?;
     if let Some(kernel) = kernel {
         gpu.facts.check_kernel(kernel)?;
     }

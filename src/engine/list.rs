@@ -9,7 +9,7 @@ use crate::bvh::{Beam, Bvh, Enter, Leaves, Node, Visitor, WIDTH, Walk};
 use crate::num::{Bits, V3, dispatch};
 use crate::prepare::Prepared;
 use crate::rays::{self, List};
-use crate::seen::{Eye, Nearest, Objects, Ray};
+use crate::seen::{Nearest, Objects, Ray};
 
 /// Rays that go side by side.
 const LANES: usize = 16;
@@ -26,11 +26,11 @@ pub struct ListSearch<'a> {
 impl<'a> ListSearch<'a> {
     /// For the rays that a scene is prepared for.
     pub fn new(prepared: &'a Prepared) -> ListSearch<'a> {
-        let eye = Eye::of_list(prepared.reference, prepared.farthest_origin());
+        let eye = &prepared.eye;
         let (beside, tree) = match &prepared.hierarchy {
-            None => (Objects::new(prepared.seen_objects(), &eye), None),
+            None => (Objects::new(prepared.seen_objects(), eye), None),
             Some(hierarchy) => (
-                Objects::new(prepared.beside(&hierarchy.rest), &eye),
+                Objects::new(prepared.beside(&hierarchy.rest), eye),
                 Some((&*hierarchy.bvh, &*hierarchy.leaves)),
             ),
         };

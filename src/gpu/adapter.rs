@@ -10,15 +10,6 @@ use crate::plain::Shown;
 pub(super) const INSTALL_HINT: &str = "install a Vulkan driver (Debian: `apt install mesa-vulkan-drivers` \
                             brings a software one) or use `--device cpu`";
 
-/// Which adapter to open.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Pick {
-    /// The best one: discrete, then integrated, virtual, software.
-    Best,
-    /// One whose name contains this text, case ignored.
-    Named(String),
-}
-
 /// An adapter's own account of itself.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct AdapterFacts {
@@ -154,31 +145,27 @@ pub(super) fn no_device() -> Error {
     Error::NoAdapter(format!("no Vulkan device found: {INSTALL_HINT}"))
 }
 
-/// The adapter that `pick` names.
+/// The best adapter with `name` in its name, case ignored: of all where that is empty. The best one is discrete, then
+/// integrated, virtual, software.
 ///
 /// # Errors
 /// [`Error::NoAdapter`] when none fits, with the names of those that are there.
 pub(super) fn choose(
     mut adapters: Vec<(wgpu::Adapter, AdapterFacts)>,
-    pick: &Pick,
+    name: &str,
 ) -> Result<(wgpu::Adapter, AdapterFacts)> {
     let names: Vec<String> = adapters.iter().map(|(_, f)| format!("`{}`", f.name)).collect();
     if adapters.is_empty() {
         return Err(no_device());
     }
-    let position = match pick {
-        Pick::Best => 0,
-        Pick::Named(name) => {
-            let wanted = name.to_lowercase();
-            let fits = |facts: &AdapterFacts| facts.name.to_lowercase().contains(&wanted);
-            adapters.iter().position(|(_, facts)| fits(facts)).ok_or_else(|| {
-                Error::NoAdapter(format!(
-                    "no Vulkan device has `{}` in its name; there is {}",
-                    name.shown(),
-                    names.join(", ")
-                ))
-            })?
-        }
-    };
+    let wanted = name.to_lowercase();
+    let fits = |facts: &AdapterFacts| facts.name.to_lowercase().contains(&wanted);
+    let position = adapters.iter().position(|(_, facts)| fits(facts)).ok_or_else(|| {
+        Error::NoAdapter(format!(
+            "no Vulkan device has `{}` in its name; there is {}",
+            name.shown(),
+            names.join(", ")
+        ))
+    })?;
     Ok(adapters.swap_remove(position))
 }

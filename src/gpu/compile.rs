@@ -14,8 +14,8 @@ use crate::bvh::{IS_LEAF, MOST_BOXES, MOST_BOXES_TO_LIGHT};
 use crate::error::{Error, Result};
 use crate::kernel::{FloatType, Kernel, SHARED_PARTS, ShaderPart, Space, part};
 use crate::num::{Float as _, OPEN};
-use crate::prepare::{LightKey, ShaderKey, SphereSearch};
-use crate::rays::Bundle;
+use crate::prepare::{LightKey, ShaderKey};
+use crate::rays::Lens;
 
 /// Invocations of one workgroup, columns × rows of the tile.
 pub const WORKGROUP: [u32; 2] = [8, 8];
@@ -57,7 +57,7 @@ pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Sha
         Some(LightKey::Certified { .. }) => parts.extend([PRINTED_LIGHT, LIT]),
         None => parts.push(RENDER),
     }
-    if key.spheres == SphereSearch::Tree {
+    if key.tree {
         parts.push(TREE);
     }
     compile_parts(&parts, &Choices { edit, ..Choices::new(key) })
@@ -102,7 +102,7 @@ fn lists(key: &ShaderKey) -> String {
         ("lamps", "Lamp", n_lamps(key), LAMP_BYTES),
     ];
     // With light in trees lavapipe of Mesa 22.3 crashes where the fourth uniform is that of the lamps.
-    let is_lit_tree = key.light.is_some() && key.spheres == SphereSearch::Tree;
+    let is_lit_tree = key.light.is_some() && key.tree;
     let room = if is_lit_tree { 0 } else { UNIFORM_BYTES };
     let list = |(name, element, n, bytes): (&str, &str, usize, usize)| match n * bytes <= room {
         true => format!("@group(0) @binding(next) var<uniform> {name}: array<{element}, {n}>;\n"),
@@ -144,14 +144,14 @@ fn repeats(key: &ShaderKey) -> Vec<(&'static str, Repeat)> {
         let shapes = SHAPES.into_iter().zip(are).filter(|(_, is_one)| *is_one);
         Repeat::Shapes(shapes.map(|(shape, _)| shape).collect())
     };
-    let (listed, is_tree) = (n_listed(key).map(|n| n > 0), key.spheres == SphereSearch::Tree);
+    let listed = n_listed(key).map(|n| n > 0);
     let [spheres, planes] = listed;
     vec![
         ("lamp", Repeat::Count([n_lamps, most])),
         ("sample", Repeat::Count([n_samples, most / n_lamps.max(1)])),
         ("listed shape", those(listed)),
-        ("indexed shape", those([spheres && !is_tree, planes])),
-        ("seen shape", those([spheres || is_tree, planes])),
+        ("indexed shape", those([spheres && !key.tree, planes])),
+        ("seen shape", those([spheres || key.tree, planes])),
         ("met shape", those(n_met(key).map(|n| n > 0))),
     ]
 }
@@ -229,17 +229,17 @@ needs! {
 impl Needs {
     fn new(key: &ShaderKey) -> Needs {
         let about = key.kernel.about();
-        let point = key.bundle == Bundle::Point;
+        let point = key.lens == Some(Lens::Perspective);
         let is_plain_light = matches!(key.light, Some(LightKey::Plain { .. }));
         Needs {
-            tree: key.spheres == SphereSearch::Tree,
+            tree: key.tree,
             close: key.close,
             surface: key.surface,
             lamps: n_lamps(key) > 0,
             // The host has made the numbers for rays from one point.
             moved: is_plain_light && point && about.space == Space::Reference,
             point,
-            free: key.bundle == Bundle::Free,
+            free: key.lens.is_none(),
             double: about.float == FloatType::F64,
             certified: key.kernel == Kernel::Certified,
         }
@@ -260,7 +260,7 @@ fn constants(key: &ShaderKey) -> String {
         "@group(0) @binding(next) var<uniform> params: Params;\n".into(),
         constants_of_shapes(key),
     ];
-    if key.spheres == SphereSearch::Tree {
+    if key.tree {
         let most_boxes = if key.light.is_some() { MOST_BOXES_TO_LIGHT } else { MOST_BOXES };
         parts.extend([
             unsigned("IS_LEAF", IS_LEAF),
@@ -270,7 +270,7 @@ fn constants(key: &ShaderKey) -> String {
             Walk::declaration(),
         ]);
     }
-    if key.bundle == Bundle::Free {
+    if key.lens.is_none() {
         parts.push(RayRecord::declaration());
     }
     match key.light {

@@ -228,28 +228,24 @@ mod tests {
     use crate::kernel::{lecture, relative};
     use crate::num::V3;
     use crate::num::fields::{FieldSource, Fields, words};
-    use crate::prepare::{LightKey, ShaderKey, SphereSearch};
-    use crate::rays::Bundle;
+    use crate::prepare::{LightKey, ShaderKey};
+    use crate::rays::Lens;
     use crate::seen::{PlaneSeen, SphereLeaf, SphereSeen};
     use crate::trace::Kernel;
 
     /// Name, offset and struct size of each member, as naga lays the struct out; arrays' element
     /// strides are the struct's size rounded up to its alignment.
-    fn device_layout(kernel: Kernel, bundle: Bundle, name: &str) -> (u32, Vec<(String, u32)>) {
+    fn device_layout(kernel: Kernel, lens: Option<Lens>, name: &str) -> (u32, Vec<(String, u32)>) {
         let is_certified = kernel == Kernel::Certified;
         let key = ShaderKey {
             kernel,
-            bundle,
-            spheres: match is_certified && bundle == Bundle::Point {
-                true => SphereSearch::Tree,
-                false => SphereSearch::Listed,
-            },
+            lens,
+            tree: is_certified && lens == Some(Lens::Perspective),
             n_spheres: 1,
             close: is_certified,
             n_planes: 1,
             surface: !is_certified,
-            light: (!is_certified && bundle != Bundle::Free)
-                .then_some(LightKey::Plain { n_lamps: 2 }),
+            light: (!is_certified && lens.is_some()).then_some(LightKey::Plain { n_lamps: 2 }),
             unrolls: true,
         };
         let shader = compile(&key).expect("the shader compiles");
@@ -270,7 +266,7 @@ mod tests {
     macro_rules! check {
         ($kernel:ident, $ty:ty, $name:literal, $($field:ident),+) => {
             let expected = vec![$((stringify!($field).to_string(), offset_of!($ty, $field) as u32)),+];
-            let (span, members) = device_layout(Kernel::$kernel, Bundle::Point, $name);
+            let (span, members) = device_layout(Kernel::$kernel, Some(Lens::Perspective), $name);
             assert_eq!(members, expected, "{}", $name);
             assert_eq!(span, size_of::<$ty>() as u32, "{}", $name);
         };
@@ -294,7 +290,7 @@ mod tests {
         check!(Lecture, lecture::PlaneLecture, "PlaneLecture", normal, point);
     }
 
-    fn check_layout<T: Layout>(kernel: Kernel, bundle: Bundle) {
+    fn check_layout<T: Layout>(kernel: Kernel, lens: Option<Lens>) {
         let real = kernel.about().float;
         let (mut bytes, mut members) = (Vec::new(), Vec::new());
         T::default().members(&mut |name, member| {
@@ -303,18 +299,18 @@ mod tests {
             member.put(real, &mut bytes);
         });
         let span = T::default().bytes(real).len() as u32;
-        assert_eq!(device_layout(kernel, bundle, T::NAME), (span, members), "{}", T::NAME);
+        assert_eq!(device_layout(kernel, lens, T::NAME), (span, members), "{}", T::NAME);
     }
 
     #[test]
     fn layouts_are_nagas() {
         for kernel in [Kernel::Stable, Kernel::Double] {
-            check_layout::<Params>(kernel, Bundle::Point);
-            check_layout::<RayRecord>(kernel, Bundle::Free);
-            check_layout::<Lighting>(kernel, Bundle::Point);
-            check_layout::<Lamp>(kernel, Bundle::Point);
+            check_layout::<Params>(kernel, Some(Lens::Perspective));
+            check_layout::<RayRecord>(kernel, None);
+            check_layout::<Lighting>(kernel, Some(Lens::Perspective));
+            check_layout::<Lamp>(kernel, Some(Lens::Perspective));
         }
-        check_layout::<Walk>(Kernel::Certified, Bundle::Point);
+        check_layout::<Walk>(Kernel::Certified, Some(Lens::Perspective));
     }
 
     /// Numbers of other types, at their places.
@@ -351,7 +347,7 @@ mod tests {
             let at = words.iter().position(|&word| word == number as f32);
             *offset = 4 * at.expect("a field in the words") as u32;
         }
-        let (span, members) = device_layout(Kernel::Certified, Bundle::Point, T::NAME);
+        let (span, members) = device_layout(Kernel::Certified, Some(Lens::Perspective), T::NAME);
         assert_eq!((span, members), (4 * N as u32, places.0), "{}", T::NAME);
     }
 

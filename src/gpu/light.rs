@@ -149,7 +149,7 @@ fn lists_of_tree(
     lighting: &CertifiedLighting,
 ) -> Result<Option<Lists>> {
     const SEEN: usize = size_of::<SphereWords>() / size_of::<f32>();
-    let (spheres, eye, facts) = (&prepared.scene.spheres[..], prepared.eye(), &gpu.facts);
+    let (spheres, eye, facts) = (&prepared.scene.spheres[..], &prepared.eye, &gpu.facts);
     let most = facts.max_binding_bytes.min(facts.max_buffer_bytes) as usize;
     if size_of::<SphereWords>() * spheres.len() > most {
         return Ok(None);
@@ -161,7 +161,7 @@ fn lists_of_tree(
         3 * (bytes * spheres.len()) as u64,
         "use fewer spheres, or `--device cpu`",
     )?;
-    let seen = |sphere| words::<SEEN>(&SphereSeen::new::<f32>(sphere, &eye).round::<f32>());
+    let seen = |sphere| words::<SEEN>(&SphereSeen::new::<f32>(sphere, eye).round::<f32>());
     let met = |sphere| words::<8>(&SphereMet::met_from::<f32>(sphere, prepared.reference));
     let mut lists = vec![
         ("colors", colors(prepared, lighting.background)),

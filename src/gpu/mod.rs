@@ -20,7 +20,7 @@ mod texture;
 mod tiles;
 mod tracer;
 
-pub use adapter::{AdapterFacts, Pick, has_software_alone, list_adapters};
+pub use adapter::{AdapterFacts, has_software_alone, list_adapters};
 pub use compile::{Shader, compile};
 pub use layout::{Layout, Params, RayRecord, Walk};
 pub use open::Gpu;

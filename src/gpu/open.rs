@@ -3,7 +3,7 @@
 use std::ops::{Deref, DerefMut};
 use std::sync::{Arc, OnceLock};
 
-use super::adapter::{AdapterFacts, Pick, adapters, choose};
+use super::adapter::{AdapterFacts, adapters, choose};
 use super::device::OpenDevice;
 use super::program::{Program, Programs};
 use super::self_test::{self, Arithmetic};
@@ -45,14 +45,14 @@ impl Gpu {
             .collect()
     }
 
-    /// Opens a Vulkan device.
+    /// Opens the best Vulkan device with `name` in its name, case ignored: the best of all where that is empty.
     ///
     /// # Errors
     /// [`crate::Error::NoAdapter`] when none fits, with the names of those that are there;
     /// [`crate::Error::TooLarge`] where a limit of the address space leaves too little for a driver.
-    pub fn open(pick: &Pick) -> Result<Gpu> {
+    pub fn open(name: &str) -> Result<Gpu> {
         memory::require_device()?;
-        let (adapter, facts) = choose(adapters(), pick)?;
+        let (adapter, facts) = choose(adapters(), name)?;
         Gpu::open_adapter(&adapter, facts)
     }
 

@@ -14,7 +14,6 @@ use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::kernel::FloatType;
 use crate::prepare::{LightKey, Prepared, ShaderKey};
-use crate::rays::Bundle;
 use crate::trace::{Rays, Timing};
 
 /// What a shader makes of each ray, in the order in which it comes to the host.
@@ -83,7 +82,7 @@ impl Pass {
             params: gpu.buffer("params", one_ray.len(), usage),
             bound,
             results: results_of(key),
-            ray_bytes: (key.bundle == Bundle::Free).then_some(ray_bytes),
+            ray_bytes: key.lens.is_none().then_some(ray_bytes),
             rays: None,
             room: None,
             tile_size: TileSize::first(prepared, n_times, gpu.facts.is_software()),

@@ -259,7 +259,7 @@ impl Backend for GpuTracer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::{Arithmetic, Pick};
+    use crate::gpu::Arithmetic;
     use crate::prepare::FEW_SPHERES;
     use crate::rays::{Pixels, View};
     use crate::scene::{Camera, Projection, Scene, Sphere};
@@ -288,7 +288,7 @@ mod tests {
     }
 
     fn open() -> Gpu {
-        Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one")
+        Gpu::open("").expect("a Vulkan device; ci/setup.sh installs one")
     }
 
     fn hits_of(gpu: Gpu, is_suited: bool, rays: &Rays, prepared: &Arc<Prepared>) -> Hits {

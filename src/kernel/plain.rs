@@ -7,7 +7,7 @@ use super::FloatType;
 use super::coordinates::{Coordinates, split};
 use crate::num::{Bits, Float, Lanes, Ray, Real, V3};
 use crate::rays;
-use crate::rays::{Bundle, Frame, Pixels, Rays};
+use crate::rays::{Frame, Lens, Pixels, Rays};
 
 /// A ray as a kernel without a proof sees it. Twin of `Ray` in `shaders/ray.wgsl`.
 #[derive(Clone, Copy, Debug)]
@@ -177,9 +177,8 @@ impl<'a, F: Float> PlainRays<'a, F> {
     /// One of the rays.
     pub fn one(&self, index: usize) -> PlainRay<F> {
         let PlainRay { ray, origin_low } = self.pack::<1>(index);
-        let alone = |v: V3<Lanes<F, 1>>| V3(v.0.map(|x| x.0[0]));
-        let ray = Ray::new(alone(ray.origin), alone(ray.direction));
-        PlainRay { ray, origin_low: origin_low.map(alone) }
+        let alone = |x: Lanes<F, 1>| x.0[0];
+        PlainRay { ray: ray.map(alone), origin_low: origin_low.map(|low| low.map(alone)) }
     }
 
     /// Some rays, from the one with this index on; of a picture in its row and beyond its end, of a list the last one again.
@@ -196,9 +195,9 @@ impl<'a, F: Float> PlainRays<'a, F> {
                 }
                 let up = Lanes::splat(*step * F::near(j as f64));
                 let (ray, origin) = (camera.ray(across, up), V3::splat(*origin));
-                let (origin, origin_low) = match camera.lens.bundle() {
-                    Bundle::Point => (origin, None),
-                    Bundle::Parallel | Bundle::Free => (origin + ray.origin, Some(zero)),
+                let (origin, origin_low) = match camera.lens {
+                    Lens::Perspective => (origin, None),
+                    Lens::Orthographic => (origin + ray.origin, Some(zero)),
                 };
                 PlainRay { ray: Ray { origin, ..ray }, origin_low }
             }

@@ -15,9 +15,10 @@ use exr::meta::attribute::{ChannelDescription, IntegerBounds, LineOrder, SampleT
 use exr::meta::header::{Header, LayerAttributes};
 use rayon::prelude::*;
 
-use super::{Band, Encoder, Metadata, NBytes, PictureOptions, SOFTWARE, linear};
+use super::{Encoder, Metadata, NBytes, PictureOptions, SOFTWARE, linear};
 use crate::error::{Error, Result};
 use crate::rays::Pixels;
+use crate::shade::Framebuffer;
 
 /// Lines that are compressed together. The format fixes this number for its ZIP compression.
 const BLOCK_LINES: usize = 16;
@@ -32,23 +33,23 @@ const MAX_BLOCK_BYTES: u128 = i32::MAX as u128;
 const SAMPLE_BYTES: usize = 4;
 
 /// Name, type and what gives the bits of a pixel's sample.
-type Channel = (&'static str, SampleType, fn(&Band, usize) -> u32);
+type Channel = (&'static str, SampleType, fn(&Framebuffer, usize) -> u32);
 
 /// The channels, sorted by name, as the format demands.
 const CHANNELS: [Channel; 10] = [
-    ("A", SampleType::F32, |band, i| {
-        band.coverage.map_or(1.0, |coverage| coverage.alpha(i)).to_bits()
+    ("A", SampleType::F32, |rows, i| {
+        rows.coverage.as_ref().map_or(1.0, |coverage| coverage.alpha(i)).to_bits()
     }),
-    ("B", SampleType::F32, |band, i| linear(band.colors)[i][2].to_bits()),
-    ("G", SampleType::F32, |band, i| linear(band.colors)[i][1].to_bits()),
-    ("N.X", SampleType::F32, |band, i| band.hits.normal[i][0].to_bits()),
-    ("N.Y", SampleType::F32, |band, i| band.hits.normal[i][1].to_bits()),
-    ("N.Z", SampleType::F32, |band, i| band.hits.normal[i][2].to_bits()),
-    ("R", SampleType::F32, |band, i| linear(band.colors)[i][0].to_bits()),
-    ("Z", SampleType::F32, |band, i| band.hits.t[i].to_bits()),
-    ("id", SampleType::U32, |band, i| band.hits.id[i]),
+    ("B", SampleType::F32, |rows, i| linear(&rows.colors)[i][2].to_bits()),
+    ("G", SampleType::F32, |rows, i| linear(&rows.colors)[i][1].to_bits()),
+    ("N.X", SampleType::F32, |rows, i| rows.hits.normal[i][0].to_bits()),
+    ("N.Y", SampleType::F32, |rows, i| rows.hits.normal[i][1].to_bits()),
+    ("N.Z", SampleType::F32, |rows, i| rows.hits.normal[i][2].to_bits()),
+    ("R", SampleType::F32, |rows, i| linear(&rows.colors)[i][0].to_bits()),
+    ("Z", SampleType::F32, |rows, i| rows.hits.t[i].to_bits()),
+    ("id", SampleType::U32, |rows, i| rows.hits.id[i]),
     // Only with certificates.
-    ("level", SampleType::U32, |band, i| band.hits.level[i].into()),
+    ("level", SampleType::U32, |rows, i| rows.hits.level[i].into()),
 ];
 
 fn channels(options: PictureOptions) -> &'static [Channel] {
@@ -171,16 +172,16 @@ fn attributes(metadata: &Metadata) -> Vec<u8> {
 }
 
 impl Encoder for Exr {
-    fn rows(&mut self, band: &Band, out: &mut Vec<u8>) -> io::Result<()> {
+    fn rows(&mut self, rows: &Framebuffer, out: &mut Vec<u8>) -> io::Result<()> {
         let (channels, width, before) = (self.channels, self.width, self.lines.len());
-        self.lines.resize(before + band.hits.id.len() / width * self.line_bytes, 0);
+        self.lines.resize(before + rows.hits.id.len() / width * self.line_bytes, 0);
         let lines = self.lines[before..].par_chunks_mut(self.line_bytes).enumerate();
         lines.for_each(|(y, line)| {
             // In the byte order of this machine, as the crate wants it.
             let (samples, _) = line.as_chunks_mut::<SAMPLE_BYTES>();
             for ((.., sample), samples) in channels.iter().zip(samples.chunks_mut(width)) {
                 for (bytes, i) in samples.iter_mut().zip(y * width..) {
-                    *bytes = sample(band, i).to_ne_bytes();
+                    *bytes = sample(rows, i).to_ne_bytes();
                 }
             }
         });

@@ -6,8 +6,9 @@
 
 use crate::kernel::Kernel;
 use crate::rays::{Pixels, View};
+use crate::scene::Camera;
 use crate::scene::schema::{CameraKeys, Value as _};
-use crate::scene::{Camera, Samples};
+use crate::shade::Style;
 
 /// Before the names of all texts but the program's.
 const PREFIX: &str = "kugelblitz.";
@@ -22,27 +23,17 @@ const SIZE: &str = "kugelblitz.size";
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Metadata(Vec<(String, String)>);
 
-/// How a picture is made.
-#[derive(Clone, Copy, Debug)]
-pub struct Provenance<'a> {
-    /// The scene's hash, see [`crate::digest::scene_hash`].
-    pub scene: &'a str,
-    /// The camera, if the scene or the caller named one.
-    pub camera: Option<&'a Camera>,
-    /// The pixels.
-    pub pixels: &'a Pixels,
-    /// The kernel.
-    pub kernel: Kernel,
-    /// Samples across and down a pixel.
-    pub n_samples: Samples,
-    /// How far from a surface shadow rays start.
-    pub epsilon: f64,
-}
-
 impl Metadata {
-    /// What is to be said of a picture.
-    pub fn new(origin: &Provenance) -> Metadata {
-        let Provenance { scene, camera, pixels, kernel, n_samples, epsilon } = *origin;
+    /// What is to be said of a picture of the scene with this hash, see [`crate::digest::scene_hash`], with the camera that the
+    /// scene or the caller named.
+    pub fn new(
+        scene: &str,
+        camera: Option<&Camera>,
+        pixels: &Pixels,
+        kernel: Kernel,
+        style: &Style,
+    ) -> Metadata {
+        let Style { n_samples, epsilon, .. } = *style;
         let Pixels { view, image_width, image_height, x, y, width, height } = *pixels;
         let mut texts = Metadata::default();
         texts.add("scene", scene);

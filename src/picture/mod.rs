@@ -1,4 +1,4 @@
-//! Colours and [`Hits`] → picture file: [`PictureWriter`] takes bands of rows from top to bottom
+//! Colours and [`Hits`](crate::trace::Hits) → picture file: [`PictureWriter`] takes bands of rows from top to bottom
 //! and writes PNG, EXR, PPM or NPY into an
 //! [`OutputFile`](crate::output::OutputFile) or any other sink. Memory is bounded by a
 //! band, not by the picture.
@@ -23,10 +23,11 @@ use std::path::PathBuf;
 use crate::error::{Error, Result, wrong_usage};
 use crate::plain::Shown;
 use crate::rays::Pixels;
-use crate::shade::{Colors, Encoding};
-use crate::trace::{Coverage, Hits, Wants};
+use crate::render::Sink;
+use crate::shade::{Colors, Encoding, Framebuffer};
+use crate::trace::{Coverage, Wants};
 pub use format::{ChannelBits, Format};
-pub use metadata::{Metadata, Provenance};
+pub use metadata::Metadata;
 pub use png::rgb8_file;
 pub use rays::{STDIN, hit_records, read_rays, write_hits};
 pub use read::{Channel, ChannelFacts, ChannelValues, Image, ImageFacts, read_bytes, read_image};
@@ -62,7 +63,7 @@ impl PictureOptions {
     }
 }
 
-/// Bytes that a [`PictureWriter`] holds at most, beside the colours and [`Hits`] it is given, for
+/// Bytes that a [`PictureWriter`] holds at most, beside the colours and [`Hits`](crate::trace::Hits) it is given, for
 /// bands of `n_band_rows` rows.
 ///
 /// # Errors
@@ -111,7 +112,8 @@ pub fn writer_bytes(
 ///
 /// ```
 /// # use kugelblitz::rays::{Pixels, View};
-/// # use kugelblitz::{glam::DVec3, picture::*, scene::Camera, shade::Colors, trace::Hits};
+/// # use kugelblitz::{glam::DVec3, picture::*, render::Sink, scene::Camera, trace::Hits};
+/// # use kugelblitz::shade::{Colors, Framebuffer};
 /// # fn main() -> kugelblitz::Result<()> {
 /// let view = View::new(&Camera::new(DVec3::Z, DVec3::ZERO));
 /// let pixels = Pixels::whole(view, 2, 1);
@@ -120,7 +122,8 @@ pub fn writer_bytes(
 /// let mut writer =
 ///     PictureWriter::create(Format::Ppm, options, &pixels, &metadata, sink, "memory")?;
 /// let hits = Hits { id: vec![0, 1], ..Hits::default() };
-/// writer.rows(&Colors::Srgb8(vec![[0; 3], [255, 0, 0]]), None, &hits, 1)?;
+/// let colors = Colors::Srgb8(vec![[0; 3], [255, 0, 0]]);
+/// writer.band(&Framebuffer { hits, colors, coverage: None }, 1)?;
 /// let bytes = writer.finish()?.into_inner();
 /// assert_eq!(bytes, b"P6\n2 1\n255\n\0\0\0\xff\0\0");
 /// # Ok(())
@@ -150,18 +153,10 @@ struct NBytes {
     band: u128,
 }
 
-/// Consecutive rows of a picture.
-struct Band<'a> {
-    hits: &'a Hits,
-    colors: &'a Colors,
-    /// `None` where the picture is not transparent.
-    coverage: Option<&'a Coverage>,
-}
-
 /// A picture of one format on its way into bytes.
 trait Encoder: Send {
     /// Appends rows to `out`.
-    fn rows(&mut self, band: &Band, out: &mut Vec<u8>) -> io::Result<()>;
+    fn rows(&mut self, rows: &Framebuffer, out: &mut Vec<u8>) -> io::Result<()>;
 
     /// Appends the end to `out`; gives bytes that replace earlier ones of the file, and their place
     /// in it.
@@ -209,33 +204,6 @@ impl<W: Write + Seek> PictureWriter<W> {
         Ok(writer)
     }
 
-    /// Writes the next `n_rows` rows: `colors`, `hits` and, of a transparent picture, `coverage` have one entry a pixel, row
-    /// by row. A transparent picture's colour is the mean over the samples that hit in PNG; in EXR and NPY it is the mean
-    /// over all samples, those that hit nothing being black: premultiplied, as OpenEXR wants it.
-    ///
-    /// # Errors
-    /// [`Error::Io`] from the sink. [`Error::Usage`] when `colors` has not `n_rows` rows in the
-    /// format's [`Encoding`], when `hits` has not as many with the fields that [`Format::wants`],
-    /// when the rows are more than the picture has, when there is a coverage and the picture is not transparent or the
-    /// reverse, and when that has more hits than samples. After an error the picture is lost.
-    pub fn rows(
-        &mut self,
-        colors: &Colors,
-        coverage: Option<&Coverage>,
-        hits: &Hits,
-        n_rows: u32,
-    ) -> Result<()> {
-        let band = Band { hits, colors, coverage };
-        self.check(&band, n_rows)?;
-        if n_rows == 0 {
-            return Ok(());
-        }
-        let encoded = self.encoder.rows(&band, &mut self.encoded);
-        encoded.map_err(Error::io(&self.path))?;
-        self.n_rows_done += n_rows;
-        self.pass_on()
-    }
-
     /// Ends the picture and gives the sink back, flushed.
     ///
     /// # Errors
@@ -264,7 +232,8 @@ impl<W: Write + Seek> PictureWriter<W> {
         wrong_usage(format!("{}: {usage}", self.path.shown()))
     }
 
-    fn check(&self, &Band { hits, colors, coverage }: &Band, n_rows: u32) -> Result<()> {
+    fn check(&self, rows: &Framebuffer, n_rows: u32) -> Result<()> {
+        let Framebuffer { hits, colors, coverage } = rows;
         let n_rows_left = self.pixels.height - self.n_rows_done;
         if n_rows > n_rows_left {
             return self.wrong(format!(
@@ -291,7 +260,7 @@ impl<W: Write + Seek> PictureWriter<W> {
             ));
         }
         let n_pixels = self.pixels.width as usize * n_rows as usize;
-        let n_covered = coverage.map_or(0, |coverage| coverage.n_hits.len());
+        let n_covered = coverage.as_ref().map_or(0, |coverage| coverage.n_hits.len());
         for (field, length, is_wanted) in [
             ("colour", colors.len(), true),
             ("coverage", n_covered, self.is_transparent),
@@ -316,15 +285,37 @@ impl<W: Write + Seek> PictureWriter<W> {
     }
 }
 
+impl<W: Write + Seek> Sink for PictureWriter<W> {
+    /// Writes the next `n_rows` rows: colours, hits and, of a transparent picture, coverage have one entry a pixel, row
+    /// by row. A transparent picture's colour is the mean over the samples that hit in PNG; in EXR and NPY it is the mean
+    /// over all samples, those that hit nothing being black: premultiplied, as OpenEXR wants it.
+    ///
+    /// # Errors
+    /// [`Error::Io`] from the sink. [`Error::Usage`] when there are not `n_rows` rows of colours in the
+    /// format's [`Encoding`], when there are not as many hits with the fields that [`Format::wants`],
+    /// when the rows are more than the picture has, when there is a coverage and the picture is not transparent or the
+    /// reverse, and when that has more hits than samples. After an error the picture is lost.
+    fn band(&mut self, rows: &Framebuffer, n_rows: u32) -> Result<()> {
+        self.check(rows, n_rows)?;
+        if n_rows == 0 {
+            return Ok(());
+        }
+        let encoded = self.encoder.rows(rows, &mut self.encoded);
+        encoded.map_err(Error::io(&self.path))?;
+        self.n_rows_done += n_rows;
+        self.pass_on()
+    }
+}
+
 /// Colours of whole numbers, and their alpha where the picture is transparent, as bytes of a file, the high byte
 /// first; empty for linear ones.
-fn be_bytes<'c>(band: &Band<'c>) -> Cow<'c, [u8]> {
+fn be_bytes(rows: &Framebuffer) -> Cow<'_, [u8]> {
     fn with_alpha<T: Copy>(pixels: &[[T; 3]], alpha: impl Fn(usize) -> T) -> Vec<T> {
         let pixels = pixels.iter().enumerate();
         pixels.flat_map(|(pixel, &[r, g, b])| [r, g, b, alpha(pixel)]).collect()
     }
     let swapped = |numbers: &[u16]| numbers.iter().flat_map(|n| n.to_be_bytes()).collect();
-    Cow::Owned(match (band.colors, band.coverage) {
+    Cow::Owned(match (&rows.colors, &rows.coverage) {
         (Colors::Srgb8(pixels), None) => return Cow::Borrowed(pixels.as_flattened()),
         (Colors::Srgb8(pixels), Some(coverage)) => {
             with_alpha(pixels, |pixel| coverage.whole_alpha(pixel, u8::MAX.into()) as u8)

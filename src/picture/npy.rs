@@ -2,10 +2,11 @@
 
 use std::io;
 
-use super::{Band, Encoder, Metadata, NBytes, PictureOptions, linear};
+use super::{Encoder, Metadata, NBytes, PictureOptions, linear};
 use crate::error::Result;
 use crate::npy::Record;
 use crate::rays::Pixels;
+use crate::shade::Framebuffer;
 
 fn record(options: PictureOptions) -> Record {
     Record { rgb: true, alpha: options.transparent, level: options.certificates }
@@ -32,9 +33,9 @@ pub(super) fn begin(
 }
 
 impl Encoder for Record {
-    fn rows(&mut self, band: &Band, out: &mut Vec<u8>) -> io::Result<()> {
-        let &Band { hits, colors, coverage } = band;
-        self.append(hits, 0..hits.id.len(), linear(colors), coverage, out);
+    fn rows(&mut self, rows: &Framebuffer, out: &mut Vec<u8>) -> io::Result<()> {
+        let Framebuffer { hits, colors, coverage } = rows;
+        self.append(hits, 0..hits.id.len(), linear(colors), coverage.as_ref(), out);
         Ok(())
     }
 }

@@ -5,9 +5,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use png::{BitDepth, ColorType, Compression, Filter, SrgbRenderingIntent, StreamWriter};
 
-use super::{Band, ChannelBits, Encoder, Metadata, NBytes, PictureOptions, SOFTWARE, be_bytes};
+use super::{ChannelBits, Encoder, Metadata, NBytes, PictureOptions, SOFTWARE, be_bytes};
 use crate::error::{Error, Result};
 use crate::rays::Pixels;
+use crate::shade::Framebuffer;
 
 /// The PNG specification's limit for width and height, px.
 const MAX_SIDE_PX: u32 = (1 << 31) - 1;
@@ -78,8 +79,8 @@ pub(super) fn begin(
 }
 
 impl Encoder for Png {
-    fn rows(&mut self, band: &Band, out: &mut Vec<u8>) -> io::Result<()> {
-        self.stream.write_all(&be_bytes(band))?;
+    fn rows(&mut self, rows: &Framebuffer, out: &mut Vec<u8>) -> io::Result<()> {
+        self.stream.write_all(&be_bytes(rows))?;
         self.tray.empty_into(out);
         Ok(())
     }

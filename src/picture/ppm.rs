@@ -2,9 +2,10 @@
 
 use std::io;
 
-use super::{Band, ChannelBits, Encoder, Metadata, NBytes, PictureOptions, be_bytes, png};
+use super::{ChannelBits, Encoder, Metadata, NBytes, PictureOptions, be_bytes, png};
 use crate::error::Result;
 use crate::rays::Pixels;
+use crate::shade::Framebuffer;
 
 struct Ppm;
 
@@ -34,8 +35,8 @@ pub(super) fn begin(
 }
 
 impl Encoder for Ppm {
-    fn rows(&mut self, band: &Band, out: &mut Vec<u8>) -> io::Result<()> {
-        out.extend_from_slice(&be_bytes(band));
+    fn rows(&mut self, rows: &Framebuffer, out: &mut Vec<u8>) -> io::Result<()> {
+        out.extend_from_slice(&be_bytes(rows));
         Ok(())
     }
 }

@@ -6,10 +6,9 @@
 
 use super::Prepared;
 use crate::engine::Tile;
-use crate::guard::Reach;
-use crate::num::{Float, OPEN};
-use crate::rays::{Frame, List, Pixels, Rays, WorldRay};
-use crate::seen::{Eye, Objects};
+use crate::num::OPEN;
+use crate::rays::{Frame, List, Pixels, Rays};
+use crate::seen::Objects;
 
 /// Columns and rows of a picture's rays that are tried; of a list, their product.
 const TRIED: u32 = 16;
@@ -21,17 +20,16 @@ const MOST_OPEN: f64 = 0.5;
 /// Whether f32 leaves too many of these rays open to be of use, for objects that are tested one after
 /// the other. Only the CPU's f32 is asked, so that all devices begin in the same stage.
 pub(super) fn is_left_open(prepared: &Prepared, rays: &Rays) -> bool {
+    let objects = Objects::new(prepared.seen_objects(), &prepared.eye);
     let n_open = match rays {
-        Rays::Pixels(pixels) => n_open_pixels(prepared, pixels),
-        Rays::List(rays) => n_open_of_list(prepared, rays),
+        Rays::Pixels(pixels) => n_open_pixels(&objects, pixels),
+        Rays::List(rays) => n_open_of_list(&objects, &List::new(rays, prepared.reference)),
     };
     n_open as f64 > MOST_OPEN * f64::from(TRIED * TRIED)
 }
 
 /// How many pixels f32 leaves open, of those in the middle of each of the parts that a picture's sides are cut into.
-fn n_open_pixels(prepared: &Prepared, pixels: &Pixels) -> usize {
-    let eye = Eye::of_pixels(pixels, Reach::default(), f32::UNIT);
-    let objects = Objects::new(prepared.seen_objects(), &eye);
+fn n_open_pixels(objects: &Objects<f32>, pixels: &Pixels) -> usize {
     let middle = |k: u32, side: u32| {
         ((2 * u64::from(k) + 1) * u64::from(side) / (2 * u64::from(TRIED))) as u32
     };
@@ -42,17 +40,15 @@ fn n_open_pixels(prepared: &Prepared, pixels: &Pixels) -> usize {
             tile.push(pixels.offset2(x, y));
         }
     }
-    tile.find_f32(&Frame::of_pixels(pixels), &objects);
+    tile.find_f32(&Frame::of_pixels(pixels), objects);
     tile.ids.iter().filter(|&&id| id == OPEN).count()
 }
 
-fn n_open_of_list(prepared: &Prepared, rays: &[WorldRay]) -> usize {
+/// How many rays f32 leaves open, of some that are as far apart in a list as they can be.
+fn n_open_of_list(objects: &Objects<f32>, list: &List) -> usize {
     let n = (TRIED * TRIED) as usize;
-    let eye = Eye::of_list(prepared.reference, prepared.farthest_origin());
-    let objects = Objects::new(prepared.seen_objects(), &eye);
-    let some: Vec<WorldRay> =
-        (0..n).filter_map(|k| rays.get(k * rays.len() / n)).copied().collect();
-    let list = List::new(&some, prepared.reference);
-    let is_open = |&k: &usize| objects.nearest(&list.one(k)).decide().0 == OPEN;
-    (0..some.len()).filter(is_open).count()
+    let places = (0..n).map(|k| k * list.rays.len() / n);
+    let is_open =
+        |&at: &usize| at < list.rays.len() && objects.nearest(&list.one(at)).decide().0 == OPEN;
+    places.filter(is_open).count()
 }

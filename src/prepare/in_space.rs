@@ -2,13 +2,13 @@
 
 use glam::DVec3;
 
-use super::{MadeFor, Prepared};
+use super::Prepared;
 use crate::bvh::{FlatBox, REACH};
 use crate::error::Result;
 use crate::guard::{self, round_up};
 use crate::memory;
 use crate::num::Float;
-use crate::rays::Lens;
+use crate::rays::{Lens, View};
 
 /// Boxes relative to [`Prepared::reference`].
 pub struct InSpace {
@@ -36,26 +36,23 @@ impl Prepared {
             n_spheres as u64 * BYTES,
             "use fewer spheres, or `--device cpu`",
         )?;
-        let spread = self.farthest_origin();
+        let spread = self.eye.spread;
         if spread > REACH {
             return Ok(None);
         }
-        let order = |middle: DVec3| match self.made_for {
-            MadeFor::Origins(_) => 0.0,
-            MadeFor::Picture(view, ..) => match view.lens {
-                Lens::Perspective => middle.length_squared(),
-                Lens::Orthographic => middle.dot(view.forward),
-            },
+        let view = self.picture.map(|picture| picture.view);
+        let order = |middle: DVec3| match view {
+            None => 0.0,
+            Some(View { lens: Lens::Perspective, .. }) => middle.length_squared(),
+            Some(View { lens: Lens::Orthographic, forward, .. }) => middle.dot(forward),
         };
         let Some(boxes) = bvh.boxes_from(self.reference, order) else { return Ok(None) };
         let from = self.reference - bvh.reference;
         let origins = [from - DVec3::splat(spread), from + DVec3::splat(spread)];
-        let beside = match self.made_for {
-            MadeFor::Origins(_) => 0.0,
-            MadeFor::Picture(view, ..) => match view.lens {
-                Lens::Perspective => guard::PIXELS.direction * bvh.end(origins),
-                Lens::Orthographic => guard::PARALLEL.offset * spread,
-            },
+        let beside = match view.map(|view| view.lens) {
+            None => 0.0,
+            Some(Lens::Perspective) => guard::PIXELS.direction * bvh.end(origins),
+            Some(Lens::Orthographic) => guard::PARALLEL.offset * spread,
         };
         // No test sees the 1.01.
         Ok(Some(InSpace { boxes, beside: round_up(1.01 * f32::UNIT * beside) }))

@@ -6,27 +6,16 @@
 
 use glam::{DVec2, DVec3};
 
-use super::Bundle;
 use crate::num::{Float, Ray, Real, V3};
 use crate::scene::{Camera, Projection};
 
 /// The part of a pixel's ray that its place in the picture decides.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Lens {
     /// The direction.
     Perspective,
     /// The origin.
     Orthographic,
-}
-
-impl Lens {
-    /// How the rays lie to each other.
-    pub fn bundle(self) -> Bundle {
-        match self {
-            Lens::Perspective => Bundle::Point,
-            Lens::Orthographic => Bundle::Parallel,
-        }
-    }
 }
 
 /// The camera's frame, computed once in f64. These f64 numbers *are* the camera (contract §1):
@@ -128,6 +117,11 @@ impl Pixels {
             width: image_width,
             height: image_height,
         }
+    }
+
+    /// All pixels of the picture that these are a part of.
+    pub fn picture(&self) -> Pixels {
+        Pixels::whole(self.view, self.image_width, self.image_height)
     }
 
     /// Number of pixels.

@@ -1,4 +1,4 @@
-//! The rays of one call, and how they lie to each other: those of a picture's pixels, and lists.
+//! The rays of one call: those of a picture's pixels, and lists.
 
 mod camera;
 mod list;
@@ -16,23 +16,6 @@ pub struct WorldRay {
     pub origin: DVec3,
     /// Direction of any length but zero.
     pub direction: DVec3,
-}
-
-/// How rays lie to each other. It decides which filter of the kernel `certified` suits them, how
-/// their spheres are found, and which shader they have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Bundle {
-    /// All through one point, where they start: a perspective camera's.
-    Point,
-    /// All along one direction: an orthographic camera's.
-    Parallel,
-    /// Any rays: those of a list.
-    Free,
-}
-
-impl Bundle {
-    /// All bundles.
-    pub const ALL: [Bundle; 3] = [Bundle::Point, Bundle::Parallel, Bundle::Free];
 }
 
 /// The rays of one call.
@@ -58,14 +41,6 @@ impl Rays {
         match self {
             Rays::Pixels(pixels) => Some(pixels.xy(i).into()),
             Rays::List(_) => None,
-        }
-    }
-
-    /// How the rays lie to each other.
-    pub fn bundle(&self) -> Bundle {
-        match self {
-            Rays::Pixels(pixels) => pixels.view.lens.bundle(),
-            Rays::List(_) => Bundle::Free,
         }
     }
 

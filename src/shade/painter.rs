@@ -1,7 +1,7 @@
 //! The colours of a picture, band by band.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::lit::Lit;
 use super::unlit::Palette;
@@ -9,8 +9,9 @@ use super::{Colors, Encoding, Lighting, of_any};
 use crate::control::Control;
 use crate::error::Result;
 use crate::rays::Pixels;
+use crate::render::Rendered;
 use crate::scene::Samples;
-use crate::trace::{Coverage, Hits, Rays, SampleIds, StageCounts, Timing};
+use crate::trace::{Coverage, Hits, Rays, SampleIds};
 use crate::tracer::Tracer;
 
 /// How pixels get their colours.
@@ -74,19 +75,22 @@ impl ColorCounts {
     }
 }
 
-/// What painting took.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Painted {
-    /// How many of the samples' rays each stage decided, where they are not the pixels' centre rays.
-    pub counts: StageCounts,
-    /// How many ways from samples to lamps each stage decided.
-    pub shadow_rays: StageCounts,
-    /// How many lit pixels' colours the device and the CPU found.
-    pub colors: ColorCounts,
-    /// Time for tracing the samples.
-    pub timing: Timing,
-    /// Time for colours.
-    pub shade: Duration,
+/// Pixels of a picture in memory, row by row: all of them, or a band's.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Framebuffer {
+    /// Hits of the pixels' centre rays.
+    pub hits: Hits,
+    /// One a pixel.
+    pub colors: Colors,
+    /// How many samples of each pixel hit an object, where those that don't are not [`Background::Shown`].
+    pub coverage: Option<Coverage>,
+}
+
+impl Framebuffer {
+    /// Nothing yet of a picture whose colours are written so.
+    pub fn new(encoding: Encoding) -> Framebuffer {
+        Framebuffer { hits: Hits::default(), colors: Colors::new(encoding), coverage: None }
+    }
 }
 
 /// Makes the colours of a picture.
@@ -99,7 +103,6 @@ pub struct Painter<'a> {
     of_samples: Option<&'a mut Tracer>,
     hits: Hits,
     samples: SampleIds,
-    coverage: Option<Coverage>,
 }
 
 /// How a scene looks.
@@ -130,7 +133,6 @@ impl<'a> Painter<'a> {
             of_samples,
             hits: Hits::default(),
             samples: SampleIds::default(),
-            coverage: (style.background != Background::Shown).then(Coverage::default),
         }
     }
 
@@ -144,70 +146,66 @@ impl<'a> Painter<'a> {
         self.style.encoding
     }
 
-    /// How many samples of each pixel that was painted last hit an object, where those that don't are not
-    /// [`Background::Shown`].
-    pub fn coverage(&self) -> Option<&Coverage> {
-        self.coverage.as_ref()
-    }
-
-    /// Replaces `colors` by those of a band of pixels. `hits` are of its pixels' centre rays. What kernels without a proof see
-    /// is lit by a tracer's device, where it has one that does.
+    /// Replaces the colours and the coverage of `rows` by those of a band of pixels, whose hits it has; those are needed where
+    /// a pixel has one sample. What kernels without a proof see is lit by a tracer's device, where it has one that does. What
+    /// that took is added to `rendered`.
     ///
     /// # Errors
     /// Those of [`Tracer::trace_samples`] and [`Palette::shade`]; [`crate::Error::Interrupted`].
     pub fn paint(
         &mut self,
         band: &Pixels,
-        hits: &Hits,
+        rows: &mut Framebuffer,
         control: &Control,
-        colors: &mut Colors,
-    ) -> Result<Painted> {
-        let Painter { style, look, tracer, of_samples, hits: room, samples, coverage } = self;
+        rendered: &mut Rendered,
+    ) -> Result<()> {
+        let Painter { style, look, tracer, of_samples, hits: room, samples } = self;
+        let Framebuffer { hits, colors, coverage } = rows;
         let n_samples = style.n_samples.across();
+        let has_coverage = style.background != Background::Shown;
+        let coverage_of = |ids: &[u32]| {
+            let n = n_samples as usize;
+            Coverage::of_ids(ids, band.width as usize * n, n)
+        };
         if colors.encoding() != style.encoding {
             *colors = Colors::new(style.encoding);
         }
         control.check()?;
-        let mut painted = Painted::default();
         let start;
-        match (look, of_samples) {
+        *coverage = match (look, of_samples) {
             (Look::Unlit(shader), None) => {
                 start = Instant::now();
                 shader.shade(&hits.id, colors)?;
-                if let Some(coverage) = coverage {
-                    *coverage = Coverage::of_ids(&hits.id, band.width as usize, 1);
-                }
+                has_coverage.then(|| coverage_of(&hits.id))
             }
             (Look::Unlit(shader), Some(tracer)) => {
-                painted.timing = tracer.trace_samples(band, n_samples, control, room, samples)?;
-                painted.counts = samples.counts;
+                let timing = tracer.trace_samples(band, n_samples, control, room, samples)?;
+                rendered.timing.add(timing);
+                rendered.counts.add(samples.counts);
                 start = Instant::now();
                 shader.mix(&tracer.prepared().scene, samples, control, colors)?;
-                if let Some(coverage) = coverage {
-                    *coverage = samples.coverage();
-                }
+                has_coverage.then(|| samples.coverage())
             }
             (Look::Lit(lit), of_samples) => {
                 let (ids, tracer) = match of_samples {
                     None => (&hits.id, &mut **tracer),
                     Some(tracer) => {
                         let samples = Rays::Pixels(band.samples(n_samples));
-                        painted.timing = tracer.trace(&samples, control, room)?;
-                        painted.counts = room.counts;
+                        rendered.timing.add(tracer.trace(&samples, control, room)?);
+                        rendered.counts.add(room.counts);
                         (&room.id, &mut **tracer)
                     }
                 };
                 start = Instant::now();
                 let at = (band, &ids[..]);
-                (painted.colors, painted.shadow_rays) =
+                let (colors, shadow_rays) =
                     of_any!(colors, colors => lit.shade(at, tracer, control, colors)?);
-                if let Some(coverage) = coverage {
-                    let width = band.width as usize * n_samples as usize;
-                    *coverage = Coverage::of_ids(ids, width, n_samples as usize);
-                }
+                rendered.colors.add(colors);
+                rendered.shadow_rays.add(shadow_rays);
+                has_coverage.then(|| coverage_of(ids))
             }
-        }
-        painted.shade = start.elapsed();
-        Ok(painted)
+        };
+        rendered.shade += start.elapsed();
+        Ok(())
     }
 }

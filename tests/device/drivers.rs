@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use kugelblitz::gpu::{Arithmetic, Gpu, Pick};
+use kugelblitz::gpu::{Arithmetic, Gpu};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::read_scene;
 use kugelblitz::trace::{Hits, Kernel, Rays};
@@ -12,7 +12,7 @@ use kugelblitz_tests::{gpu, root, spoiled, traced};
 
 fn spoiled(spoil: impl Fn(&[u32]) -> Vec<u32> + Send + Sync + 'static) -> Arc<Gpu> {
     gpu();
-    Arc::new(Gpu::open(&Pick::Best).unwrap().edit_spirv(spoil))
+    Arc::new(Gpu::open("").unwrap().edit_spirv(spoil))
 }
 
 /// What the plain kernels see of the lecture's figures.

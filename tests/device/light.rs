@@ -5,7 +5,7 @@ use std::sync::Arc;
 use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
-use kugelblitz::gpu::{Gpu, Pick};
+use kugelblitz::gpu::Gpu;
 use kugelblitz::num::OPEN;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
@@ -57,7 +57,7 @@ fn a_vast_sphere_is_lit_as_a_plane() {
 
 /// The share of pixels that a device that lights by itself leaves open.
 fn left_open(scene: &Scene, [width, height]: [u32; 2], n: u32) -> f64 {
-    let gpu = Arc::new(Gpu::open(&Pick::Best).unwrap().always_lights());
+    let gpu = Arc::new(Gpu::open("").unwrap().always_lights());
     let view = View::new(scene.camera.as_ref().unwrap());
     let pixels = Pixels::whole(view, width, height);
     let rays = Rays::Pixels(pixels.samples(n));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
-use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
+use kugelblitz::gpu::{Gpu, GpuTracer};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Scene, Sphere};
@@ -39,7 +39,7 @@ fn list(seed: u64) -> Vec<WorldRay> {
 /// Not each adapter has f64, and those that have it can be told that they don't.
 #[test]
 fn an_adapter_without_f64_is_refused_for_the_f64_kernel_alone() {
-    let mut without = Gpu::open(&Pick::Best).unwrap();
+    let mut without = Gpu::open("").unwrap();
     without.facts.f64 = false;
     let without = Arc::new(without);
     assert_eq!(without.arithmetic_f64().unwrap(), None);
@@ -156,7 +156,7 @@ fn lists_need_few_storage_buffers() {
     let floor = plane(DVec3::Y * -3.0, DVec3::Y);
     let scene = Arc::new(scene(uniform(88, 1000), vec![floor]));
     let rays = Rays::List(list(88));
-    let mut gpu = Gpu::open(&Pick::Best).unwrap();
+    let mut gpu = Gpu::open("").unwrap();
     gpu.facts.max_storage_buffers = 4;
     let gpu = Arc::new(gpu);
     assert!(traced(&scene, Kernel::Certified, &rays, Some(&gpu)).n_hits() > 0);
@@ -189,7 +189,7 @@ fn more_spheres_than_a_device_holds_are_refused() {
     let prepared =
         Arc::new(Prepared::new(scene, Kernel::Certified, &Rays::Pixels(pixels)).unwrap());
     let refusal = |max_texture_side| {
-        let mut gpu = Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+        let mut gpu = Gpu::open("").expect("a Vulkan device; ci/setup.sh installs one");
         gpu.facts.max_texture_side = max_texture_side;
         GpuTracer::new(Arc::new(gpu), Arc::clone(&prepared), Wants::default()).err()
     };

@@ -14,8 +14,9 @@ use kugelblitz::picture::{
     ChannelBits, Format, Metadata, PictureOptions, PictureWriter, write_hits,
 };
 use kugelblitz::rays::{Pixels, View};
+use kugelblitz::render::Sink;
 use kugelblitz::scene::{Camera, Color, Plane, Scene};
-use kugelblitz::shade::{Colors, Encoding, Palette, Style};
+use kugelblitz::shade::{Colors, Encoding, Framebuffer, Palette, Style};
 use kugelblitz::trace::{Coverage, Hits};
 use kugelblitz::{Error, Result};
 use rand::{Rng, RngExt, SeedableRng};
@@ -115,8 +116,9 @@ impl Made {
         options: PictureOptions,
         n_rows: u32,
     ) -> Result<()> {
-        let coverage = options.transparent.then_some(&self.coverage);
-        writer.rows(&self.colors, coverage, &self.hits, n_rows)
+        let Made { colors, coverage, hits } = self.clone();
+        let coverage = options.transparent.then_some(coverage);
+        writer.band(&Framebuffer { hits, colors, coverage }, n_rows)
     }
 
     /// A file of these pixels, written in bands.
@@ -423,9 +425,8 @@ fn what_does_not_fit_is_refused() {
     for format in Format::ALL {
         let begin = |options| writer(format, options, &whole(4, 2), Cursor::new(Vec::new()));
         let made = Made::new(rng, format.encoding(ChannelBits::Eight), 8, 4);
-        let rows = |made: &Made, n_rows| {
-            begin(CERTIFICATES).unwrap().rows(&made.colors, None, &made.hits, n_rows)
-        };
+        let rows =
+            |made: &Made, n_rows| made.put(&mut begin(CERTIFICATES).unwrap(), CERTIFICATES, n_rows);
         let other = match &made.colors {
             Colors::Linear(_) => Colors::Srgb8(vec![[0; 3]; 8]),
             _ => Colors::Linear(vec![[0.0; 3]; 8]),

@@ -8,8 +8,8 @@ use std::sync::Arc;
 use glam::DVec3;
 use kugelblitz::gpu::compile;
 use kugelblitz::kernel::FloatType;
-use kugelblitz::prepare::{FEW_SPHERES, LightKey, Prepared, ShaderKey, SphereSearch};
-use kugelblitz::rays::{Bundle, Pixels, View};
+use kugelblitz::prepare::{FEW_SPHERES, LightKey, Prepared, ShaderKey};
+use kugelblitz::rays::{Lens, Pixels, View};
 use kugelblitz::trace::{Kernel, Rays, Wants};
 use kugelblitz_tests::{camera, scene, sphere};
 
@@ -99,11 +99,11 @@ fn bindings(words: &[u32]) -> Vec<u32> {
     numbers
 }
 
-fn key(kernel: Kernel, bundle: Bundle, spheres: SphereSearch) -> ShaderKey {
+fn key(kernel: Kernel, lens: Option<Lens>, tree: bool) -> ShaderKey {
     ShaderKey {
         kernel,
-        bundle,
-        spheres,
+        lens,
+        tree,
         n_spheres: 3,
         close: false,
         n_planes: 2,
@@ -115,15 +115,14 @@ fn key(kernel: Kernel, bundle: Bundle, spheres: SphereSearch) -> ShaderKey {
 
 /// All that the program can ask for.
 fn all_keys() -> Vec<ShaderKey> {
-    use SphereSearch::{Listed, Tree};
     let mut all = Vec::new();
     for kernel in Kernel::ALL {
         let is_certified = kernel == Kernel::Certified;
-        for bundle in Bundle::ALL {
-            let findings = if is_certified { &[Listed, Tree][..] } else { &[Listed] };
+        for lens in [Some(Lens::Perspective), Some(Lens::Orthographic), None] {
+            let findings = if is_certified { &[false, true][..] } else { &[false] };
             for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (200, 150)] {
-                for &spheres in findings {
-                    let key = ShaderKey { n_spheres, n_planes, ..key(kernel, bundle, spheres) };
+                for &tree in findings {
+                    let key = ShaderKey { n_spheres, n_planes, ..key(kernel, lens, tree) };
                     all.push(key);
                     if is_certified && n_spheres > 0 {
                         all.push(ShaderKey { close: true, ..key });
@@ -142,10 +141,10 @@ fn all_keys() -> Vec<ShaderKey> {
 fn keys_of_plain_light() -> Vec<ShaderKey> {
     let mut all = Vec::new();
     for kernel in Kernel::ALL.into_iter().filter(|&kernel| kernel != Kernel::Certified) {
-        for bundle in [Bundle::Point, Bundle::Parallel] {
+        for lens in [Some(Lens::Perspective), Some(Lens::Orthographic)] {
             for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (40, 2), (200, 150)] {
                 for n_lamps in [0, 3, 100, 1000] {
-                    let key = key(kernel, bundle, SphereSearch::Listed);
+                    let key = key(kernel, lens, false);
                     let light = Some(LightKey::Plain { n_lamps });
                     all.push(ShaderKey { n_spheres, n_planes, light, ..key });
                 }
@@ -158,15 +157,15 @@ fn keys_of_plain_light() -> Vec<ShaderKey> {
 /// The shaders for bytes in the light of the kernel with a proof.
 fn keys_of_certified_light() -> Vec<ShaderKey> {
     let mut all = Vec::new();
-    for bundle in [Bundle::Point, Bundle::Parallel] {
+    for lens in [Some(Lens::Perspective), Some(Lens::Orthographic)] {
         for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (150, 2)] {
             for (n_lamps, n_samples) in [(0, 1), (3, 1), (3, 3), (100, 4)] {
-                for spheres in [SphereSearch::Listed, SphereSearch::Tree] {
+                for tree in [false, true] {
                     let light =
                         LightKey::Certified { n_samples, n_lamps, n_met: [n_spheres, n_planes] };
-                    let key = key(Kernel::Certified, bundle, spheres);
+                    let key = key(Kernel::Certified, lens, tree);
                     all.push(ShaderKey { n_spheres, n_planes, light: Some(light), ..key });
-                    let close = n_spheres > 0 || spheres == SphereSearch::Tree;
+                    let close = n_spheres > 0 || tree;
                     all.push(ShaderKey { close, ..all[all.len() - 1] });
                 }
             }
@@ -183,7 +182,7 @@ fn spirv(key: &ShaderKey) -> Vec<u32> {
 #[test]
 fn sabotage_a_missing_decoration_is_noticed() {
     for kernel in Kernel::ALL {
-        let words = spirv(&key(kernel, Bundle::Point, SphereSearch::Listed));
+        let words = spirv(&key(kernel, Some(Lens::Perspective), false));
         let mut n_removed = 0;
         for at in 5..words.len() - 2 {
             if words[at] == (3 << 16 | 71) && words[at + 2] == 42 {
@@ -198,7 +197,7 @@ fn sabotage_a_missing_decoration_is_noticed() {
 
 #[test]
 fn sabotage_what_nothing_uses_is_noticed() {
-    let words = spirv(&key(Kernel::Certified, Bundle::Point, SphereSearch::Listed));
+    let words = spirv(&key(Kernel::Certified, Some(Lens::Perspective), false));
     let is_call = |(op, _): &(u32, &[u32])| *op == 57;
     let kept = walk(&words).into_iter().filter(|instruction| !is_call(instruction));
     let kept = kept
@@ -209,12 +208,12 @@ fn sabotage_what_nothing_uses_is_noticed() {
 
 fn n_bindings(key: &ShaderKey) -> usize {
     let objects = usize::from(key.n_spheres > 0) + usize::from(key.n_planes > 0);
-    let is_tree = key.spheres == SphereSearch::Tree;
+    let is_tree = key.tree;
     let tree = if is_tree { 3 } else { 0 };
     match key.light {
         // Results, parameters; the list of rays; the tree.
         None => {
-            let list = usize::from(key.bundle == Bundle::Free);
+            let list = usize::from(key.lens.is_none());
             2 + objects + list + tree + if key.surface { 2 } else { 0 }
         }
         // Parameters and results, colours, the ends of bytes, and what is the same for all; and of lamps these and what may be
@@ -262,7 +261,7 @@ fn a_tree_only_where_there_are_many_spheres() {
         let scene = Arc::new(scene(spheres, vec![]));
         for kernel in Kernel::ALL {
             let prepared = Prepared::new(Arc::clone(&scene), kernel, &rays).unwrap();
-            let has_tree = prepared.shader_key(Wants::default()).spheres == SphereSearch::Tree;
+            let has_tree = prepared.shader_key(Wants::default()).tree;
             let is_many = kernel == Kernel::Certified && n > FEW_SPHERES;
             assert_eq!(has_tree, is_many, "{n} spheres, {}", kernel.name());
         }

@@ -20,9 +20,9 @@ use crate::quiet::{self, quietly};
 /// [`Error::NoAdapter`], and [`Error::TooLarge`] within a limit that no driver keeps, but for
 /// `auto`, which then takes the CPU and says so.
 pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, run: &Run) -> Result<Device> {
-    let Some(pick) = choice.pick() else { return Ok(Device::Cpu) };
+    let Some(name) = choice.adapter() else { return Ok(Device::Cpu) };
     let start = Instant::now();
-    let (opened, noise) = quietly(|| device::open(&pick, kernel));
+    let (opened, noise) = quietly(|| device::open(&name, kernel));
     let falls_back = *choice == DeviceChoice::Auto;
     if run.talk.verbose || opened.is_err() && !falls_back {
         quiet::show(&noise, run.talk.verbose);
@@ -104,8 +104,6 @@ pub fn or_cpu<'a>(device: &'a Device, kernel: Kernel, run: &Run) -> &'a Device {
 
 #[cfg(test)]
 mod tests {
-    use kugelblitz::gpu::Pick;
-
     use super::*;
     use crate::args::TalkArgs;
 
@@ -115,8 +113,7 @@ mod tests {
         let talk = TalkArgs { json: false, quiet: true, verbose: false };
         let run = Run { start: Instant::now(), control: Arc::default(), talk };
         let open = |f64| {
-            let mut gpu =
-                Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+            let mut gpu = Gpu::open("").expect("a Vulkan device; ci/setup.sh installs one");
             gpu.facts.f64 = f64;
             gpu
         };
@@ -137,8 +134,7 @@ mod tests {
         for (passthrough, expected) in
             [(true, "f32 stage on this device"), (false, "f32 stage on the CPU: shaders can't be")]
         {
-            let mut gpu =
-                Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+            let mut gpu = Gpu::open("").expect("a Vulkan device; ci/setup.sh installs one");
             gpu.facts.passthrough = passthrough;
             let line = filter_line(&gpu).unwrap();
             assert!(line.contains(&gpu.facts.name) && line.contains(expected), "{line}");

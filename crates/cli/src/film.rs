@@ -13,6 +13,7 @@ use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::Format;
 use kugelblitz::plain::Shown;
 use kugelblitz::rays::{Pixels, View};
+use kugelblitz::render::n_steps;
 use kugelblitz::scene::Camera;
 use kugelblitz::trace::Rays;
 use kugelblitz::words::{count, duration};
@@ -139,7 +140,7 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
 
     let mut session = begun.session(args, run)?;
     let plan = begun.plan()?;
-    let n_steps = plan.n_steps(&begun.pixels, begun.scene.is_lit());
+    let n_steps = n_steps(&begun.pixels, begun.n_samples, begun.scene.is_lit());
     let progress = Progress::of_frames(run, n_steps, n_left as u64);
     let is_lit = begun.scene.is_lit();
     let mut draw = |frame: u32| -> Result<Drawn> {
@@ -147,7 +148,7 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         session.set_camera(camera.clone());
         let pixels = Pixels { view: View::new(camera), ..begun.pixels };
         let file = created(frame)?;
-        let making = session.make_ready(&Rays::Pixels(pixels), plan.wants(), &run.control)?;
+        let making = session.make_ready(&Rays::Pixels(pixels), plan.wants, &run.control)?;
         let (rendered, file) = session.draw(&pixels, &plan, file, &run.control)?;
         run.control.check()?;
         // For each its own: what is put in its place is whole, and the next can still be stopped.

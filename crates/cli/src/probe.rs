@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use kugelblitz::gpu::{AdapterFacts, Arithmetic, Gpu, Pick, list_adapters};
+use kugelblitz::gpu::{AdapterFacts, Arithmetic, Gpu, list_adapters};
 use kugelblitz::words::bytes;
 use kugelblitz::{Error, Result, memory};
 use serde::Serialize;
@@ -38,7 +38,7 @@ struct Measured {
 
 impl Probed {
     fn new(facts: AdapterFacts) -> Probed {
-        let gpu = Gpu::open(&Pick::Named(facts.name.clone()));
+        let gpu = Gpu::open(&facts.name);
         let (arithmetic, failure) = match gpu.and_then(|gpu| measure(&gpu)) {
             Ok(measured) => (Some(measured), None),
             Err(error) => (None, Some(error.to_string())),
@@ -119,8 +119,7 @@ mod tests {
     #[test]
     fn a_device_without_passthrough_leaves_the_f32_stage_to_the_cpu() {
         for passthrough in [true, false] {
-            let mut gpu =
-                Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+            let mut gpu = Gpu::open("").expect("a Vulkan device; ci/setup.sh installs one");
             gpu.facts.passthrough = passthrough;
             let probed = Probed {
                 facts: gpu.facts.clone(),

@@ -51,7 +51,7 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
 
     let mut session = begun.session(args, run)?;
     let wants = match args.show {
-        Show::Color => begun.plan()?.wants(),
+        Show::Color => begun.plan()?.wants,
         show => show.wants(),
     };
     let making = scene::preparing(&begun.scene, session.kernel(), run)
@@ -62,7 +62,7 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     // Again: the scene's numbers have their memory by now.
     let plan = begun.plan()?;
     let n_steps = match args.show {
-        Show::Color => plan.n_steps(&pixels, begun.scene.is_lit()),
+        Show::Color => render::n_steps(&pixels, begun.n_samples, begun.scene.is_lit()),
         show => show::n_steps(show, &pixels),
     };
     let progress = Progress::start(run, n_steps);
@@ -79,9 +79,11 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     drop(progress);
 
     let is_flat =
-        plan.n_samples == Samples::ONE && !begun.scene.is_lit() && !plan.options.transparent;
+        begun.n_samples == Samples::ONE && !begun.scene.is_lit() && !plan.options.transparent;
     let again = || {
-        let done = session.draw_nothing(&pixels, &plan, &run.control)?;
+        let Plan { style, wants, n_band_rows, .. } = plan;
+        let done =
+            session.render_into(&pixels, style, wants, n_band_rows, &mut (), &run.control)?;
         // Flat colours count only with the first picture.
         let counts = |(name, _): &(&str, Duration)| !(is_flat && *name == "shade");
         Ok(Times(stages(&done).into_iter().filter(counts).collect()))
@@ -185,8 +187,9 @@ impl Begun {
     pub fn plan(&self) -> Result<Plan> {
         let (n_objects, available) = (self.scene.n_objects(), Available::now());
         let Begun { format, options, n_samples, ref pixels, .. } = *self;
-        let plan = render::plan(format, options, n_samples, pixels, n_objects, available)?;
-        Ok(Plan { epsilon: self.epsilon, ..plan })
+        let mut plan = render::plan(format, options, n_samples, pixels, n_objects, available)?;
+        plan.style.epsilon = self.epsilon;
+        Ok(plan)
     }
 
     /// Opens the device.

@@ -12,7 +12,7 @@ use eframe::wgpu;
 use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
-use kugelblitz::gpu::{Gpu, Pick};
+use kugelblitz::gpu::Gpu;
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
@@ -49,8 +49,8 @@ pub struct Options {
     pub reread: Reread,
     /// The scene in it; with a camera.
     pub scene: Arc<Scene>,
-    /// The device that traces; the CPU where it is `None`.
-    pub device: Option<Pick>,
+    /// The name of the device that traces, as [`Gpu::open`] takes it; the CPU where it is `None`.
+    pub device: Option<String>,
     /// The kernel.
     pub kernel: Kernel,
     /// Size of the picture, px; that of the scene file where it is `None`.
@@ -304,7 +304,7 @@ impl<'a> App<'a> {
         end: &'a mut End,
     ) -> Result<App<'a>> {
         let device = match &options.device {
-            Some(pick) => Device::Gpu(Arc::new(Gpu::open(pick)?)),
+            Some(name) => Device::Gpu(Arc::new(Gpu::open(name)?)),
             None => Device::Cpu,
         };
         let (path, scene) = (options.path.clone(), Arc::clone(&options.scene));

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use clap::Parser;
 use kugelblitz::Result;
 use kugelblitz::device::DeviceChoice;
-use kugelblitz::gpu::{Pick, has_software_alone};
+use kugelblitz::gpu::has_software_alone;
 use kugelblitz::plain::Shown;
 use kugelblitz::prepare::FEW_SPHERES;
 use kugelblitz::scene::{Scene, recompose_scene};
@@ -100,9 +100,9 @@ fn open(args: &ViewArgs, run: &Run) -> Result<()> {
 
 /// The device for a window: `auto` lets the CPU trace many spheres where there is no GPU in hardware. Few
 /// of them stay on the device that shows the picture, whose shaders are there by then.
-fn pick_device(choice: &DeviceChoice, kernel: Kernel, scene: &Scene) -> Option<Pick> {
+fn pick_device(choice: &DeviceChoice, kernel: Kernel, scene: &Scene) -> Option<String> {
     let is_quicker = scene.spheres.len() > FEW_SPHERES || kernel == Kernel::Double;
-    choice.pick().filter(|_| !(choice.is_free() && is_quicker && has_software_alone()))
+    choice.adapter().filter(|_| !(choice.is_free() && is_quicker && has_software_alone()))
 }
 
 /// The file that keeps the scenes opened last: in the XDG folder for state, on Windows in that for local

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
-use kugelblitz::gpu::{Gpu, Pick};
+use kugelblitz::gpu::Gpu;
 use kugelblitz::guard::LARGEST_EXPONENT;
 use kugelblitz::num::OPEN;
 use kugelblitz::prepare::{CertifiedLighting, Prepared, exponent_of};
@@ -24,7 +24,7 @@ use super::{Case, assert_none, check_all, in_turn, named, rectangle, setting};
 const PLAIN: [Kernel; 3] = [Kernel::Lecture, Kernel::Stable, Kernel::Double];
 
 fn opened() -> Gpu {
-    Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one")
+    Gpu::open("").expect("a Vulkan device; ci/setup.sh installs one")
 }
 
 /// All of a case's picture, a part of it, and its list of rays.

@@ -15,20 +15,20 @@ use super::Twin;
 /// The bytes of pixels in the light of the kernel `certified`, by the formulas of a device: the twin that
 /// [`Backend::light`](kugelblitz::tracer::Backend::light) is compared with. On the CPU f32 may decide more.
 pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &Pixels) -> Vec<u32> {
-    let (n, eye) = (lighting.n_samples, prepared.eye());
+    let (n, eye) = (lighting.n_samples, &prepared.eye);
     let samples = pixels.samples(n);
     let camera = Frame::<f32>::of_pixels(&samples);
     let twin = Twin::new(prepared).expect("a device finds a way through the scene").lit();
     let surface = |id: u32, ray: &Ray<f32>| match prepared.scene.object(id) {
         Some(Object::Sphere(sphere)) => {
-            let seen = SphereSeen::new::<f32>(sphere, &eye);
+            let seen = SphereSeen::new::<f32>(sphere, eye);
             match seen.is_close() {
                 false => SphereSeen::surface(&seen.round(), ray, &lighting.lengths),
                 true => SphereSeen::surface_close(&seen.round(), ray, &lighting.lengths),
             }
         }
         Some(Object::Plane(plane)) => {
-            let seen = PlaneSeen::new::<f32>(plane, &eye).round();
+            let seen = PlaneSeen::new::<f32>(plane, eye).round();
             PlaneSeen::surface(&seen, ray, &lighting.lengths)
         }
         None => Surface::unknown(),

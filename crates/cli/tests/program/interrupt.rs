@@ -236,7 +236,8 @@ fn the_library_stops_amid_a_row_and_between_the_steps_of_preparing() {
     for rays in [Rays::Pixels(row), Rays::List(vec![ray; 30_000])] {
         for kernel in [Kernel::Lecture, Kernel::Double] {
             let control = Arc::new(Control::default());
-            let prepared = Prepared::new_with(Arc::clone(&scene), kernel, &rays, &control).unwrap();
+            let prepared =
+                Prepared::renewed(None, Arc::clone(&scene), kernel, &rays, &control).unwrap();
             let mut tracer = Tracer::on_cpu(Arc::new(prepared), Wants::default());
             let later = Arc::clone(&control);
             let cancel = std::thread::spawn(move || {
@@ -248,7 +249,7 @@ fn the_library_stops_amid_a_row_and_between_the_steps_of_preparing() {
             assert!(matches!(traced, Err(Error::Interrupted)), "{kernel:?}");
             assert!(start.elapsed() < BOUND, "{kernel:?}: {:?}", start.elapsed());
             cancel.join().unwrap();
-            let prepared = Prepared::new_with(Arc::clone(&scene), kernel, &rays, &control);
+            let prepared = Prepared::renewed(None, Arc::clone(&scene), kernel, &rays, &control);
             assert!(matches!(prepared, Err(Error::Interrupted)));
         }
     }

@@ -7,9 +7,9 @@ use kugelblitz::memory;
 use kugelblitz::output::OutputFile;
 use kugelblitz::picture::{Metadata, PictureWriter};
 use kugelblitz::rays::Pixels;
-use kugelblitz::render::{Plan, Rendered, band_rows, bands, hits_bytes};
+use kugelblitz::render::{Plan, Rendered, Sink, band_rows, bands, hits_bytes};
 use kugelblitz::scene::Samples;
-use kugelblitz::shade::{Colors, Encoding, Pixel, Style};
+use kugelblitz::shade::{Colors, Encoding, Framebuffer, Pixel, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::{Result, Session};
 
@@ -26,15 +26,16 @@ pub struct ShownPicture {
     pub tally: Tally,
     show: Show,
     range: Option<[f32; 2]>,
-    /// The hits of the last band.
-    hits: Hits,
+    /// The last band, whose colours [`draw`] has.
+    rows: Framebuffer,
 }
 
 impl ShownPicture {
     /// Nothing yet of a picture whose `t` have this range.
     pub fn new(show: Show, range: Option<[f32; 2]>) -> ShownPicture {
-        let (rendered, tally, hits) = Default::default();
-        ShownPicture { rendered, legend: Entry::all(show, range), tally, show, range, hits }
+        let (rendered, tally) = Default::default();
+        let rows = Framebuffer::new(Encoding::Srgb8);
+        ShownPicture { rendered, legend: Entry::all(show, range), tally, show, range, rows }
     }
 
     /// The colours of a band; those of [`Show::Color`] are the objects' own, without light.
@@ -48,7 +49,7 @@ impl ShownPicture {
         control: &Control,
     ) -> Result<Vec<Rgb>> {
         control.check()?;
-        let ShownPicture { rendered, tally, hits, .. } = self;
+        let ShownPicture { rendered, tally, rows: Framebuffer { hits, .. }, .. } = self;
         let timing = session.trace(&Rays::Pixels(*band), self.show.wants(), control, hits)?;
         rendered.timing.add(timing);
         rendered.counts.add(hits.counts);
@@ -89,22 +90,17 @@ impl ShownPicture {
 pub fn n_steps(show: Show, pixels: &Pixels) -> u64 {
     let n_pixels = pixels.len() as u64;
     match show {
-        Show::Depth => n_pixels + whole(pixels).len() as u64,
+        Show::Depth => n_pixels + pixels.picture().len() as u64,
         Show::Error => 2 * n_pixels,
         _ => n_pixels,
     }
-}
-
-/// All pixels of the picture that `pixels` are a part of.
-fn whole(pixels: &Pixels) -> Pixels {
-    Pixels::whole(pixels.view, pixels.image_width, pixels.image_height)
 }
 
 /// Draws what `show` shows of `pixels` into `file`, band by band. `plan` is for PNG or PPM. The file is then
 /// whole, but not in its place: that takes [`output::commit`](kugelblitz::output::commit).
 ///
 /// # Errors
-/// Those of [`Show::check`], [`ShownPicture::paint`] and [`PictureWriter::rows`].
+/// Those of [`Show::check`], [`ShownPicture::paint`] and [`Sink::band`].
 pub fn draw(
     session: &mut Session,
     show: Show,
@@ -121,9 +117,9 @@ pub fn draw(
     let mut write = Duration::ZERO;
     let mut shown = ShownPicture::new(show, range_of_t(session, show, pixels, control)?);
     for band in bands(pixels, plan.n_band_rows.min(band_rows(pixels, show.wants()))) {
-        let colors = Colors::Srgb8(shown.paint(session, &band, control)?);
+        shown.rows.colors = Colors::Srgb8(shown.paint(session, &band, control)?);
         let start = Instant::now();
-        writer.rows(&colors, None, &shown.hits, band.height)?;
+        writer.band(&shown.rows, band.height)?;
         write += start.elapsed();
     }
     control.check()?;
@@ -162,7 +158,7 @@ pub fn range_of_t(
     if show != Show::Depth {
         return Ok(None);
     }
-    let (whole, mut hits, mut range) = (whole(pixels), Hits::default(), None);
+    let (whole, mut hits, mut range) = (pixels.picture(), Hits::default(), None);
     for band in bands(&whole, band_rows(&whole, show.wants())) {
         control.check()?;
         session.trace(&Rays::Pixels(band), show.wants(), control, &mut hits)?;
