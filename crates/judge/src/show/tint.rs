@@ -5,7 +5,7 @@ use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::exact;
 use kugelblitz::prepare::Prepared;
-use kugelblitz::rays::{Lens, Pixels, WorldRay};
+use kugelblitz::rays::{Lens, Pixels, Rays, WorldRay};
 use kugelblitz::scene::{Color, Object, Scene};
 use kugelblitz::trace::{Hits, Level};
 use rayon::prelude::*;
@@ -187,7 +187,7 @@ pub fn tints(
         }
         Show::Error => {
             let all = (0..hits.id.len()).collect();
-            let truth = Truth::of_pixels(scene, pixels, all, control)?;
+            let truth = Truth::of_rays(scene, &Rays::Pixels(*pixels), all, control)?;
             ray_errors(hits, &truth).map(|error| Tint::of(&ERRORS, entry(&error))).collect()
         }
     })
@@ -255,7 +255,7 @@ mod tests {
 
     use kugelblitz::rays::View;
     use kugelblitz::scene::parse_scene;
-    use kugelblitz::trace::{Kernel, Rays, Wants};
+    use kugelblitz::trace::{Kernel, Wants};
     use kugelblitz::tracer::Tracer;
 
     use super::*;
