@@ -67,9 +67,8 @@ impl Language {
 }
 
 /// Writes what `view` sees of `scene` in a picture of `size` pixels, width and height, lit as the
-/// scene is. Every object has the colour that `color_of` gives its id, and so has the background, id 0;
-/// without light and with [`Color::from_srgb8`] a pixel of a PNG that the renderer makes has exactly
-/// these bytes.
+/// scene is. Without light, a pixel of a PNG that the renderer makes has exactly the bytes of a colour of
+/// [`Color::from_srgb8`].
 ///
 /// # Errors
 /// Those of `out`.
@@ -78,12 +77,11 @@ pub fn write(
     scene: &Scene,
     view: &View,
     size: [u32; 2],
-    color_of: impl Fn(u32) -> Color,
     out: &mut impl Write,
 ) -> io::Result<()> {
     let lighting = Lighting::new(scene, view);
     let syntax = language.syntax(lighting.as_ref().map(|lighting| lighting.ambient));
-    out.write_all(syntax.head(view, size, color_of(0)).as_bytes())?;
+    out.write_all(syntax.head(view, size, scene.background).as_bytes())?;
     let reach = reach(scene, view.position);
     for lamp in lighting.iter().flat_map(|lighting| &lighting.lamps) {
         let line = match lamp.origin {
@@ -94,8 +92,8 @@ pub fn write(
         writeln!(out, "{line}")?;
     }
     for (id, object) in scene.objects() {
-        let name = scene.name(id);
-        writeln!(out, "{}", syntax.object(id, name, object, color_of(id)))?;
+        let (name, color) = (scene.name(id), scene.color(id));
+        writeln!(out, "{}", syntax.object(id, name, object, color))?;
     }
     out.write_all(syntax.end().as_bytes())
 }
