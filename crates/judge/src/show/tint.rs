@@ -110,15 +110,11 @@ pub fn palette(show: Show, scene: &Scene, pixels: &Pixels) -> Vec<Rgb> {
 /// Tints by id, with the colours of [`palette`].
 fn tints_by_id(show: Show, scene: &Scene, pixels: &Pixels) -> Vec<Tint> {
     let eye = pixels.view.position;
-    let is_front = |id| {
-        let at = scene.object(id).map_or(eye, |object| object.extent().0);
-        is_front(scene, id, eye, at - eye)
-    };
+    let towards = |id| scene.object(id).map_or(DVec3::ZERO, |object| object.extent().0 - eye);
     let tint = |(id, color): (u32, Color)| match (show, id) {
         (Show::Id, 0) => Tint::free(NOTHING),
         (Show::Id, _) => Tint::free(id_color(id)),
-        (Show::Side, 0) => Tint::of(&SIDES, 2),
-        (Show::Side, _) => Tint::of(&SIDES, usize::from(!is_front(id))),
+        (Show::Side, _) => side(scene, id, eye, towards(id)),
         _ => Tint::free(color.to_srgb8()),
     };
     (0..).zip(scene.colors()).map(tint).collect()
@@ -154,12 +150,12 @@ pub fn tints(
     Ok(match show {
         Show::Side if pixels.view.lens == Lens::Orthographic => {
             // The camera's plane may cut a sphere, and then some rays start in it.
-            let side = |(index, id): (usize, u32)| {
+            let of_pixel = |(index, id): (usize, u32)| {
                 let (x, y) = pixels.xy(index);
                 let WorldRay { origin, direction } = pixels.ray(x, y);
-                if id == 0 { 2 } else { usize::from(!is_front(scene, id, origin, direction)) }
+                side(scene, id, origin, direction)
             };
-            indexed().map(|pixel| Tint::of(&SIDES, side(pixel))).collect()
+            indexed().map(of_pixel).collect()
         }
         Show::Color | Show::Id | Show::Side => {
             let by_id = tints_by_id(show, scene, pixels);
@@ -193,16 +189,17 @@ pub fn tints(
     })
 }
 
-/// True where a ray that sees the object starts outside of the sphere, or on the side of the plane that its normal points
-/// to.
-fn is_front(scene: &Scene, id: u32, origin: DVec3, direction: DVec3) -> bool {
-    match scene.object(id) {
+/// The side that a ray sees: the front where it starts outside of the sphere, or on the side of the plane that its normal
+/// points to.
+fn side(scene: &Scene, id: u32, origin: DVec3, direction: DVec3) -> Tint {
+    let is_front = match scene.object(id) {
         Some(Object::Sphere(sphere)) => {
             exact::is_outside(origin, sphere.center, sphere.radius).unwrap_or(true)
         }
         Some(Object::Plane(plane)) => direction.dot(plane.normal) <= 0.0,
-        None => true,
-    }
+        None => return Tint::of(&SIDES, 2),
+    };
+    Tint::of(&SIDES, usize::from(!is_front))
 }
 
 /// Near is bright; the scale is logarithmic.
