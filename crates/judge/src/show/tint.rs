@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use super::Show;
 use super::discriminant::Discriminants;
+use crate::compare::between;
 use crate::verify::{RayError, Truth, ray_errors};
 
 /// Red, green and blue bytes, sRGB.
@@ -206,9 +207,9 @@ fn side(scene: &Scene, id: u32, origin: DVec3, direction: DVec3) -> Tint {
 fn depth(t: f32, range: Option<[f32; 2]>) -> Rgb {
     let (Some([low, high]), true) = (range, t.is_finite()) else { return NOTHING };
     let span = (f64::from(high) / f64::from(low)).ln().max(f64::MIN_POSITIVE);
-    let far = ((f64::from(t) / f64::from(low)).ln() / span).clamp(0.0, 1.0);
-    let [near_grey, far_grey] = DEPTHS.map(|(color, _)| f64::from(color[0]));
-    [(near_grey + (far_grey - near_grey) * far).round() as u8; 3]
+    let share = ((f64::from(t) / f64::from(low)).ln() / span).clamp(0.0, 1.0);
+    let [near, far] = DEPTHS.map(|(color, _)| color);
+    between(near, far, share)
 }
 
 /// −1 … 1 as 0 … 255.
@@ -241,7 +242,7 @@ fn shaded(sign: i32, nearness: f64) -> Tint {
         _ => (0, 0.25 + 0.75 / (1.0 + nearness.min(0.0).abs())),
     };
     let Tint { color, entry } = Tint::of(&SIGNS, entry);
-    Tint { color: color.map(|channel| (f64::from(channel) * light).round() as u8), entry }
+    Tint { color: between([0; 3], color, light), entry }
 }
 
 #[cfg(test)]
