@@ -16,8 +16,7 @@ use kugelblitz::rays::Pixels;
 use kugelblitz::render::n_steps;
 use kugelblitz::scene::schema::{self, CloudKeys};
 use kugelblitz::scene::{
-    self, Color, Coloring, SceneOverrides, compose_scene, is_cloud_file, parse_scene,
-    read_scene_with,
+    self, Coloring, SceneOverrides, compose_scene, is_cloud_file, parse_scene, read_scene_with,
 };
 use kugelblitz::shade::{Background, Encoding, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
@@ -334,11 +333,9 @@ impl Scene {
     ) -> PyResult<String> {
         let language = named("language", language, Language::ALL, Language::name)?;
         let Pixels { view, width, height, .. } = pixels_of(&self.of, camera, size, None)?;
-        let palette: Vec<Color> = self.of.colors().collect();
         work::run(py, |control| {
             let mut file = OutputFile::create(&path, false)?;
-            let color_of = |id: u32| palette[id as usize];
-            export::write(language, &self.of, &view, [width, height], color_of, &mut file)
+            export::write(language, &self.of, &view, [width, height], &mut file)
                 .map_err(Error::io(&path))?;
             output::commit([file], control)
         })?;

@@ -67,10 +67,7 @@ impl DeviceTile {
 
     /// Picture column and row of its first pixel.
     pub fn first_pixel<'a>(&self, rays: &'a Rays) -> Option<(&'a Pixels, [u32; 2])> {
-        match rays {
-            Rays::Pixels(pixels) => Some((pixels, pixels.xy(self.first).into())),
-            Rays::List(_) => None,
-        }
+        rays.pixels().zip(rays.pixel(self.first))
     }
 
     /// Twice the offset of its first pixel's first sample from the picture's centre, right and up. A picture of samples has

@@ -36,12 +36,17 @@ impl Rays {
         }
     }
 
-    /// Column and row of the `i`-th ray in the whole picture; `None` for a list.
-    pub fn pixel(&self, i: usize) -> Option<[u32; 2]> {
+    /// The pixels whose centre rays these are; `None` for a list.
+    pub fn pixels(&self) -> Option<&Pixels> {
         match self {
-            Rays::Pixels(pixels) => Some(pixels.xy(i).into()),
+            Rays::Pixels(pixels) => Some(pixels),
             Rays::List(_) => None,
         }
+    }
+
+    /// Column and row of the `i`-th ray in the whole picture; `None` for a list.
+    pub fn pixel(&self, i: usize) -> Option<[u32; 2]> {
+        Some(self.pixels()?.xy(i).into())
     }
 
     /// True where there is no ray at all.

@@ -179,7 +179,7 @@ fn check_cloud(n: usize, radius: f64, camera: &Camera, n_judged: usize) {
         [None, Some(&gpu())].map(|device| traced(&scene, Kernel::Certified, &rays, device));
     assert!(compare(&on_gpu, &on_cpu).is_equal());
     let chosen = sample(pixels.len(), n_judged, 5);
-    let truth = Truth::of_pixels(&scene, &pixels, chosen, &Control::default()).unwrap();
+    let truth = Truth::of_rays(&scene, &rays, chosen, &Control::default()).unwrap();
     let against = compare_to_exact(&on_cpu, &truth);
     println!("{n} spheres: {:?}, {} hits", on_cpu.counts, on_cpu.n_hits());
     assert!(against.wrong_ids() == 0 && against.t_ulp_max <= 0.501, "{against:?}");

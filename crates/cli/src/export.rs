@@ -35,13 +35,11 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
     let (scene, composed) = read_composed(&args.scene, &overrides, run)?;
     let printed = picture.print(&composed, &scene, &args.scene)?;
     let Pixels { view, width, height, .. } = args.size.pixels(&scene, &args.scene)?;
-    let palette: Vec<_> = scene.colors().collect();
     scene::refuse_overwriting([output], [&args.scene], &scene)?;
     let mut file = OutputFile::create(output, false)?;
     let (language, size) = (args.language, [width, height]);
     let path = file.path().to_path_buf();
-    export::write(language, &scene, &view, size, |id| palette[id as usize], &mut file)
-        .map_err(Error::io(path))?;
+    export::write(language, &scene, &view, size, &mut file).map_err(Error::io(path))?;
     run.control.check()?;
 
     let command = language.command(&shell_quoted(output), size);

@@ -6,7 +6,7 @@ use glam::Vec3;
 use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
-use kugelblitz::rays::Pixels;
+use kugelblitz::rays::{Pixels, Rays};
 use kugelblitz::scene::{Scene, read_scene};
 use kugelblitz::trace::{Hits, Kernel};
 use kugelblitz_judge::verify::{Truth, compare_to_exact};
@@ -45,7 +45,7 @@ fn main() -> kugelblitz::Result<()> {
     let (scene, pixels) = (session.scene(), session.pixels(320, 180)?);
 
     let all = (0..pixels.len()).collect();
-    let truth = Truth::of_pixels(scene, &pixels, all, &Control::default())?;
+    let truth = Truth::of_rays(scene, &Rays::Pixels(pixels), all, &Control::default())?;
     let found = compare_to_exact(&my_picture(&pixels, scene), &truth);
     println!("{found:#?}");
     Ok(())

@@ -64,8 +64,8 @@ impl Work<'_> {
         for case in worst_first(self.timed(), wrong, MOST_SCENES) {
             let pixels = picture(case, self.settings.picture_size)?;
             let all = (0..pixels.len()).collect();
-            let truth = Truth::of_pixels(&case.scene, &pixels, all, self.control)?;
             let rays = Rays::Pixels(pixels);
+            let truth = Truth::of_rays(&case.scene, &rays, all, self.control)?;
             let palette: Vec<[u8; 3]> = case.scene.colors().map(Color::to_srgb8).collect();
             // Black for an id that no object has.
             let color = |id: &u32| palette.get(*id as usize).copied().unwrap_or_default();

@@ -11,6 +11,7 @@ mod rays;
 
 pub(crate) use allowed::short;
 pub use allowed::{Allowed, Tolerance, Unit};
+pub(crate) use paint::between;
 pub use paint::{FALSE_HIT, FALSE_MISS, RAMP, WRONG_OBJECT, error_picture, graded};
 pub use pictures::{ChannelDifference, PictureDifference, PictureSide, compare_pictures};
 pub use rays::{

@@ -94,8 +94,8 @@ fn share(x: f64, [low, high]: [f64; 2]) -> f64 {
     ((x.log10() - low.log10()) / (high.log10() - low.log10())).clamp(0.0, 1.0)
 }
 
-/// The colour at a share of the way.
-fn between(from: [u8; 3], to: [u8; 3], share: f64) -> [u8; 3] {
+/// The colour at a share of the way from one to another.
+pub(crate) fn between(from: [u8; 3], to: [u8; 3], share: f64) -> [u8; 3] {
     std::array::from_fn(|c| {
         let (from, to) = (f64::from(from[c]), f64::from(to[c]));
         (from + (to - from) * share).round() as u8

@@ -34,6 +34,7 @@ use kugelblitz::exact::{Root, Side, nearest, plane_numbers, signum_of_discrimina
 use kugelblitz::memory;
 use kugelblitz::plain::steers;
 use kugelblitz::prepare::Prepared;
+use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Object, Scene};
 use kugelblitz::trace::{Hits, Kernel, Level, Rays, Wants};
 use kugelblitz::tracer::Tracer;
@@ -260,18 +261,14 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<
     numbers.hit = nearest(&numbers.exact, first.and_then(|id| Some((id, scene.object(id)?))));
     let objects = ranked.par_iter().filter_map(|rank| numbers.object(rank)).collect();
 
-    let pixel = match rays {
-        Rays::Pixels(p) => {
-            Some(PixelOf { x: p.x, y: p.y, width: p.image_width, height: p.image_height })
-        }
-        Rays::List(_) => None,
-    };
+    let pixel =
+        |p: &Pixels| PixelOf { x: p.x, y: p.y, width: p.image_width, height: p.image_height };
     let ray = numbers.ray();
     let (of_point, point) = numbers.point().unzip();
     let mut explanation = Explanation {
         lang,
         digits,
-        pixel,
+        pixel: rays.pixels().map(pixel),
         ray: ray.rows,
         ray_lines: ray.lines,
         objects,

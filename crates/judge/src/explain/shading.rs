@@ -47,18 +47,13 @@ impl RayNumbers<'_> {
     /// The light on the point that is seen; `None` for a scene without light and pixels of one sample.
     pub fn shading(&self, point: Option<&Point>) -> Option<Shading> {
         let lighting = self.lighting.as_ref();
-        let samples = match self.rays {
-            Rays::Pixels(pixels) => Some((pixels, self.scene.samples.unwrap_or_default().across())),
-            Rays::List(_) => None,
-        };
-        let samples = samples.filter(|(_, n)| *n > 1);
-        if lighting.is_none() && samples.is_none() {
+        let samples = self.scene.samples.unwrap_or_default().across();
+        let pixels = self.rays.pixels().filter(|_| samples > 1);
+        if lighting.is_none() && pixels.is_none() {
             return None;
         }
-        let mean = samples.map(|(pixels, samples)| MeanExplanation {
-            samples,
-            color: self.mean(pixels, samples),
-        });
+        let mean =
+            pixels.map(|pixels| MeanExplanation { samples, color: self.mean(pixels, samples) });
         let id = self.hit.as_ref().map_or(0, |hit| hit.id);
         let exact = exact_mean(self.scene, lighting, [(id, point.map(|point| &point.lit))]);
         let lit = lighting.zip(point);

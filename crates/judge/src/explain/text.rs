@@ -67,7 +67,7 @@ fn line(symbol: &str, [lecture, stable, double, exact]: [String; 4]) -> String {
 
 fn table(quantities: &[FormulaNumber], words: &Words) -> String {
     let [lecture, stable, double] = COLUMNS;
-    let mut text = line("", [lecture, stable, double, words.exact_column].map(str::to_owned));
+    let mut text = line("", [lecture, stable, double, words.exact].map(str::to_owned));
     for row in quantities {
         let columns = row.columns();
         let value = |entry: Option<Approximation>, decimal: fn(f64) -> String| match entry {

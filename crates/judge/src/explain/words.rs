@@ -26,17 +26,11 @@ impl Lang {
 
     /// `en`, `de`
     pub fn name(self) -> &'static str {
-        match self {
-            Lang::English => "en",
-            Lang::German => "de",
-        }
+        ["en", "de"][self as usize]
     }
 
     pub(super) fn words(self) -> &'static Words {
-        match self {
-            Lang::English => &ENGLISH,
-            Lang::German => &GERMAN,
-        }
+        &WORDS[self as usize]
     }
 }
 
@@ -119,8 +113,11 @@ macro_rules! words {
             $(pub $list: [&'static str; $n],)*
         }
 
-        static ENGLISH: Words = Words { $($phrase: $english,)* $($list: $all_english,)* };
-        static GERMAN: Words = Words { $($phrase: $german,)* $($list: $all_german,)* };
+        /// The phrases of each [`Lang`].
+        static WORDS: [Words; 2] = [
+            Words { $($phrase: $english,)* $($list: $all_english,)* },
+            Words { $($phrase: $german,)* $($list: $all_german,)* },
+        ];
     };
 }
 
@@ -255,7 +252,6 @@ words! {
         suns: "suns", "Sonnen";
 
         // Tables.
-        exact_column: "exact", "exakt";
         none: "none", "keine";
         exact: "exact", "exakt";
         no_root: "no root", "keine Lösung";

@@ -18,7 +18,7 @@ use std::io::{self, Write};
 use glam::DVec3;
 use kugelblitz::rays::View;
 use kugelblitz::scene::{Color, Object, Scene};
-use kugelblitz::shade::{Lamp, LampOrigin, Lighting};
+use kugelblitz::shade::{Lamp, Lighting};
 
 /// A language that scenes can be written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -67,9 +67,8 @@ impl Language {
 }
 
 /// Writes what `view` sees of `scene` in a picture of `size` pixels, width and height, lit as the
-/// scene is. Every object has the colour that `color_of` gives its id, and so has the background, id 0;
-/// without light and with [`Color::from_srgb8`] a pixel of a PNG that the renderer makes has exactly
-/// these bytes.
+/// scene is. Without light, a pixel of a PNG that the renderer makes has exactly the bytes of a colour of
+/// [`Color::from_srgb8`].
 ///
 /// # Errors
 /// Those of `out`.
@@ -78,24 +77,18 @@ pub fn write(
     scene: &Scene,
     view: &View,
     size: [u32; 2],
-    color_of: impl Fn(u32) -> Color,
     out: &mut impl Write,
 ) -> io::Result<()> {
     let lighting = Lighting::new(scene, view);
     let syntax = language.syntax(lighting.as_ref().map(|lighting| lighting.ambient));
-    out.write_all(syntax.head(view, size, color_of(0)).as_bytes())?;
+    out.write_all(syntax.head(view, size, scene.background).as_bytes())?;
     let reach = reach(scene, view.position);
     for lamp in lighting.iter().flat_map(|lighting| &lighting.lamps) {
-        let line = match lamp.origin {
-            LampOrigin::Eye => syntax.lamp(lamp, view.position),
-            LampOrigin::Point(position) => syntax.lamp(lamp, position),
-            LampOrigin::Sun(direction) => syntax.sun(lamp, direction, view.position, reach),
-        };
-        writeln!(out, "{line}")?;
+        writeln!(out, "{}", syntax.lamp(lamp, view.position, reach))?;
     }
     for (id, object) in scene.objects() {
-        let name = scene.name(id);
-        writeln!(out, "{}", syntax.object(id, name, object, color_of(id)))?;
+        let (name, color) = (scene.name(id), scene.color(id));
+        writeln!(out, "{}", syntax.object(id, name, object, color))?;
     }
     out.write_all(syntax.end().as_bytes())
 }
@@ -111,10 +104,8 @@ fn reach(scene: &Scene, eye: DVec3) -> f64 {
 trait Syntax {
     /// All before the lamps and objects.
     fn head(&self, view: &View, size: [u32; 2], background: Color) -> String;
-    /// One line: a lamp at a point.
-    fn lamp(&self, lamp: &Lamp, position: DVec3) -> String;
-    /// One line: a lamp whose light travels along `direction`. Nothing is farther than `reach` from `eye`.
-    fn sun(&self, lamp: &Lamp, direction: DVec3, eye: DVec3, reach: f64) -> String;
+    /// One line. Nothing is farther than `reach` from `eye`.
+    fn lamp(&self, lamp: &Lamp, eye: DVec3, reach: f64) -> String;
     /// One line.
     fn object(&self, id: u32, name: Option<&str>, object: Object, color: Color) -> String;
     /// All after the objects.

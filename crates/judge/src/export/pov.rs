@@ -6,7 +6,7 @@
 use glam::DVec3;
 use kugelblitz::rays::{Lens, View};
 use kugelblitz::scene::{Color, Object};
-use kugelblitz::shade::Lamp;
+use kugelblitz::shade::{Lamp, LampOrigin};
 
 use super::{Syntax, separated};
 
@@ -43,13 +43,18 @@ impl Syntax for Pov {
         )
     }
 
-    fn lamp(&self, lamp: &Lamp, position: DVec3) -> String {
-        light_source(lamp, position, "")
-    }
-
-    fn sun(&self, lamp: &Lamp, direction: DVec3, eye: DVec3, reach: f64) -> String {
-        let position = eye - direction.normalize() * (FAR * reach);
-        light_source(lamp, position, &format!(" parallel point_at {}", vector(eye)))
+    fn lamp(&self, lamp: &Lamp, eye: DVec3, reach: f64) -> String {
+        let (position, kind) = match lamp.origin {
+            LampOrigin::Eye => (eye, String::new()),
+            LampOrigin::Point(position) => (position, String::new()),
+            LampOrigin::Sun(direction) => {
+                let position = eye - direction.normalize() * (FAR * reach);
+                (position, format!(" parallel point_at {}", vector(eye)))
+            }
+        };
+        let shadowless = if lamp.shadows { "" } else { " shadowless" };
+        let (position, color) = (vector(position), rgb(lamp.weight));
+        format!("light_source {{ {position}, {color}{kind}{shadowless} }}")
     }
 
     fn object(&self, id: u32, name: Option<&str>, object: Object, color: Color) -> String {
@@ -70,11 +75,6 @@ impl Syntax for Pov {
 
 /// A sun's distance, as a multiple of that of the farthest object: a parallel light shines from a plane.
 const FAR: f64 = 1000.0;
-
-fn light_source(lamp: &Lamp, position: DVec3, kind: &str) -> String {
-    let shadowless = if lamp.shadows { "" } else { " shadowless" };
-    format!("light_source {{ {}, {}{kind}{shadowless} }}", vector(position), rgb(lamp.weight))
-}
 
 fn vector(v: DVec3) -> String {
     format!("<{}>", separated(&v.to_array(), ", "))

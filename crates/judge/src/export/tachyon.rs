@@ -5,7 +5,7 @@
 use glam::DVec3;
 use kugelblitz::rays::{Lens, View};
 use kugelblitz::scene::{Color, Object};
-use kugelblitz::shade::Lamp;
+use kugelblitz::shade::{Lamp, LampOrigin};
 
 use super::{Syntax, separated};
 
@@ -58,12 +58,18 @@ impl Syntax for Tachyon {
         )
     }
 
-    fn lamp(&self, lamp: &Lamp, position: DVec3) -> String {
-        light(lamp, format!("LIGHT CENTER {} RAD 0.0", vector(position)))
-    }
-
-    fn sun(&self, lamp: &Lamp, direction: DVec3, _: DVec3, _: f64) -> String {
-        light(lamp, format!("DIRECTIONAL_LIGHT DIRECTION {}", vector(direction)))
+    /// A comment stands before one that casts shadows here, but not in the scene.
+    fn lamp(&self, lamp: &Lamp, eye: DVec3, _: f64) -> String {
+        let at = |position| format!("LIGHT CENTER {} RAD 0.0", vector(position));
+        let place = match lamp.origin {
+            LampOrigin::Eye => at(eye),
+            LampOrigin::Point(position) => at(position),
+            LampOrigin::Sun(direction) => {
+                format!("DIRECTIONAL_LIGHT DIRECTION {}", vector(direction))
+            }
+        };
+        let shadows = if lamp.shadows { "" } else { "# Without shadows, if Tachyon could:\n" };
+        format!("{shadows}{place} COLOR {}", separated(&lamp.weight, " "))
     }
 
     fn object(&self, _: u32, _: Option<&str>, object: Object, color: Color) -> String {
@@ -85,12 +91,6 @@ impl Syntax for Tachyon {
     fn end(&self) -> &'static str {
         "END_SCENE\n"
     }
-}
-
-/// A light, with a comment before it where it casts shadows that it shouldn't.
-fn light(lamp: &Lamp, place: String) -> String {
-    let shadows = if lamp.shadows { "" } else { "# Without shadows, if Tachyon could:\n" };
-    format!("{shadows}{place} COLOR {}", separated(&lamp.weight, " "))
 }
 
 /// A point or a direction in Tachyon's world.

@@ -5,7 +5,7 @@ use crate::explain::Lang;
 
 /// What a figure shows.
 pub fn caption(figure: Figure, lang: Lang) -> &'static str {
-    let [english, german] = match figure {
+    let captions = match figure {
         Figure::Rays => [
             "Figure 2: rays of a camera at t = 0, from above: each sees the point of its smallest t > 0",
             "Abbildung 2: Strahlen einer Kamera bei t = 0, von oben: gesehen wird das kleinste t > 0",
@@ -23,10 +23,7 @@ pub fn caption(figure: Figure, lang: Lang) -> &'static str {
             "Abbildung 5: Punkte des Strahls auf Kugeln, um ihn in eine Ebene gedreht; D = b² − 4ak",
         ],
     };
-    match lang {
-        Lang::English => english,
-        Lang::German => german,
-    }
+    captions[lang as usize]
 }
 
 /// The largest of 1, 2 and 5 times a power of ten that is not above a number.

@@ -83,10 +83,7 @@ impl Claims {
         if conventions.channel.is_some() && quantities.len() != 1 {
             return wrong_usage("--channel names one channel; say with --as what it tells");
         }
-        let view = match rays {
-            Rays::Pixels(pixels) => Some(&pixels.view),
-            Rays::List(_) => None,
-        };
+        let view = rays.pixels().map(|pixels| &pixels.view);
         let reader = Reader { image: &image, conventions, view };
         let (mut ids, mut colors, mut normal, mut depth) = (None, None, None, None);
         for &quantity in &quantities {

@@ -176,10 +176,7 @@ pub struct JudgeSummary {
 impl Judged {
     /// The pixels, where the rays are those of pixels.
     pub fn pixels(&self) -> Option<&Pixels> {
-        match &self.case.rays {
-            Rays::Pixels(pixels) => Some(pixels),
-            Rays::List(_) => None,
-        }
+        self.case.rays.pixels()
     }
 
     /// The names of what was judged.

@@ -5,13 +5,14 @@ use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::exact;
 use kugelblitz::prepare::Prepared;
-use kugelblitz::rays::{Lens, Pixels, WorldRay};
+use kugelblitz::rays::{Lens, Pixels, Rays, WorldRay};
 use kugelblitz::scene::{Color, Object, Scene};
 use kugelblitz::trace::{Hits, Level};
 use rayon::prelude::*;
 
 use super::Show;
 use super::discriminant::Discriminants;
+use crate::compare::between;
 use crate::verify::{RayError, Truth, ray_errors};
 
 /// Red, green and blue bytes, sRGB.
@@ -110,15 +111,11 @@ pub fn palette(show: Show, scene: &Scene, pixels: &Pixels) -> Vec<Rgb> {
 /// Tints by id, with the colours of [`palette`].
 fn tints_by_id(show: Show, scene: &Scene, pixels: &Pixels) -> Vec<Tint> {
     let eye = pixels.view.position;
-    let is_front = |id| {
-        let at = scene.object(id).map_or(eye, |object| object.extent().0);
-        is_front(scene, id, eye, at - eye)
-    };
+    let towards = |id| scene.object(id).map_or(DVec3::ZERO, |object| object.extent().0 - eye);
     let tint = |(id, color): (u32, Color)| match (show, id) {
         (Show::Id, 0) => Tint::free(NOTHING),
         (Show::Id, _) => Tint::free(id_color(id)),
-        (Show::Side, 0) => Tint::of(&SIDES, 2),
-        (Show::Side, _) => Tint::of(&SIDES, usize::from(!is_front(id))),
+        (Show::Side, _) => side(scene, id, eye, towards(id)),
         _ => Tint::free(color.to_srgb8()),
     };
     (0..).zip(scene.colors()).map(tint).collect()
@@ -154,12 +151,12 @@ pub fn tints(
     Ok(match show {
         Show::Side if pixels.view.lens == Lens::Orthographic => {
             // The camera's plane may cut a sphere, and then some rays start in it.
-            let side = |(index, id): (usize, u32)| {
+            let of_pixel = |(index, id): (usize, u32)| {
                 let (x, y) = pixels.xy(index);
                 let WorldRay { origin, direction } = pixels.ray(x, y);
-                if id == 0 { 2 } else { usize::from(!is_front(scene, id, origin, direction)) }
+                side(scene, id, origin, direction)
             };
-            indexed().map(|pixel| Tint::of(&SIDES, side(pixel))).collect()
+            indexed().map(of_pixel).collect()
         }
         Show::Color | Show::Id | Show::Side => {
             let by_id = tints_by_id(show, scene, pixels);
@@ -187,29 +184,30 @@ pub fn tints(
         }
         Show::Error => {
             let all = (0..hits.id.len()).collect();
-            let truth = Truth::of_pixels(scene, pixels, all, control)?;
+            let truth = Truth::of_rays(scene, &Rays::Pixels(*pixels), all, control)?;
             ray_errors(hits, &truth).map(|error| Tint::of(&ERRORS, entry(&error))).collect()
         }
     })
 }
 
-/// True where a ray that sees the object starts outside of the sphere, or on the side of the plane that its normal points
-/// to.
-fn is_front(scene: &Scene, id: u32, origin: DVec3, direction: DVec3) -> bool {
-    match scene.object(id) {
+/// The side that a ray sees: the front where it starts outside of the sphere, or on the side of the plane that its normal
+/// points to.
+fn side(scene: &Scene, id: u32, origin: DVec3, direction: DVec3) -> Tint {
+    let is_front = match scene.object(id) {
         Some(Object::Sphere(sphere)) => exact::is_outside(origin, sphere).unwrap_or(true),
         Some(Object::Plane(plane)) => direction.dot(plane.normal) <= 0.0,
-        None => true,
-    }
+        None => return Tint::of(&SIDES, 2),
+    };
+    Tint::of(&SIDES, usize::from(!is_front))
 }
 
 /// Near is bright; the scale is logarithmic.
 fn depth(t: f32, range: Option<[f32; 2]>) -> Rgb {
     let (Some([low, high]), true) = (range, t.is_finite()) else { return NOTHING };
     let span = (f64::from(high) / f64::from(low)).ln().max(f64::MIN_POSITIVE);
-    let far = ((f64::from(t) / f64::from(low)).ln() / span).clamp(0.0, 1.0);
-    let [near_grey, far_grey] = DEPTHS.map(|(color, _)| f64::from(color[0]));
-    [(near_grey + (far_grey - near_grey) * far).round() as u8; 3]
+    let share = ((f64::from(t) / f64::from(low)).ln() / span).clamp(0.0, 1.0);
+    let [near, far] = DEPTHS.map(|(color, _)| color);
+    between(near, far, share)
 }
 
 /// −1 … 1 as 0 … 255.
@@ -242,7 +240,7 @@ fn shaded(sign: i32, nearness: f64) -> Tint {
         _ => (0, 0.25 + 0.75 / (1.0 + nearness.min(0.0).abs())),
     };
     let Tint { color, entry } = Tint::of(&SIGNS, entry);
-    Tint { color: color.map(|channel| (f64::from(channel) * light).round() as u8), entry }
+    Tint { color: between([0; 3], color, light), entry }
 }
 
 #[cfg(test)]
@@ -253,7 +251,7 @@ mod tests {
 
     use kugelblitz::rays::View;
     use kugelblitz::scene::parse_scene;
-    use kugelblitz::trace::{Kernel, Rays, Wants};
+    use kugelblitz::trace::{Kernel, Wants};
     use kugelblitz::tracer::Tracer;
 
     use super::*;

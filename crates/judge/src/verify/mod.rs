@@ -131,7 +131,7 @@ pub fn broken_promises(
 mod tests {
     use glam::DVec3;
     use kugelblitz::control::Control;
-    use kugelblitz::rays::{Pixels, View};
+    use kugelblitz::rays::{Pixels, Rays, View};
     use kugelblitz::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
     use kugelblitz::trace::Hits;
 
@@ -171,7 +171,7 @@ mod tests {
     fn truth() -> Truth {
         let (scene, pixels) = scene();
         let all = (0..pixels.len()).collect();
-        Truth::of_pixels(&scene, &pixels, all, &Control::default()).unwrap()
+        Truth::of_rays(&scene, &Rays::Pixels(pixels), all, &Control::default()).unwrap()
     }
 
     fn differences(rays: RayDifferences) -> Differences {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::memory;
-use kugelblitz::rays::Pixels;
+use kugelblitz::rays::{Pixels, Rays};
 use kugelblitz::render::{bands, hits_bytes, n_steps, sampled_band_rows};
 use kugelblitz::scene::{Samples, Scene};
 use kugelblitz::shade::{Encoding, Lighting};
@@ -235,7 +235,7 @@ impl Verification {
                 ColorTruth::of_pixels(&self.scene, &band, n_samples, index.clone(), control)
             };
             let colors = self.colors.map(of_colors).transpose()?;
-            let rays = Truth::of_pixels(&self.scene, &band, index, control)?;
+            let rays = Truth::of_rays(&self.scene, &Rays::Pixels(band), index, control)?;
             let truth = TruthOfBand { band, first_ray, rays, colors };
             (rest, first_ray) = (others, end_ray);
             Ok(truth)

@@ -28,19 +28,6 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// The truth about the pixels with these indices; `control` counts each as a ray.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`](kugelblitz::Error::Interrupted) when `control` was cancelled.
-    pub fn of_pixels(
-        scene: &Scene,
-        pixels: &Pixels,
-        index: Vec<usize>,
-        control: &Control,
-    ) -> Result<Truth> {
-        Truth::of_rays(scene, &Rays::Pixels(*pixels), index, control)
-    }
-
     /// The truth about the rays with these indices; `control` counts each.
     ///
     /// # Errors
@@ -255,8 +242,8 @@ mod tests {
         let view = kugelblitz::rays::View::new(scene.camera.as_ref().unwrap());
         let (pixels, control) = (Pixels::whole(view, 32, 18), Control::default());
         let all = (0..pixels.len()).collect();
-        let truth = Truth::of_pixels(&scene, &pixels, all, &control).unwrap();
         let rays = Rays::Pixels(pixels);
+        let truth = Truth::of_rays(&scene, &rays, all, &control).unwrap();
         let ids: Vec<u32> = truth.hits.iter().map(|hit| hit.id).collect();
         assert!(truth.hits.iter().any(|hit| hit.is_back) && ids.iter().any(|&id| id > 1));
         assert_eq!(Truth::of_known(&scene, &rays, &ids, &control).unwrap(), truth);
