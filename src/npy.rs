@@ -268,9 +268,10 @@ impl<R: Read> Rows<R> {
             let wanted = wanted.iter().filter(|(column, _)| is_in(*column));
             wanted.map(|(column, what)| (all[*column].clone(), *what)).collect()
         };
-        let passes = match is_fortran {
-            true => (0..all.len()).map(|i| cells_of(&|column| column == i)).collect(),
-            false => vec![cells_of(&|_| true)],
+        let passes = if is_fortran {
+            (0..all.len()).map(|i| cells_of(&|column| column == i)).collect()
+        } else {
+            vec![cells_of(&|_| true)]
         };
         let mut bytes = vec![0; self.n_bytes_at_once];
         for cells in passes {

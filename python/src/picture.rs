@@ -265,12 +265,11 @@ impl Picture {
         let n_steps = plan.n_steps(&self.pixels, self.scene.get().of.is_lit());
         self.run(py, (progress, n_steps), |session, control| {
             let file = OutputFile::create(&path, format.needs_seek())?;
-            let file = match plan.style() == self.style {
-                true => self.write(session, &plan, file, path.clone())?,
-                false => {
-                    session.set_camera(self.camera.clone());
-                    session.draw(&self.pixels, &plan, file, control)?.1
-                }
+            let file = if plan.style() == self.style {
+                self.write(session, &plan, file, path.clone())?
+            } else {
+                session.set_camera(self.camera.clone());
+                session.draw(&self.pixels, &plan, file, control)?.1
             };
             output::commit([file], control)
         })

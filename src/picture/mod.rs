@@ -278,9 +278,10 @@ impl<W: Write + Seek> PictureWriter<W> {
             ));
         }
         if coverage.is_some() != self.is_transparent {
-            return self.wrong(match self.is_transparent {
-                true => "the picture is transparent; give its rows with their coverage",
-                false => "the picture is not transparent; give its rows without a coverage",
+            return self.wrong(if self.is_transparent {
+                "the picture is transparent; give its rows with their coverage"
+            } else {
+                "the picture is not transparent; give its rows without a coverage"
             });
         }
         if let Some(Coverage { n_hits, n_samples }) = coverage

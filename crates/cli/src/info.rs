@@ -39,10 +39,10 @@ pub fn run(args: &InfoArgs) -> Result<Done<ImageFacts>> {
     for (name, words) in &image.texts {
         let name = name.strip_prefix("kugelblitz.").unwrap_or(name);
         // `camera = …` says its name itself, as a scene file has it.
-        text += &match words.starts_with(&format!("{name} = ")) {
-            true => format!("{words}\n"),
-            false => format!("{name}: {words}\n"),
-        };
+        if !words.starts_with(&format!("{name} = ")) {
+            text += &format!("{name}: ");
+        }
+        text += &format!("{words}\n");
     }
     if image.texts.is_empty() {
         text += "it says nothing of how it was made\n";

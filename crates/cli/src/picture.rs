@@ -192,10 +192,10 @@ impl PictureArgs {
     /// # Errors
     /// [`Error::Usage`]
     pub fn refuse_without_scene(&self) -> Result<()> {
-        match self.is_empty()? {
-            true => Ok(()),
-            false => wrong_usage("options of what the picture shows need a SCENE; name its file"),
+        if self.is_empty()? {
+            return Ok(());
         }
+        wrong_usage("options of what the picture shows need a SCENE; name its file")
     }
 
     /// The options of the camera and of data in this command line, for that of another command.
@@ -313,12 +313,12 @@ fn value_or<T: Clone + Send + Sync + 'static>(
     usage: &'static str,
     parse: impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static,
 ) -> impl Fn(&str) -> Result<ValueOr<T>, String> + Clone + Send + Sync + 'static {
-    move |text| match text == word {
-        true => Ok(ValueOr(None)),
-        false => match parse(text) {
-            Ok(value) => Ok(ValueOr(Some(value))),
-            Err(help) => Err(format!("{help}{usage}; or {word}")),
-        },
+    move |text| {
+        if text == word {
+            return Ok(ValueOr(None));
+        }
+        let value = parse(text).map_err(|help| format!("{help}{usage}; or {word}"))?;
+        Ok(ValueOr(Some(value)))
     }
 }
 
