@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::memory;
 use crate::plain::Shown;
 use crate::trace::{Coverage, Hits};
+use crate::words::joined;
 
 /// The layout of one record of a structured array of hits: `id` (u4), `t` (f4), `normal` (3f4),
 /// then what is asked for. Fields follow each other without padding, in this machine's byte order,
@@ -409,7 +410,7 @@ impl Header {
         let field = |cell: &Cell| format!("('{}', '{}')", cell.name(), cell.type_name);
         match &self.cells[..] {
             [cell] if !self.is_structured => format!("'{}'", cell.type_name),
-            cells => format!("[{}]", cells.iter().map(field).collect::<Vec<_>>().join(", ")),
+            cells => format!("[{}]", joined(cells.iter().map(field), ", ")),
         }
     }
 }

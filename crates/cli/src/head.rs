@@ -10,7 +10,7 @@ use kugelblitz::render::Rendered;
 use kugelblitz::scene::Samples;
 use kugelblitz::shade::ColorCounts;
 use kugelblitz::trace::StageCounts;
-use kugelblitz::words::duration;
+use kugelblitz::words::{duration, joined};
 use kugelblitz::{Error, Making, Result, Session};
 use kugelblitz_judge::compare::ObjectCounts;
 use serde::{Serialize, Serializer};
@@ -210,7 +210,7 @@ impl Times {
     /// `read 1.2 ms, prepare 0.1 ms`
     pub fn in_words(&self) -> String {
         let times = self.0.iter().map(|&(name, time)| format!("{name} {}", duration(time)));
-        times.collect::<Vec<_>>().join(", ")
+        joined(times, ", ")
     }
 }
 

@@ -16,6 +16,7 @@ use kugelblitz::scene::{
     Color, ColorMap, Composed, Framing, Samples, Scene, SceneOverrides, Viewpoint, compose_scene,
     is_cloud_file,
 };
+use kugelblitz::words::joined;
 use kugelblitz::{Error, Result};
 
 use crate::args::Cli;
@@ -290,14 +291,13 @@ impl DataArgs {
             return wrong_usage(format!("--columns: `{key}` is said twice; say it once"));
         }
         let pair = |(key, name): &(String, String)| format!("{} = {}", key.toml(), name.toml());
-        let pairs: Vec<String> = self.columns.iter().map(pair).collect();
-        let toml = format!("{{ {} }}", pairs.join(", "));
+        let toml = format!("{{ {} }}", joined(self.columns.iter().map(pair), ", "));
         let columns = read_value::<ColumnKeys>("columns", &toml, schema::table)
             .map_err(|[found, help]| Error::Usage(format!("--columns: {found}; {help}")))?;
         Ok(CloudKeys {
             radius: self.radius,
             color: self.color,
-            columns: Some(columns).filter(|_| !pairs.is_empty()),
+            columns: Some(columns).filter(|_| !self.columns.is_empty()),
             color_by: self.color_by.clone(),
             colormap: self.colormap,
             range: self.range,
