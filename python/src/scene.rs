@@ -15,10 +15,7 @@ use kugelblitz::picture::hit_records;
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::n_steps;
 use kugelblitz::scene::schema::{self, CloudKeys};
-use kugelblitz::scene::{
-    self, Color, Coloring, SceneOverrides, compose_scene, is_cloud_file, parse_scene,
-    read_scene_with,
-};
+use kugelblitz::scene::{self, Color, Coloring, SceneOverrides, compose_scene, parse_scene};
 use kugelblitz::shade::{Background, Encoding, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::{Error, Session};
@@ -179,21 +176,18 @@ impl Scene {
     ) -> PyResult<Scene> {
         let known = [&OF_DATA[..], &FRAMING].concat();
         let keys = Keywords::new(py, keys, &known)?;
-        let overrides = SceneOverrides {
+        let mut overrides = SceneOverrides {
             cloud: section(&keys.lines(&keys_of::<CloudKeys>())?)?,
             samples: keys.value("samples", schema::samples)?,
             ..framing(view, &keys)?
         };
         // A file that needs nothing of this is only read: it may be of rays alone.
-        let is_as_written = overrides == SceneOverrides::default() && !is_cloud_file(&path);
-        let read = |control: &Control| match is_as_written {
-            true => read_scene_with(&path, control),
-            false => {
-                let composed = compose_scene(&path, &overrides, control)?;
-                let mut scene = composed.scene;
-                scene.notes.extend(composed.notes);
-                Ok(scene)
-            }
+        overrides.needs_camera = overrides != SceneOverrides::default();
+        let read = |control: &Control| {
+            let composed = compose_scene(&path, &overrides, control)?;
+            let mut scene = composed.scene;
+            scene.notes.extend(composed.notes);
+            Ok(scene)
         };
         if let Err(missing) = std::fs::metadata(&path) {
             return Err(exception(Error::Io { path, source: missing }, ""));

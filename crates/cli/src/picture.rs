@@ -14,7 +14,6 @@ use kugelblitz::scene::schema::{
 };
 use kugelblitz::scene::{
     Color, ColorMap, Composed, Framing, Samples, Scene, SceneOverrides, Viewpoint, compose_scene,
-    is_cloud_file,
 };
 use kugelblitz::words::joined;
 use kugelblitz::{Error, Result};
@@ -23,7 +22,7 @@ use crate::args::Cli;
 use crate::options::{check_size, number, parser_of, samples_parser};
 use crate::output::{filled, is_stdout, print, text_quoted};
 use crate::progress::Progress;
-use crate::scene::{refuse_overwriting, say_notes};
+use crate::scene::refuse_overwriting;
 use crate::{Run, wrong_usage};
 
 /// What a picture shows: the options win over the scene.
@@ -182,9 +181,6 @@ impl PictureArgs {
     /// # Errors
     /// Those of [`PictureArgs::overrides`] and [`compose_scene`].
     pub fn scene(&self, path: &Path, size: Option<[u32; 2]>, run: &Run) -> Result<Arc<Scene>> {
-        if self.is_empty()? && !is_cloud_file(path) {
-            return crate::scene::read(path, run);
-        }
         read_composed(path, &self.overrides(size)?, run).map(|(scene, _)| scene)
     }
 
@@ -193,7 +189,7 @@ impl PictureArgs {
     /// # Errors
     /// [`Error::Usage`]
     pub fn refuse_without_scene(&self) -> Result<()> {
-        if self.is_empty()? {
+        if self.overrides(None)? == SceneOverrides::default() {
             return Ok(());
         }
         wrong_usage("options of what the picture shows need a SCENE; name its file")
@@ -214,11 +210,6 @@ impl PictureArgs {
         });
         written.collect()
     }
-
-    /// True where no option was given.
-    fn is_empty(&self) -> Result<bool> {
-        Ok(self.overrides(None)? == SceneOverrides::default())
-    }
 }
 
 /// Reads the scene or the data at `path`, shows how far it is, and says what was chosen.
@@ -235,7 +226,7 @@ pub fn read_composed(
     for note in &composed.notes {
         run.say(&format!("note: {note}"));
     }
-    say_notes(&composed.scene, run);
+    composed.scene.notes.iter().for_each(|note| run.say(note));
     let scene = Arc::new(std::mem::take(&mut composed.scene));
     Ok((scene, composed))
 }
@@ -246,7 +237,8 @@ impl DrawArgs {
     /// # Errors
     /// Those of [`PictureArgs::overrides`].
     pub fn overrides(&self, size: Option<[u32; 2]>) -> Result<SceneOverrides> {
-        Ok(SceneOverrides { samples: self.samples, ..self.picture.overrides(size)? })
+        let overrides = self.picture.overrides(size)?;
+        Ok(SceneOverrides { samples: self.samples, needs_camera: true, ..overrides })
     }
 
     /// The place of --print-scene, with its name.
