@@ -6,7 +6,7 @@ use std::sync::Arc;
 use criterion::Throughput;
 use kugelblitz::Result;
 use kugelblitz::control::Control;
-use kugelblitz::picture::{Format, Metadata, PictureOptions, PictureWriter};
+use kugelblitz::picture::{Format, Metadata, PictureOptions, PictureWriter, Sink};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::Scene;
@@ -24,7 +24,7 @@ fn write(format: Format, pixels: &Pixels, scene: &Scene, hits: &Hits) -> Result<
     let sink = Cursor::new(Vec::new());
     let mut writer =
         PictureWriter::create(format, options, pixels, &Metadata::default(), sink, "memory")?;
-    writer.rows(&colors, None, hits, pixels.height)?;
+    writer.band(&colors, None, hits, pixels.height)?;
     Ok(writer.finish()?.into_inner())
 }
 

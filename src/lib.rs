@@ -128,7 +128,7 @@
 //!    bytes of f32 before: `gpu/light.rs` runs `shaders/lit.wgsl`. Kernels without a
 //!    proof shade plainly: `shade/plain.rs`, on a device its twin `shaders/plain_light.wgsl`, which `gpu/plain_light.rs`
 //!    runs.
-//! 7. [`picture::PictureWriter::rows`] encodes them into an [`output::OutputFile`].
+//! 7. [`picture::PictureWriter`] encodes them into an [`output::OutputFile`].
 //! 8. [`output::commit`] puts the file in its place, last of all.
 //!
 //! `CONTRIBUTING.md` says which files a change touches.

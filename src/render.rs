@@ -1,12 +1,11 @@
 //! Tracing a picture band by band, so that memory is bounded by a band and not by the picture.
 
-use std::io::{Seek, Write};
 use std::time::{Duration, Instant};
 
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::memory::Available;
-use crate::picture::{Format, PictureOptions, PictureWriter, writer_bytes};
+use crate::picture::{Format, PictureOptions, Sink, writer_bytes};
 use crate::rays::Pixels;
 use crate::scene::Samples;
 use crate::shade::{Background, ColorCounts, Colors, Encoding, Painted, Painter, Palette, Style};
@@ -178,34 +177,6 @@ impl Rendered {
     }
 }
 
-/// Takes the bands of a picture, from top to bottom.
-pub trait Sink {
-    /// Takes `n_rows` rows: their colours, how many of their samples hit where the background is not
-    /// [`Background::Shown`], and their centre rays' hits.
-    ///
-    /// # Errors
-    /// Those of the sink.
-    fn band(
-        &mut self,
-        colors: &Colors,
-        coverage: Option<&Coverage>,
-        hits: &Hits,
-        n_rows: u32,
-    ) -> Result<()>;
-}
-
-impl<W: Write + Seek> Sink for PictureWriter<W> {
-    fn band(
-        &mut self,
-        colors: &Colors,
-        coverage: Option<&Coverage>,
-        hits: &Hits,
-        n_rows: u32,
-    ) -> Result<()> {
-        self.rows(colors, coverage, hits, n_rows)
-    }
-}
-
 /// A picture that is kept in memory: the sink of its bands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kept {
@@ -249,7 +220,7 @@ impl Sink for () {
 }
 
 /// Traces and shades `pixels` band by band and hands over each band as soon as it is there. The caller
-/// ends a file with [`PictureWriter::finish`].
+/// ends a file with [`PictureWriter::finish`](crate::picture::PictureWriter::finish).
 ///
 /// # Errors
 /// Those of [`Tracer::trace`](crate::tracer::Tracer::trace), [`Painter::paint`] and the sink; [`Error::Interrupted`] between bands as
@@ -288,7 +259,7 @@ mod tests {
     use super::*;
     use crate::kernel::Kernel;
     use crate::memory::Limit;
-    use crate::picture::Metadata;
+    use crate::picture::{Metadata, PictureWriter};
     use crate::prepare::Prepared;
     use crate::rays::View;
     use crate::scene::{Camera, Color, Plane, Scene};

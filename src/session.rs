@@ -10,11 +10,11 @@ use crate::digest::{Digest, scene_hash};
 use crate::error::Result;
 use crate::memory::{self, Available};
 use crate::output::{self, OutputFile};
-use crate::picture::{Format, Metadata, PictureOptions, PictureWriter, Provenance};
+use crate::picture::{Format, Metadata, PictureOptions, PictureWriter, Provenance, Sink};
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, View};
 use crate::render::{
-    Kept, Plan, Rendered, Sink, band_bytes, hits_bytes, plan, render, sampled_band_rows,
+    Kept, Plan, Rendered, band_bytes, hits_bytes, plan, render, sampled_band_rows,
 };
 use crate::scene::{Camera, Samples, Scene};
 use crate::shade::{Colors, Encoding, Painter, Pixel, Style};

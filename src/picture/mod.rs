@@ -107,6 +107,22 @@ pub fn writer_bytes(
     Ok(u64::try_from(band_bytes).unwrap_or(u64::MAX))
 }
 
+/// Takes the bands of a picture, from top to bottom.
+pub trait Sink {
+    /// Takes `n_rows` rows: their colours, how many of their samples hit where the background is not
+    /// [`Background::Shown`](crate::shade::Background::Shown), and their centre rays' hits.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    fn band(
+        &mut self,
+        colors: &Colors,
+        coverage: Option<&Coverage>,
+        hits: &Hits,
+        n_rows: u32,
+    ) -> Result<()>;
+}
+
 /// Writes one picture, band by band, from top to bottom.
 ///
 /// ```
@@ -120,7 +136,7 @@ pub fn writer_bytes(
 /// let mut writer =
 ///     PictureWriter::create(Format::Ppm, options, &pixels, &metadata, sink, "memory")?;
 /// let hits = Hits { id: vec![0, 1], ..Hits::default() };
-/// writer.rows(&Colors::Srgb8(vec![[0; 3], [255, 0, 0]]), None, &hits, 1)?;
+/// writer.band(&Colors::Srgb8(vec![[0; 3], [255, 0, 0]]), None, &hits, 1)?;
 /// let bytes = writer.finish()?.into_inner();
 /// assert_eq!(bytes, b"P6\n2 1\n255\n\0\0\0\xff\0\0");
 /// # Ok(())
@@ -209,33 +225,6 @@ impl<W: Write + Seek> PictureWriter<W> {
         Ok(writer)
     }
 
-    /// Writes the next `n_rows` rows: `colors`, `hits` and, of a transparent picture, `coverage` have one entry a pixel, row
-    /// by row. A transparent picture's colour is the mean over the samples that hit in PNG; in EXR and NPY it is the mean
-    /// over all samples, those that hit nothing being black: premultiplied, as OpenEXR wants it.
-    ///
-    /// # Errors
-    /// [`Error::Io`] from the sink. [`Error::Usage`] when `colors` has not `n_rows` rows in the
-    /// format's [`Encoding`], when `hits` has not as many with the fields that [`Format::wants`],
-    /// when the rows are more than the picture has, when there is a coverage and the picture is not transparent or the
-    /// reverse, and when that has more hits than samples. After an error the picture is lost.
-    pub fn rows(
-        &mut self,
-        colors: &Colors,
-        coverage: Option<&Coverage>,
-        hits: &Hits,
-        n_rows: u32,
-    ) -> Result<()> {
-        let band = Band { hits, colors, coverage };
-        self.check(&band, n_rows)?;
-        if n_rows == 0 {
-            return Ok(());
-        }
-        let encoded = self.encoder.rows(&band, &mut self.encoded);
-        encoded.map_err(Error::io(&self.path))?;
-        self.n_rows_done += n_rows;
-        self.pass_on()
-    }
-
     /// Ends the picture and gives the sink back, flushed.
     ///
     /// # Errors
@@ -314,6 +303,35 @@ impl<W: Write + Seek> PictureWriter<W> {
         self.sink.write_all(&self.encoded).map_err(Error::io(&self.path))?;
         self.encoded.clear();
         Ok(())
+    }
+}
+
+impl<W: Write + Seek> Sink for PictureWriter<W> {
+    /// Writes the next `n_rows` rows: `colors`, `hits` and, of a transparent picture, `coverage` have one entry a pixel, row
+    /// by row. A transparent picture's colour is the mean over the samples that hit in PNG; in EXR and NPY it is the mean
+    /// over all samples, those that hit nothing being black: premultiplied, as OpenEXR wants it.
+    ///
+    /// # Errors
+    /// [`Error::Io`] from the sink. [`Error::Usage`] when `colors` has not `n_rows` rows in the
+    /// format's [`Encoding`], when `hits` has not as many with the fields that [`Format::wants`],
+    /// when the rows are more than the picture has, when there is a coverage and the picture is not transparent or the
+    /// reverse, and when that has more hits than samples. After an error the picture is lost.
+    fn band(
+        &mut self,
+        colors: &Colors,
+        coverage: Option<&Coverage>,
+        hits: &Hits,
+        n_rows: u32,
+    ) -> Result<()> {
+        let band = Band { hits, colors, coverage };
+        self.check(&band, n_rows)?;
+        if n_rows == 0 {
+            return Ok(());
+        }
+        let encoded = self.encoder.rows(&band, &mut self.encoded);
+        encoded.map_err(Error::io(&self.path))?;
+        self.n_rows_done += n_rows;
+        self.pass_on()
     }
 }
 

@@ -11,7 +11,7 @@ use image::DynamicImage;
 use kugelblitz::control::Control;
 use kugelblitz::output::{OutputFile, commit};
 use kugelblitz::picture::{
-    ChannelBits, Format, Metadata, PictureOptions, PictureWriter, write_hits,
+    ChannelBits, Format, Metadata, PictureOptions, PictureWriter, Sink, write_hits,
 };
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Color, Plane, Scene};
@@ -116,7 +116,7 @@ impl Made {
         n_rows: u32,
     ) -> Result<()> {
         let coverage = options.transparent.then_some(&self.coverage);
-        writer.rows(&self.colors, coverage, &self.hits, n_rows)
+        writer.band(&self.colors, coverage, &self.hits, n_rows)
     }
 
     /// A file of these pixels, written in bands.
@@ -424,7 +424,7 @@ fn what_does_not_fit_is_refused() {
         let begin = |options| writer(format, options, &whole(4, 2), Cursor::new(Vec::new()));
         let made = Made::new(rng, format.encoding(ChannelBits::Eight), 8, 4);
         let rows = |made: &Made, n_rows| {
-            begin(CERTIFICATES).unwrap().rows(&made.colors, None, &made.hits, n_rows)
+            begin(CERTIFICATES).unwrap().band(&made.colors, None, &made.hits, n_rows)
         };
         let other = match &made.colors {
             Colors::Linear(_) => Colors::Srgb8(vec![[0; 3]; 8]),

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use kugelblitz::control::Control;
 use kugelblitz::memory;
 use kugelblitz::output::OutputFile;
-use kugelblitz::picture::{Metadata, PictureWriter};
+use kugelblitz::picture::{Metadata, PictureWriter, Sink};
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::{Plan, Rendered, band_rows, bands, hits_bytes};
 use kugelblitz::scene::Samples;
@@ -104,7 +104,7 @@ fn whole(pixels: &Pixels) -> Pixels {
 /// whole, but not in its place: that takes [`output::commit`](kugelblitz::output::commit).
 ///
 /// # Errors
-/// Those of [`Show::check`], [`ShownPicture::paint`] and [`PictureWriter::rows`].
+/// Those of [`Show::check`], [`ShownPicture::paint`] and [`PictureWriter::band`].
 pub fn draw(
     session: &mut Session,
     show: Show,
@@ -123,7 +123,7 @@ pub fn draw(
     for band in bands(pixels, plan.n_band_rows.min(band_rows(pixels, show.wants()))) {
         let colors = Colors::Srgb8(shown.paint(session, &band, control)?);
         let start = Instant::now();
-        writer.rows(&colors, None, &shown.hits, band.height)?;
+        writer.band(&colors, None, &shown.hits, band.height)?;
         write += start.elapsed();
     }
     control.check()?;
