@@ -12,10 +12,9 @@ use kugelblitz::digest::scene_hash;
 use kugelblitz::generate::{Distribution, Recipe};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::hit_records;
-use kugelblitz::rays::Pixels;
 use kugelblitz::render::n_steps;
 use kugelblitz::scene::schema::{self, CloudKeys};
-use kugelblitz::scene::{self, Color, Coloring, SceneOverrides, compose_scene, parse_scene};
+use kugelblitz::scene::{self, Coloring, SceneOverrides, compose_scene, parse_scene};
 use kugelblitz::shade::{Background, Encoding, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::{Error, Session};
@@ -327,16 +326,13 @@ impl Scene {
         size: Option<Size>,
     ) -> PyResult<String> {
         let language = named("language", language, Language::ALL, Language::name)?;
-        let Pixels { view, width, height, .. } = pixels_of(&self.of, camera, size, None)?;
-        let palette: Vec<Color> = self.of.colors().collect();
+        let pixels = pixels_of(&self.of, camera, size, None)?;
         work::run(py, |control| {
             let mut file = OutputFile::create(&path, false)?;
-            let color_of = |id: u32| palette[id as usize];
-            export::write(language, &self.of, &view, [width, height], color_of, &mut file)
-                .map_err(Error::io(&path))?;
+            export::write(language, &self.of, &pixels, &mut file).map_err(Error::io(&path))?;
             output::commit([file], control)
         })?;
-        Ok(language.command(&path.display().to_string(), [width, height]))
+        Ok(language.command(&path.display().to_string(), [pixels.width, pixels.height]))
     }
 
     /// One ray in numbers: of the pixel (column, row) of the camera's picture, or of `ray`, (origin, direction).

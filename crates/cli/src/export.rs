@@ -1,7 +1,6 @@
 //! `kugelblitz export`
 
 use kugelblitz::output::OutputFile;
-use kugelblitz::rays::Pixels;
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::compare::ObjectCounts;
 use kugelblitz_judge::export;
@@ -34,14 +33,12 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
     run.refuse_sharing_stdout(outputs.into_iter().chain(picture.printed()))?;
     let (scene, composed) = read_composed(&args.scene, &overrides, run)?;
     let printed = picture.print(&composed, &scene, &args.scene)?;
-    let Pixels { view, width, height, .. } = args.size.pixels(&scene, &args.scene)?;
-    let palette: Vec<_> = scene.colors().collect();
+    let pixels = args.size.pixels(&scene, &args.scene)?;
     scene::refuse_overwriting([output], [&args.scene], &scene)?;
     let mut file = OutputFile::create(output, false)?;
-    let (language, size) = (args.language, [width, height]);
+    let (language, size) = (args.language, [pixels.width, pixels.height]);
     let path = file.path().to_path_buf();
-    export::write(language, &scene, &view, size, |id| palette[id as usize], &mut file)
-        .map_err(Error::io(path))?;
+    export::write(language, &scene, &pixels, &mut file).map_err(Error::io(path))?;
     run.control.check()?;
 
     let command = language.command(&shell_quoted(output), size);

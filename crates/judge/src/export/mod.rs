@@ -16,7 +16,7 @@ mod tachyon;
 use std::io::{self, Write};
 
 use glam::DVec3;
-use kugelblitz::rays::View;
+use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Color, Object, Scene};
 use kugelblitz::shade::{Lamp, LampOrigin, Lighting};
 
@@ -66,24 +66,21 @@ impl Language {
     }
 }
 
-/// Writes what `view` sees of `scene` in a picture of `size` pixels, width and height, lit as the
-/// scene is. Every object has the colour that `color_of` gives its id, and so has the background, id 0;
-/// without light and with [`Color::from_srgb8`] a pixel of a PNG that the renderer makes has exactly
-/// these bytes.
+/// Writes what `pixels` see of `scene`, lit as the scene is. Without light and with colours from
+/// [`Color::from_srgb8`] a pixel of a PNG that the renderer makes has exactly these bytes.
 ///
 /// # Errors
 /// Those of `out`.
 pub fn write(
     language: Language,
     scene: &Scene,
-    view: &View,
-    size: [u32; 2],
-    color_of: impl Fn(u32) -> Color,
+    pixels: &Pixels,
     out: &mut impl Write,
 ) -> io::Result<()> {
+    let Pixels { view, width, height, .. } = pixels;
     let lighting = Lighting::new(scene, view);
     let syntax = language.syntax(lighting.as_ref().map(|lighting| lighting.ambient));
-    out.write_all(syntax.head(view, size, color_of(0)).as_bytes())?;
+    out.write_all(syntax.head(view, [*width, *height], scene.background).as_bytes())?;
     let reach = reach(scene, view.position);
     for lamp in lighting.iter().flat_map(|lighting| &lighting.lamps) {
         let line = match lamp.origin {
@@ -95,7 +92,7 @@ pub fn write(
     }
     for (id, object) in scene.objects() {
         let name = scene.name(id);
-        writeln!(out, "{}", syntax.object(id, name, object, color_of(id)))?;
+        writeln!(out, "{}", syntax.object(id, name, object, scene.color(id)))?;
     }
     out.write_all(syntax.end().as_bytes())
 }
