@@ -19,7 +19,7 @@ use kugelblitz::shade::{Background, Encoding, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::{Error, Session};
 use kugelblitz_judge::export::{self, Language};
-use kugelblitz_judge::figure::svg_of_colorings;
+use kugelblitz_judge::figure::legend_svg;
 use kugelblitz_judge::show::{self, Entry, Show};
 use kugelblitz_judge::verify::{Verification, Verified};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
@@ -287,7 +287,7 @@ impl Scene {
 
     /// Which colours stand for which numbers: a `Drawing`, or `None` where nothing is coloured by numbers.
     fn legend<'py>(&self, py: Python<'py>) -> PyResult<Given<'py>> {
-        svg_of_colorings(self.colorings()).map(|svg| drawing(py, svg)).transpose()
+        legend_svg(self.colorings()).map(|svg| drawing(py, svg)).transpose()
     }
 
     /// One hash of what the scene holds, but for its camera, size, samples and names: pictures tell it in their
