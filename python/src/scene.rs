@@ -25,7 +25,6 @@ use kugelblitz_judge::verify::{Verification, Verified};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use serde_json::json;
 
 use crate::argument::{Crop, Pixel, Samples, Size, camera_of, named, one_ray, pixels_of, rays_of};
 use crate::camera::{Camera, FRAMING, framing};
@@ -308,10 +307,7 @@ impl Scene {
         let has_camera = camera.is_some() || self.of.camera.is_some();
         let pixels = has_camera.then(|| pixels_of(&self.of, camera, size, None)).transpose()?;
         let cost = work::run(py, |control| Cost::new(&self.of, pixels.as_ref(), control))?;
-        let dict = to_python(py, &cost)?;
-        let objects = json!({ "spheres": self.n_spheres(), "planes": self.n_planes() });
-        dict.set_item("objects", to_python(py, &objects)?)?;
-        Ok(dict)
+        to_python(py, &cost)
     }
 
     /// Writes the scene for another renderer: `language` is "pov" (POV-Ray) or "tachyon". Returns the command

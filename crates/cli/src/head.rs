@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use kugelblitz::cost::ObjectCounts;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::AdapterFacts;
 use kugelblitz::output::{self, OutputFile};
@@ -12,7 +13,6 @@ use kugelblitz::shade::ColorCounts;
 use kugelblitz::trace::StageCounts;
 use kugelblitz::words::{duration, joined};
 use kugelblitz::{Error, Making, Result, Session};
-use kugelblitz_judge::compare::ObjectCounts;
 use serde::{Serialize, Serializer};
 
 use crate::output::{json, ms, objects, print, print_text};
