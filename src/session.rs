@@ -10,7 +10,7 @@ use crate::digest::{Digest, scene_hash};
 use crate::error::Result;
 use crate::memory::{self, Available};
 use crate::output::{self, OutputFile};
-use crate::picture::{Format, Metadata, PictureOptions, PictureWriter, Provenance, Sink};
+use crate::picture::{Format, Metadata, PictureOptions, PictureWriter, Sink};
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, View};
 use crate::render::{
@@ -333,14 +333,8 @@ impl Session {
         let hashed = self.hashed.take_if(|(scene, _)| Arc::ptr_eq(scene, &self.scene));
         let new = || (Arc::clone(&self.scene), scene_hash(&self.scene));
         let (_, scene) = self.hashed.insert(hashed.unwrap_or_else(new));
-        Metadata::new(&Provenance {
-            scene,
-            camera: self.camera.as_ref(),
-            pixels,
-            kernel: self.kernel,
-            n_samples: plan.n_samples,
-            epsilon: plan.epsilon,
-        })
+        let Plan { n_samples, epsilon, .. } = *plan;
+        Metadata::new(scene, self.camera.as_ref(), pixels, self.kernel, n_samples, epsilon)
     }
 
     /// The [`Digest`] of a picture with `n_samples` × `n_samples` samples a pixel, made band by band. It is the

@@ -22,27 +22,17 @@ const SIZE: &str = "kugelblitz.size";
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Metadata(Vec<(String, String)>);
 
-/// How a picture is made.
-#[derive(Clone, Copy, Debug)]
-pub struct Provenance<'a> {
-    /// The scene's hash, see [`crate::digest::scene_hash`].
-    pub scene: &'a str,
-    /// The camera, if the scene or the caller named one.
-    pub camera: Option<&'a Camera>,
-    /// The pixels.
-    pub pixels: &'a Pixels,
-    /// The kernel.
-    pub kernel: Kernel,
-    /// Samples across and down a pixel.
-    pub n_samples: Samples,
-    /// How far from a surface shadow rays start.
-    pub epsilon: f64,
-}
-
 impl Metadata {
-    /// What is to be said of a picture.
-    pub fn new(origin: &Provenance) -> Metadata {
-        let Provenance { scene, camera, pixels, kernel, n_samples, epsilon } = *origin;
+    /// What is to be said of a picture: `scene` is the scene's hash, see [`crate::digest::scene_hash`], `camera` the one
+    /// that the scene or the caller named, and shadow rays start `epsilon` from a surface.
+    pub fn new(
+        scene: &str,
+        camera: Option<&Camera>,
+        pixels: &Pixels,
+        kernel: Kernel,
+        n_samples: Samples,
+        epsilon: f64,
+    ) -> Metadata {
         let Pixels { view, image_width, image_height, x, y, width, height } = *pixels;
         let mut texts = Metadata::default();
         texts.add("scene", scene);

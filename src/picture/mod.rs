@@ -26,7 +26,7 @@ use crate::rays::Pixels;
 use crate::shade::{Colors, Encoding};
 use crate::trace::{Coverage, Hits, Wants};
 pub use format::{ChannelBits, Format};
-pub use metadata::{Metadata, Provenance};
+pub use metadata::Metadata;
 pub use png::rgb8_file;
 pub use rays::{STDIN, hit_records, read_rays, write_hits};
 pub use read::{Channel, ChannelFacts, ChannelValues, Image, ImageFacts, read_bytes, read_image};
