@@ -87,15 +87,12 @@ pub fn session(
 
 /// The device for one kernel of several: the CPU, with a warning, where this can't run it.
 pub fn or_cpu<'a>(device: &'a Device, kernel: Kernel, run: &Run) -> &'a Device {
-    match device {
-        Device::Gpu(gpu) => match gpu.facts.check_kernel(kernel) {
-            Ok(()) => device,
-            Err(reason) => {
-                run.warn(&format!("`{}` on the CPU alone: {reason}", kernel.name()));
-                &Device::Cpu
-            }
-        },
-        Device::Cpu => device,
+    match device.facts().map(|facts| facts.check_kernel(kernel)) {
+        Some(Err(reason)) => {
+            run.warn(&format!("`{}` on the CPU alone: {reason}", kernel.name()));
+            &Device::Cpu
+        }
+        _ => device,
     }
 }
 
