@@ -115,8 +115,8 @@ pub(crate) struct Array<R: Read> {
 pub(crate) struct Rows<R: Read> {
     /// Rows.
     pub n_rows: usize,
-    /// The file.
-    array: Array<R>,
+    /// The file, whose header has the numbers of a row as cells, in their order.
+    pub array: Array<R>,
     /// Bytes of a row, or of a number where each column stands by itself.
     n_bytes_at_once: usize,
 }
@@ -232,11 +232,6 @@ impl<R: Read> Array<R> {
 }
 
 impl<R: Read> Rows<R> {
-    /// What the file says, with the numbers of a row as cells, in their order.
-    pub fn header(&self) -> &Header {
-        &self.array.header
-    }
-
     /// Room for one `T` a row.
     ///
     /// # Errors
@@ -264,12 +259,12 @@ impl<R: Read> Rows<R> {
         wanted: &[(usize, T)],
         mut put: impl FnMut(usize, T, f64),
     ) -> Result<()> {
-        let &Header { cells: ref all, is_fortran, .. } = self.header();
+        let Header { cells: all, is_fortran, .. } = &self.array.header;
         let cells_of = |is_in: &dyn Fn(usize) -> bool| -> Vec<(Cell, T)> {
             let wanted = wanted.iter().filter(|(column, _)| is_in(*column));
             wanted.map(|(column, what)| (all[*column].clone(), *what)).collect()
         };
-        let passes = if is_fortran {
+        let passes = if *is_fortran {
             (0..all.len()).map(|i| cells_of(&|column| column == i)).collect()
         } else {
             vec![cells_of(&|_| true)]

@@ -29,7 +29,7 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
         return Err(not_numbers);
     }
     let n_record_bytes = array.element_bytes()?;
-    let cells = array.header.cells.clone();
+    let cells = &array.header.cells;
     if n_inner == 0 || n_inner.max(cells.len()) > MAX_CHANNELS || cells.is_empty() {
         return Err(array.wrong(format!("it has no numbers, or too many of a pixel; {expected}")));
     }
