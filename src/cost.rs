@@ -18,6 +18,8 @@ use crate::trace::Kernel;
 /// What a scene holds and costs.
 #[derive(Clone, Debug, Serialize)]
 pub struct Cost {
+    /// The objects.
+    pub objects: ObjectCounts,
     /// What lights the objects; `None` where they have their colours as they are.
     pub light: Option<LightOf>,
     /// Samples across and down a pixel.
@@ -32,6 +34,20 @@ pub struct Cost {
     pub hierarchy: Option<Built>,
     /// The cost of a picture; `None` without a camera.
     pub picture: Option<PictureCost>,
+}
+
+/// The objects of a scene.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ObjectCounts {
+    spheres: usize,
+    planes: usize,
+}
+
+impl ObjectCounts {
+    /// Counts the objects of `scene`.
+    pub fn of(scene: &Scene) -> ObjectCounts {
+        ObjectCounts { spheres: scene.spheres.len(), planes: scene.planes.len() }
+    }
 }
 
 /// What lights the objects.
@@ -119,6 +135,7 @@ impl Cost {
             first_id: cloud.first_id,
         };
         Ok(Cost {
+            objects: ObjectCounts::of(scene),
             light: LightOf::of(scene),
             samples: samples.across(),
             clouds: scene.clouds.iter().map(file).collect(),

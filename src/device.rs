@@ -16,7 +16,7 @@ use crate::trace::Wants;
 use crate::tracer::Tracer;
 
 #[cfg(feature = "gpu")]
-pub use choice::{ADAPTER_VARIABLE, DeviceChoice, open, rays_of_picture, why_auto_takes_the_cpu};
+pub use choice::{ADAPTER_VARIABLE, DeviceChoice, rays_of_picture, why_auto_takes_the_cpu};
 
 /// The place where rays are traced.
 #[derive(Clone)]

@@ -36,8 +36,8 @@ use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 
 use crate::error::{Result, wrong_usage};
+use crate::picture::Sink;
 use crate::rays::Pixels;
-use crate::render::Sink;
 use crate::scene::{Color, Light, Samples, Scene, Source};
 use crate::shade::{Colors, Framebuffer};
 use crate::trace::Hits;

@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::memory;
 use crate::plain::Shown;
 use crate::trace::{Coverage, Hits};
+use crate::words::joined;
 
 /// The layout of one record of a structured array of hits: `id` (u4), `t` (f4), `normal` (3f4),
 /// then what is asked for. Fields follow each other without padding, in this machine's byte order,
@@ -114,8 +115,8 @@ pub(crate) struct Array<R: Read> {
 pub(crate) struct Rows<R: Read> {
     /// Rows.
     pub n_rows: usize,
-    /// The file.
-    array: Array<R>,
+    /// The file, whose header has the numbers of a row as cells, in their order.
+    pub array: Array<R>,
     /// Bytes of a row, or of a number where each column stands by itself.
     n_bytes_at_once: usize,
 }
@@ -231,11 +232,6 @@ impl<R: Read> Array<R> {
 }
 
 impl<R: Read> Rows<R> {
-    /// What the file says, with the numbers of a row as cells, in their order.
-    pub fn header(&self) -> &Header {
-        &self.array.header
-    }
-
     /// Room for one `T` a row.
     ///
     /// # Errors
@@ -263,14 +259,15 @@ impl<R: Read> Rows<R> {
         wanted: &[(usize, T)],
         mut put: impl FnMut(usize, T, f64),
     ) -> Result<()> {
-        let &Header { cells: ref all, is_fortran, .. } = self.header();
+        let Header { cells: all, is_fortran, .. } = &self.array.header;
         let cells_of = |is_in: &dyn Fn(usize) -> bool| -> Vec<(Cell, T)> {
             let wanted = wanted.iter().filter(|(column, _)| is_in(*column));
             wanted.map(|(column, what)| (all[*column].clone(), *what)).collect()
         };
-        let passes = match is_fortran {
-            true => (0..all.len()).map(|i| cells_of(&|column| column == i)).collect(),
-            false => vec![cells_of(&|_| true)],
+        let passes = if *is_fortran {
+            (0..all.len()).map(|i| cells_of(&|column| column == i)).collect()
+        } else {
+            vec![cells_of(&|_| true)]
         };
         let mut bytes = vec![0; self.n_bytes_at_once];
         for cells in passes {
@@ -408,7 +405,7 @@ impl Header {
         let field = |cell: &Cell| format!("('{}', '{}')", cell.name(), cell.type_name);
         match &self.cells[..] {
             [cell] if !self.is_structured => format!("'{}'", cell.type_name),
-            cells => format!("[{}]", cells.iter().map(field).collect::<Vec<_>>().join(", ")),
+            cells => format!("[{}]", joined(cells.iter().map(field), ", ")),
         }
     }
 }

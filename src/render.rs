@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::memory::Available;
-use crate::picture::{Format, PictureOptions, writer_bytes};
+use crate::picture::{Format, PictureOptions, Sink, writer_bytes};
 use crate::rays::Pixels;
 use crate::scene::Samples;
 use crate::shade::{Background, ColorCounts, Encoding, Framebuffer, Painter, Palette, Style};
@@ -148,15 +148,6 @@ pub struct Rendered {
     pub shade: Duration,
     /// Time for encoding and writing.
     pub write: Duration,
-}
-
-/// Takes the bands of a picture, from top to bottom.
-pub trait Sink {
-    /// Takes the next `n_rows` rows.
-    ///
-    /// # Errors
-    /// Those of the sink.
-    fn band(&mut self, rows: &Framebuffer, n_rows: u32) -> Result<()>;
 }
 
 /// Keeps the picture in memory.

@@ -10,12 +10,10 @@ use crate::digest::{Digest, scene_hash};
 use crate::error::Result;
 use crate::memory::{self, Available};
 use crate::output::{self, OutputFile};
-use crate::picture::{Format, Metadata, PictureOptions, PictureWriter};
+use crate::picture::{Format, Metadata, PictureOptions, PictureWriter, Sink};
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, View};
-use crate::render::{
-    Plan, Rendered, Sink, band_bytes, hits_bytes, plan, render, sampled_band_rows,
-};
+use crate::render::{Plan, Rendered, band_bytes, hits_bytes, plan, render, sampled_band_rows};
 use crate::scene::{Camera, Samples, Scene};
 use crate::shade::{Encoding, Framebuffer, Painter, Pixel, Style};
 use crate::trace::{Hits, Kernel, Rays, Timing, Wants};

@@ -1,6 +1,6 @@
 //! Numbers, counts and sizes as words, and names that are nearly right.
 
-use std::borrow::Cow;
+use std::borrow::{Borrow, Cow};
 use std::time::Duration;
 
 /// Bytes of the longest name that may be a misspelling.
@@ -40,6 +40,11 @@ pub fn cut(text: &str, n_chars: usize) -> Cow<'_, str> {
 /// `1 plane`, `2 planes`
 pub fn count(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
+/// All texts, with another one between each two of them.
+pub fn joined(texts: impl IntoIterator<Item: Borrow<str>>, between: &str) -> String {
+    texts.into_iter().collect::<Vec<_>>().join(between)
 }
 
 /// `a`, `a and b`, `a, b and c`

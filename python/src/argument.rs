@@ -78,10 +78,10 @@ fn parts<'py, T: FromPyObjectOwned<'py>, const N: usize>(
     given: &Bound<'py, PyAny>,
 ) -> PyResult<[T; N]> {
     let wrong = || PyTypeError::new_err(format!("{name}: it is {what}, whole numbers"));
-    match given.is_instance_of::<PyBytes>() || given.is_instance_of::<PyByteArray>() {
-        true => Err(wrong()),
-        false => given.extract().map_err(|_| wrong()),
+    if given.is_instance_of::<PyBytes>() || given.is_instance_of::<PyByteArray>() {
+        return Err(wrong());
     }
+    given.extract().map_err(|_| wrong())
 }
 
 /// Numbers that lie one behind the other.

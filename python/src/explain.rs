@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use kugelblitz::device::Device;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Rays};
 use kugelblitz_judge::explain::{self, Lang, latex, text};
@@ -77,10 +76,7 @@ pub fn explained(
     let of = work::run(py, |control| {
         let mut of = explain::explain(scene, ray, &style)?;
         control.check()?;
-        of.add_device(scene, ray, |prepared, wants| match &devices[&prepared.kernel] {
-            device @ Device::Gpu(_) => Ok(Some(device.tracer(prepared, wants)?.tracer)),
-            Device::Cpu => Ok(None),
-        })?;
+        of.add_device(scene, ray, |kernel| &devices[&kernel])?;
         Ok(of)
     })?;
     Ok(Explanation { of })

@@ -32,9 +32,10 @@ pub fn state_of<'py>(py: Python<'py>, scene: &Scene) -> PyResult<State<'py>> {
         .filter_map(|index| Some((index as u32, spheres.name(index)?.to_string())));
     let names = if spheres.has_names() { names.collect() } else { HashMap::new() };
     let of_all = spheres.color(0).unwrap_or(Spheres::COLOR);
-    let colors = match spheres.colors().all(|color| color == of_all) {
-        true => PyArray1::from_slice(py, &of_all.0).into_any(),
-        false => scene.colors(py)?.into_any(),
+    let colors = if spheres.colors().all(|color| color == of_all) {
+        PyArray1::from_slice(py, &of_all.0).into_any()
+    } else {
+        scene.colors(py)?.into_any()
     };
     let colorings = scene.colorings().map(|coloring| {
         let Coloring { column, map, range, missing_color, n_missing } = coloring;

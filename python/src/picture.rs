@@ -9,9 +9,9 @@ use kugelblitz::control::Control;
 use kugelblitz::digest::Digest;
 use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
-use kugelblitz::picture::{ChannelBits, Format, Image, PictureOptions, PictureWriter};
+use kugelblitz::picture::{ChannelBits, Format, Image, PictureOptions, PictureWriter, Sink};
 use kugelblitz::rays::Pixels;
-use kugelblitz::render::{Plan, Sink, n_steps, plan};
+use kugelblitz::render::{Plan, n_steps, plan};
 use kugelblitz::scene::Camera;
 use kugelblitz::shade::{Background, Colors, Encoding, Framebuffer, Style};
 use kugelblitz::trace::{Hits, Kernel, Wants};
@@ -266,12 +266,11 @@ impl Picture {
         let n_steps = n_steps(&self.pixels, self.style.n_samples, self.scene.get().of.is_lit());
         self.run(py, (progress, n_steps), |session, control| {
             let file = OutputFile::create(&path, format.needs_seek())?;
-            let file = match plan.style == self.style {
-                true => self.write(session, &plan, file, path.clone())?,
-                false => {
-                    session.set_camera(self.camera.clone());
-                    session.draw(&self.pixels, &plan, file, control)?.1
-                }
+            let file = if plan.style == self.style {
+                self.write(session, &plan, file, path.clone())?
+            } else {
+                session.set_camera(self.camera.clone());
+                session.draw(&self.pixels, &plan, file, control)?.1
             };
             output::commit([file], control)
         })

@@ -35,8 +35,7 @@ pub fn device(
     if let Some(device) = OPEN.with(py, |open| open.get(&key).cloned()) {
         return Ok(device);
     }
-    let (device, why) =
-        py.detach(|| choice.open(kernel, n_spheres, n_rays)).map_err(error::of("device"))?;
+    let (device, why) = py.detach(|| choice.open(Some(kernel))).map_err(error::of("device"))?;
     if let Some(why) = why {
         error::warn::<PyRuntimeWarning>(py, &format!("tracing on the CPU: {why}"))?;
     }

@@ -12,23 +12,19 @@ use kugelblitz::digest::scene_hash;
 use kugelblitz::generate::{Distribution, Recipe};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::hit_records;
-use kugelblitz::rays::Pixels;
 use kugelblitz::render::n_steps;
 use kugelblitz::scene::schema::{self, CloudKeys};
-use kugelblitz::scene::{
-    self, Coloring, SceneOverrides, compose_scene, is_cloud_file, parse_scene, read_scene_with,
-};
+use kugelblitz::scene::{self, Coloring, SceneOverrides, compose_scene, parse_scene};
 use kugelblitz::shade::{Background, Encoding, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::{Error, Session};
 use kugelblitz_judge::export::{self, Language};
-use kugelblitz_judge::figure::svg_of_colorings;
+use kugelblitz_judge::figure::legend_svg;
 use kugelblitz_judge::show::{self, Entry, Show};
 use kugelblitz_judge::verify::{Verification, Verified};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use serde_json::json;
 
 use crate::argument::{Crop, Pixel, Samples, Size, camera_of, named, one_ray, pixels_of, rays_of};
 use crate::camera::{Camera, FRAMING, framing};
@@ -178,21 +174,18 @@ impl Scene {
     ) -> PyResult<Scene> {
         let known = [&OF_DATA[..], &FRAMING].concat();
         let keys = Keywords::new(py, keys, &known)?;
-        let overrides = SceneOverrides {
+        let mut overrides = SceneOverrides {
             cloud: section(&keys.lines(&keys_of::<CloudKeys>())?)?,
             samples: keys.value("samples", schema::samples)?,
             ..framing(view, &keys)?
         };
         // A file that needs nothing of this is only read: it may be of rays alone.
-        let is_as_written = overrides == SceneOverrides::default() && !is_cloud_file(&path);
-        let read = |control: &Control| match is_as_written {
-            true => read_scene_with(&path, control),
-            false => {
-                let composed = compose_scene(&path, &overrides, control)?;
-                let mut scene = composed.scene;
-                scene.notes.extend(composed.notes);
-                Ok(scene)
-            }
+        overrides.needs_camera = overrides != SceneOverrides::default();
+        let read = |control: &Control| {
+            let composed = compose_scene(&path, &overrides, control)?;
+            let mut scene = composed.scene;
+            scene.notes.extend(composed.notes);
+            Ok(scene)
         };
         if let Err(missing) = std::fs::metadata(&path) {
             return Err(exception(Error::Io { path, source: missing }, ""));
@@ -293,7 +286,7 @@ impl Scene {
 
     /// Which colours stand for which numbers: a `Drawing`, or `None` where nothing is coloured by numbers.
     fn legend<'py>(&self, py: Python<'py>) -> PyResult<Given<'py>> {
-        svg_of_colorings(self.colorings()).map(|svg| drawing(py, svg)).transpose()
+        legend_svg(self.colorings()).map(|svg| drawing(py, svg)).transpose()
     }
 
     /// One hash of what the scene holds, but for its camera, size, samples and names: pictures tell it in their
@@ -314,10 +307,7 @@ impl Scene {
         let has_camera = camera.is_some() || self.of.camera.is_some();
         let pixels = has_camera.then(|| pixels_of(&self.of, camera, size, None)).transpose()?;
         let cost = work::run(py, |control| Cost::new(&self.of, pixels.as_ref(), control))?;
-        let dict = to_python(py, &cost)?;
-        let objects = json!({ "spheres": self.n_spheres(), "planes": self.n_planes() });
-        dict.set_item("objects", to_python(py, &objects)?)?;
-        Ok(dict)
+        to_python(py, &cost)
     }
 
     /// Writes the scene for another renderer: `language` is "pov" (POV-Ray) or "tachyon". Returns the command
@@ -332,14 +322,13 @@ impl Scene {
         size: Option<Size>,
     ) -> PyResult<String> {
         let language = named("language", language, Language::ALL, Language::name)?;
-        let Pixels { view, width, height, .. } = pixels_of(&self.of, camera, size, None)?;
+        let pixels = pixels_of(&self.of, camera, size, None)?;
         work::run(py, |control| {
             let mut file = OutputFile::create(&path, false)?;
-            export::write(language, &self.of, &view, [width, height], &mut file)
-                .map_err(Error::io(&path))?;
+            export::write(language, &self.of, &pixels, &mut file).map_err(Error::io(&path))?;
             output::commit([file], control)
         })?;
-        Ok(language.command(&path.display().to_string(), [width, height]))
+        Ok(language.command(&path.display().to_string(), [pixels.width, pixels.height]))
     }
 
     /// One ray in numbers: of the pixel (column, row) of the camera's picture, or of `ray`, (origin, direction).

@@ -56,10 +56,10 @@ impl<'py> Keywords<'py> {
         given.extract().map(Some).map_err(|error: T::Error| {
             let (error, py): (PyErr, _) = (error.into(), given.py());
             let said = error.value(py).to_string();
-            match said.starts_with(name) {
-                true => error,
-                false => PyErr::from_type(error.get_type(py), format!("{name}: {said}")),
+            if said.starts_with(name) {
+                return error;
             }
+            PyErr::from_type(error.get_type(py), format!("{name}: {said}"))
         })
     }
 

@@ -123,9 +123,8 @@ fn work_beside<T: Send>(
     let (pool, control) = (pool(py)?, Control::default());
     let helper = py.import("kugelblitz._progress")?;
     let progress = helper.call_method1("steps", (progress, steps.unit()))?.unbind();
-    let report = |py: Python<'_>, done: (u64, u64)| match progress.is_none(py) {
-        true => Ok(()),
-        false => progress.call1(py, done).map(drop),
+    let report = |py: Python<'_>, done: (u64, u64)| {
+        if progress.is_none(py) { Ok(()) } else { progress.call1(py, done).map(drop) }
     };
     let look =
         || Python::attach(|py| py.check_signals().and_then(|()| report(py, steps.done(&control))));

@@ -66,22 +66,20 @@ impl DeviceChoice {
         self.is_free().then(|| why_auto_takes_the_cpu(kernel, n_spheres, n_rays)).flatten()
     }
 
-    /// The device for so many rays into so many spheres. `auto` takes the CPU where no adapter runs the
-    /// kernel; the text says why.
+    /// The device, which runs `kernel` where one is given, and has looked at its arithmetic: what that can't bind, no
+    /// kernel can. `auto` takes the CPU where there is no such adapter; the text says why.
     ///
     /// # Errors
-    /// Those of [`Gpu::open`]; [`Error::NoAdapter`] for a kernel that the device can't run.
-    pub fn open(
-        &self,
-        kernel: Kernel,
-        n_spheres: usize,
-        n_rays: usize,
-    ) -> Result<(Device, Option<String>)> {
+    /// Those of [`Gpu::open`] and [`Gpu::arithmetic`]; [`Error::NoAdapter`] for a kernel that the device can't run.
+    pub fn open(&self, kernel: Option<Kernel>) -> Result<(Device, Option<String>)> {
         let Some(name) = self.adapter() else { return Ok((Device::Cpu, None)) };
-        if self.why_the_cpu(kernel, n_spheres, n_rays).is_some() {
-            return Ok((Device::Cpu, None));
-        }
-        match open(&name, Some(kernel)) {
+        let open = || {
+            let gpu = Gpu::open(&name)?;
+            kernel.map_or(Ok(()), |kernel| gpu.facts.check_kernel(kernel))?;
+            gpu.arithmetic()?;
+            Ok(gpu)
+        };
+        match open() {
             Ok(gpu) => Ok((Device::Gpu(gpu.into()), None)),
             Err(Error::NoAdapter(why) | Error::TooLarge(why)) if *self == DeviceChoice::Auto => {
                 Ok((Device::Cpu, Some(why)))
@@ -95,19 +93,6 @@ impl DeviceChoice {
 /// there is no GPU in hardware, and the CPU is quicker than a device in software.
 pub fn why_auto_takes_the_cpu(kernel: Kernel, n_spheres: usize, n_rays: usize) -> Option<String> {
     why_the_cpu(kernel, n_spheres, n_rays).filter(|_| has_software_alone())
-}
-
-/// Opens a device with `name` in its name that runs `kernel`, and has looked at its arithmetic: what that can't bind, no kernel can.
-///
-/// # Errors
-/// Those of [`Gpu::open`] and [`Gpu::arithmetic`]; [`Error::NoAdapter`] for a kernel that it can't run.
-pub fn open(name: &str, kernel: Option<Kernel>) -> Result<Gpu> {
-    let gpu = Gpu::open(name)?;
-    if let Some(kernel) = kernel {
-        gpu.facts.check_kernel(kernel)?;
-    }
-    gpu.arithmetic()?;
-    Ok(gpu)
 }
 
 /// Rays of a kernel without a proof from which on a device in software makes up for the time that it
@@ -158,8 +143,11 @@ mod tests {
         assert!(takes_cpu(Kernel::Certified, 2, MANY_RAYS));
         assert!(takes_cpu(Kernel::Certified, FEW_SPHERES + 1, usize::MAX));
 
-        let opened =
-            |choice: DeviceChoice, n_rays| choice.open(Kernel::Stable, 0, n_rays).unwrap().0.kind();
+        let opened = |choice: DeviceChoice, n_rays| {
+            let kernel = Kernel::Stable;
+            let why = choice.why_the_cpu(kernel, 0, n_rays);
+            why.map_or_else(|| choice.open(Some(kernel)).unwrap().0, |_| Device::Cpu).kind()
+        };
         let by_default = if has_software_alone() { "cpu" } else { "gpu" };
         if DeviceChoice::Auto.is_free() {
             assert_eq!(opened(DeviceChoice::Auto, 1), by_default);

@@ -23,7 +23,6 @@ use std::path::PathBuf;
 use crate::error::{Error, Result, wrong_usage};
 use crate::plain::Shown;
 use crate::rays::Pixels;
-use crate::render::Sink;
 use crate::shade::{Colors, Encoding, Framebuffer};
 use crate::trace::{Coverage, Wants};
 pub use format::{ChannelBits, Format};
@@ -108,11 +107,20 @@ pub fn writer_bytes(
     Ok(u64::try_from(band_bytes).unwrap_or(u64::MAX))
 }
 
+/// Takes the bands of a picture, from top to bottom.
+pub trait Sink {
+    /// Takes the next `n_rows` rows.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    fn band(&mut self, rows: &Framebuffer, n_rows: u32) -> Result<()>;
+}
+
 /// Writes one picture, band by band, from top to bottom.
 ///
 /// ```
 /// # use kugelblitz::rays::{Pixels, View};
-/// # use kugelblitz::{glam::DVec3, picture::*, render::Sink, scene::Camera, trace::Hits};
+/// # use kugelblitz::{glam::DVec3, picture::*, scene::Camera, trace::Hits};
 /// # use kugelblitz::shade::{Colors, Framebuffer};
 /// # fn main() -> kugelblitz::Result<()> {
 /// let view = View::new(&Camera::new(DVec3::Z, DVec3::ZERO));
@@ -247,9 +255,10 @@ impl<W: Write + Seek> PictureWriter<W> {
             ));
         }
         if coverage.is_some() != self.is_transparent {
-            return self.wrong(match self.is_transparent {
-                true => "the picture is transparent; give its rows with their coverage",
-                false => "the picture is not transparent; give its rows without a coverage",
+            return self.wrong(if self.is_transparent {
+                "the picture is transparent; give its rows with their coverage"
+            } else {
+                "the picture is not transparent; give its rows without a coverage"
             });
         }
         if let Some(Coverage { n_hits, n_samples }) = coverage

@@ -35,11 +35,11 @@ pub struct Composed {
     image: ImageKeys,
 }
 
-/// Reads the scene or the data at `path` with these options. Where there is no camera, one is placed so
-/// that it frames all spheres.
+/// Reads the scene or the data at `path` with these options. `control` counts the bytes of data, and can stop the reading.
+/// Where data, or a scene of which anything is asked, have no camera, one is placed so that it frames all spheres.
 ///
 /// # Errors
-/// Those of [`super::read_scene_with`]; [`Error::Usage`] for options that can't be.
+/// Those of [`super::read_scene`]; [`Error::Usage`] for options that can't be; [`Error::Interrupted`].
 pub fn compose_scene(
     path: &Path,
     overrides: &SceneOverrides,
@@ -65,7 +65,8 @@ fn compose(reader: Reader, path: &Path, overrides: &SceneOverrides) -> Result<Co
     let of_data = is_cloud_file(path);
     let mut text = if of_data { OF_DATA.to_owned() } else { reader.text(path)? };
     let mut notes = Vec::new();
-    let mut scene = if !of_data && overrides.leave_the_text() {
+    let is_as_written = !of_data && overrides.leave_the_text();
+    let mut scene = if is_as_written {
         reader.parse(&text, path)?.0
     } else {
         // What is wrong in the text itself, the reader tells.
@@ -84,7 +85,8 @@ fn compose(reader: Reader, path: &Path, overrides: &SceneOverrides) -> Result<Co
         let help = "give a row or a line for each sphere";
         return Err(SceneError::whole_file(path, "there is no sphere in it", help).into());
     }
-    if scene.camera.is_none() || overrides.frame() {
+    let lacks_camera = scene.camera.is_none() && (overrides.needs_camera || !is_as_written);
+    if lacks_camera || overrides.frame() {
         let camera = place_camera(&scene, overrides, path, reader.control)?;
         let mut document = SceneDocument::new(&text, path)?;
         document.set_camera(&camera);

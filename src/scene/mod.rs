@@ -41,7 +41,7 @@ pub use legend::Coloring;
 pub use light::{Light, Sky, Source};
 pub(crate) use open::Watched;
 pub use overrides::{SceneOverrides, Viewpoint};
-pub use read::{parse_scene, read_scene, read_scene_text, read_scene_with};
+pub use read::{parse_scene, read_scene, read_scene_text};
 pub use samples::Samples;
 pub(crate) use save::{CloudRow, write_rows};
 pub use shipped::SHIPPED_SCENES;

@@ -18,6 +18,8 @@ pub struct SceneOverrides {
     /// Directions around `up` that the camera is turned to, all of which are to see everything; 0 and 1
     /// are one picture.
     pub n_turns: u32,
+    /// True where a scene without a camera gets one that frames everything, though nothing else is asked for.
+    pub needs_camera: bool,
     /// Keys of the camera.
     pub camera: CameraKeys,
     /// Columns and rows.
@@ -129,10 +131,11 @@ pub(super) fn usual_up(from: DVec3, usual: DVec3) -> DVec3 {
 }
 
 impl SceneOverrides {
-    /// True where the file's own text is what is wanted, but for size and samples.
+    /// True where the file's own text is what is wanted, but for size and samples and perhaps a camera.
     pub(super) fn leave_the_text(&self) -> bool {
-        let SceneOverrides { size, samples, n_turns, .. } = *self;
-        *self == SceneOverrides { size, samples, n_turns, ..SceneOverrides::default() }
+        let SceneOverrides { size, samples, n_turns, needs_camera, .. } = *self;
+        let rest = SceneOverrides::default();
+        *self == SceneOverrides { size, samples, n_turns, needs_camera, ..rest }
     }
 
     /// True where the camera's place is chosen so that everything is in the picture.

@@ -28,16 +28,7 @@ use crate::rays::View;
 /// [`Error::Scene`](crate::Error::Scene) for everything wrong in the file or a cloud,
 /// [`Error::TooLarge`](crate::Error::TooLarge) for more spheres than have an id or fit the memory.
 pub fn read_scene(path: &Path) -> Result<Scene> {
-    read_scene_with(path, &Control::default())
-}
-
-/// Reads and checks a scene file as [`read_scene`] does; `control` counts the bytes of the clouds and can stop the reading.
-///
-/// # Errors
-/// [`Error::Interrupted`](crate::Error::Interrupted) as well.
-pub fn read_scene_with(path: &Path, control: &Control) -> Result<Scene> {
-    let reader = Reader::new(control);
-    Ok(reader.parse(&reader.text(path)?, path)?.0)
+    parse_scene(&read_scene_text(path)?, path)
 }
 
 /// Bytes of memory for each byte of a scene file while it is parsed. Measured for TOML alone: 45 for spheres, 95 for

@@ -12,7 +12,7 @@ use super::schema::{
 use super::sniff::look_of_text;
 use crate::error::SceneError;
 use crate::plain::Shown;
-use crate::words::did_you_mean;
+use crate::words::{did_you_mean, joined};
 
 pub type Checked<T> = std::result::Result<T, Box<SceneError>>;
 
@@ -52,7 +52,7 @@ pub(super) fn read_table<S: Section>(table: &DeTable, span: Range<usize>) -> Che
 pub(super) fn lacks<S: Section>(section: &S, names: &[&str]) -> Box<SceneError> {
     let known = |name: &&str| S::INFO.keys.iter().find(|key| key.name == *name);
     let keys: Vec<&Key> = names.iter().filter_map(known).collect();
-    let listed = |each: fn(&&Key) -> String| keys.iter().map(each).collect::<Vec<_>>().join(" or ");
+    let listed = |each: fn(&&Key) -> String| joined(keys.iter().map(each), " or ");
     SceneError::new(
         section.span(""),
         format!(

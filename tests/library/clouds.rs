@@ -5,7 +5,9 @@ use std::fs;
 use glam::DVec3;
 use kugelblitz::Error;
 use kugelblitz::control::Control;
-use kugelblitz::scene::{Color, MAX_OBJECTS, Scene, Sphere, Spheres, read_scene_with};
+use kugelblitz::scene::{
+    Color, MAX_OBJECTS, Scene, SceneOverrides, Sphere, Spheres, compose_scene,
+};
 use kugelblitz_tests::folder::Folder;
 use kugelblitz_tests::npy;
 use rand::{RngExt, SeedableRng};
@@ -102,11 +104,13 @@ fn reading_counts_its_bytes_and_can_be_stopped() {
     for (name, bytes) in files {
         folder.cloud(name, &bytes, "").unwrap();
         let control = Control::default();
-        read_scene_with(&folder.path("scene.toml"), &control).unwrap();
+        let read =
+            || compose_scene(&folder.path("scene.toml"), &SceneOverrides::default(), &control);
+        read().unwrap();
         let n_bytes = bytes.len() as u64;
         assert_eq!(control.bytes(), (n_bytes, n_bytes), "{name}");
         control.cancel();
-        let stopped = read_scene_with(&folder.path("scene.toml"), &control);
+        let stopped = read();
         assert!(matches!(stopped, Err(Error::Interrupted)), "{name}: {stopped:?}");
     }
 }

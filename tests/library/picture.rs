@@ -11,10 +11,9 @@ use image::DynamicImage;
 use kugelblitz::control::Control;
 use kugelblitz::output::{OutputFile, commit};
 use kugelblitz::picture::{
-    ChannelBits, Format, Metadata, PictureOptions, PictureWriter, write_hits,
+    ChannelBits, Format, Metadata, PictureOptions, PictureWriter, Sink, write_hits,
 };
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::render::Sink;
 use kugelblitz::scene::{Camera, Color, Plane, Scene};
 use kugelblitz::shade::{Colors, Encoding, Framebuffer, Palette, Style};
 use kugelblitz::trace::{Coverage, Hits};

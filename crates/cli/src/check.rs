@@ -8,29 +8,20 @@ use kugelblitz::plain::Shown;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz::words::{bytes, count};
-use kugelblitz_judge::compare::ObjectCounts;
-use serde::Serialize;
 
 use crate::args::CheckArgs;
 use crate::head::Done;
 use crate::output::objects;
 use crate::{Run, scene};
 
-#[derive(Serialize)]
-pub struct Summary {
-    objects: ObjectCounts,
-    #[serde(flatten)]
-    cost: Cost,
-}
-
 /// Reads a scene and says what it costs.
-pub fn run(args: &CheckArgs, run: &Run) -> Result<Done<Summary>> {
+pub fn run(args: &CheckArgs, run: &Run) -> Result<Done<Cost>> {
     let scene = args.scene.scene(run)?;
     let pixels = scene.camera.as_ref().map(|_| args.scene.pixels(&scene)).transpose()?;
     let progress = scene::preparing(&scene, Kernel::Certified, run);
     let cost = progress.during(|| Cost::new(&scene, pixels.as_ref(), &run.control))?;
     let words = in_words(args, &scene, &cost);
-    Ok(Done::in_words(Summary { objects: ObjectCounts::of(&scene), cost }, words))
+    Ok(Done::in_words(cost, words))
 }
 
 fn in_words(args: &CheckArgs, scene: &Scene, cost: &Cost) -> String {

@@ -8,7 +8,7 @@ use kugelblitz::gpu::Gpu;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz::words::duration;
-use kugelblitz::{Error, Result, Session};
+use kugelblitz::{Result, Session};
 
 use crate::Run;
 use crate::args::DeviceArgs;
@@ -17,38 +17,35 @@ use crate::quiet::{self, quietly};
 /// Opens what --device asks for. With a `kernel`, the device must be able to run it.
 ///
 /// # Errors
-/// [`Error::NoAdapter`], and [`Error::TooLarge`] within a limit that no driver keeps, but for
-/// `auto`, which then takes the CPU and says so.
+/// Those of [`DeviceChoice::open`].
 pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, run: &Run) -> Result<Device> {
-    let Some(name) = choice.adapter() else { return Ok(Device::Cpu) };
+    if *choice == DeviceChoice::Cpu {
+        return Ok(Device::Cpu);
+    }
     let start = Instant::now();
-    let (opened, noise) = quietly(|| device::open(&name, kernel));
-    let falls_back = *choice == DeviceChoice::Auto;
-    if run.talk.verbose || opened.is_err() && !falls_back {
+    let (opened, noise) = quietly(|| choice.open(kernel));
+    if run.talk.verbose || opened.is_err() && *choice != DeviceChoice::Auto {
         quiet::show(&noise, run.talk.verbose);
     }
-    match opened {
-        Ok(gpu) => {
-            run.note(&format!(
-                "opened {} ({}, {}) in {}",
-                gpu.facts.name,
-                gpu.facts.kind,
-                gpu.facts.driver,
-                duration(start.elapsed())
-            ));
-            if gpu.arithmetic()?.suits_filter() {
-                run.note(&filter_line(&gpu)?)
-            } else {
-                run.warn(&format!("{} (see `kugelblitz probe`)", filter_line(&gpu)?))
-            }
-            Ok(Device::Gpu(Arc::new(gpu)))
-        }
-        Err(Error::NoAdapter(reason) | Error::TooLarge(reason)) if falls_back => {
-            run.warn(&format!("tracing on the CPU: {reason}"));
-            Ok(Device::Cpu)
-        }
-        Err(error) => Err(error),
+    let (device, why) = opened?;
+    if let Some(why) = why {
+        run.warn(&format!("tracing on the CPU: {why}"));
     }
+    if let Device::Gpu(gpu) = &device {
+        run.note(&format!(
+            "opened {} ({}, {}) in {}",
+            gpu.facts.name,
+            gpu.facts.kind,
+            gpu.facts.driver,
+            duration(start.elapsed())
+        ));
+        if gpu.arithmetic()?.suits_filter() {
+            run.note(&filter_line(gpu)?)
+        } else {
+            run.warn(&format!("{} (see `kugelblitz probe`)", filter_line(gpu)?))
+        }
+    }
+    Ok(device)
 }
 
 /// Where the f32 stage of `certified` runs, in a line.
@@ -90,20 +87,19 @@ pub fn session(
 
 /// The device for one kernel of several: the CPU, with a warning, where this can't run it.
 pub fn or_cpu<'a>(device: &'a Device, kernel: Kernel, run: &Run) -> &'a Device {
-    match device {
-        Device::Gpu(gpu) => match gpu.facts.check_kernel(kernel) {
-            Ok(()) => device,
-            Err(reason) => {
-                run.warn(&format!("`{}` on the CPU alone: {reason}", kernel.name()));
-                &Device::Cpu
-            }
-        },
-        Device::Cpu => device,
+    match device.facts().map(|facts| facts.check_kernel(kernel)) {
+        Some(Err(reason)) => {
+            run.warn(&format!("`{}` on the CPU alone: {reason}", kernel.name()));
+            &Device::Cpu
+        }
+        _ => device,
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use kugelblitz::Error;
+
     use super::*;
     use crate::args::TalkArgs;
 

@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use kugelblitz::cost::ObjectCounts;
 use kugelblitz::input::read_text;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::Shown;
@@ -11,7 +12,6 @@ use kugelblitz::render::n_steps;
 use kugelblitz::scene::Samples;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
-use kugelblitz_judge::compare::ObjectCounts;
 use kugelblitz_judge::markup::{document, escaped};
 use serde::Serialize;
 
@@ -130,9 +130,10 @@ pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
         None if n == 1 => format!("{}\n", digests[0].digest),
         None => lines,
     };
-    let summary = match args.check.is_none() && n == 1 {
-        true => Summary::One(digests.remove(0)),
-        false => Summary::Many { digests },
+    let summary = if args.check.is_none() && n == 1 {
+        Summary::One(digests.remove(0))
+    } else {
+        Summary::Many { digests }
     };
     Ok(Done { files, failure, ..Done::in_words(summary, words) })
 }
@@ -160,10 +161,10 @@ fn pictures_of(path: &Path) -> Result<Vec<Picture>> {
         })
     };
     let pictures = (1..).zip(text.lines()).map(picture).collect::<Result<Vec<_>>>()?;
-    match pictures.is_empty() {
-        true => wrong_usage(format!("{}: there is no digest in it", path.shown())),
-        false => Ok(pictures),
+    if pictures.is_empty() {
+        return wrong_usage(format!("{}: there is no digest in it", path.shown()));
     }
+    Ok(pictures)
 }
 
 fn digest(

@@ -1,14 +1,10 @@
 //! `kugelblitz explain`
 
-use std::sync::Arc;
-
 use glam::DVec3;
-use kugelblitz::device::Device;
-use kugelblitz::prepare::Prepared;
+use kugelblitz::cost::ObjectCounts;
 use kugelblitz::rays::Pixels;
 use kugelblitz::trace::{Rays, WorldRay};
 use kugelblitz::{Error, Result};
-use kugelblitz_judge::compare::ObjectCounts;
 use kugelblitz_judge::explain::{DEFAULT_OBJECTS, ExplainStyle, Explanation, explain, latex, text};
 use serde::Serialize;
 
@@ -41,12 +37,7 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<Done<Summary>> {
     let mut explanation = explain(&scene, &rays, &style)?;
     run.control.check()?;
     let device = device::open(&args.device.device, None, run)?;
-    let make = |prepared: &Arc<Prepared>, wants| match device::or_cpu(&device, prepared.kernel, run)
-    {
-        device @ Device::Gpu(_) => Ok(Some(device.tracer(prepared, wants)?.tracer)),
-        Device::Cpu => Ok(None),
-    };
-    explanation.add_device(&scene, &rays, make)?;
+    explanation.add_device(&scene, &rays, |kernel| device::or_cpu(&device, kernel, run))?;
     run.control.check()?;
     let words = if args.latex { latex::latex(&explanation) } else { text::text(&explanation) };
     let (on, objects) = (On::from(&device), ObjectCounts::of(&scene));

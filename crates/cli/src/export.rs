@@ -1,9 +1,8 @@
 //! `kugelblitz export`
 
+use kugelblitz::cost::ObjectCounts;
 use kugelblitz::output::OutputFile;
-use kugelblitz::rays::Pixels;
 use kugelblitz::{Error, Result};
-use kugelblitz_judge::compare::ObjectCounts;
 use kugelblitz_judge::export;
 use serde::Serialize;
 
@@ -34,12 +33,12 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
     run.refuse_sharing_stdout(outputs.into_iter().chain(picture.printed()))?;
     let (scene, composed) = read_composed(&args.scene, &overrides, run)?;
     let printed = picture.print(&composed, &scene, &args.scene)?;
-    let Pixels { view, width, height, .. } = args.size.pixels(&scene, &args.scene)?;
+    let pixels = args.size.pixels(&scene, &args.scene)?;
     scene::refuse_overwriting([output], [&args.scene], &scene)?;
     let mut file = OutputFile::create(output, false)?;
-    let (language, size) = (args.language, [width, height]);
+    let (language, size) = (args.language, [pixels.width, pixels.height]);
     let path = file.path().to_path_buf();
-    export::write(language, &scene, &view, size, &mut file).map_err(Error::io(path))?;
+    export::write(language, &scene, &pixels, &mut file).map_err(Error::io(path))?;
     run.control.check()?;
 
     let command = language.command(&shell_quoted(output), size);

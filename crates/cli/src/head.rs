@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use kugelblitz::cost::ObjectCounts;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::AdapterFacts;
 use kugelblitz::output::{self, OutputFile};
@@ -10,9 +11,8 @@ use kugelblitz::render::Rendered;
 use kugelblitz::scene::Samples;
 use kugelblitz::shade::ColorCounts;
 use kugelblitz::trace::StageCounts;
-use kugelblitz::words::duration;
+use kugelblitz::words::{duration, joined};
 use kugelblitz::{Error, Making, Result, Session};
-use kugelblitz_judge::compare::ObjectCounts;
 use serde::{Serialize, Serializer};
 
 use crate::output::{json, ms, objects, print, print_text};
@@ -210,7 +210,7 @@ impl Times {
     /// `read 1.2 ms, prepare 0.1 ms`
     pub fn in_words(&self) -> String {
         let times = self.0.iter().map(|&(name, time)| format!("{name} {}", duration(time)));
-        times.collect::<Vec<_>>().join(", ")
+        joined(times, ", ")
     }
 }
 

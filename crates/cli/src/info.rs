@@ -7,7 +7,7 @@ use kugelblitz::Result;
 use kugelblitz::picture::{Channel, Image, ImageFacts, read_image};
 use kugelblitz::plain::Shown;
 use kugelblitz::trace::StageCounts;
-use kugelblitz::words::count;
+use kugelblitz::words::{count, joined};
 
 use crate::head::Done;
 
@@ -39,10 +39,10 @@ pub fn run(args: &InfoArgs) -> Result<Done<ImageFacts>> {
     for (name, words) in &image.texts {
         let name = name.strip_prefix("kugelblitz.").unwrap_or(name);
         // `camera = …` says its name itself, as a scene file has it.
-        text += &match words.starts_with(&format!("{name} = ")) {
-            true => format!("{words}\n"),
-            false => format!("{name}: {words}\n"),
-        };
+        if !words.starts_with(&format!("{name} = ")) {
+            text += &format!("{name}: ");
+        }
+        text += &format!("{words}\n");
     }
     if image.texts.is_empty() {
         text += "it says nothing of how it was made\n";
@@ -63,9 +63,9 @@ fn shape(image: &Image) -> String {
 fn channels(image: &Image) -> String {
     let runs = image.channels.chunk_by(|a, b| a.samples.kind() == b.samples.kind());
     let run = |run: &[Channel]| {
-        let names: Vec<&str> = run.iter().map(|channel| channel.name.as_str()).collect();
+        let names = joined(run.iter().map(|channel| channel.name.as_str()), " ");
         let kind = run.first().map_or("", |channel| channel.samples.kind());
-        format!("{} {kind}", names.join(" "))
+        format!("{names} {kind}")
     };
-    runs.map(run).collect::<Vec<_>>().join(", ")
+    joined(runs.map(run), ", ")
 }

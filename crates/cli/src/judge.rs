@@ -9,7 +9,7 @@ use kugelblitz::plain::Shown;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Rays, WorldRay};
-use kugelblitz::words::count;
+use kugelblitz::words::{count, joined};
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::judge::{
     Allowed, Case, Conventions, JudgeSummary, NormalSide, NormalSpace, Quantity, pixels_of,
@@ -255,8 +255,8 @@ fn explain(scene: &Path, rays: &Rays, ray: usize) -> String {
         Rays::List(rays) => {
             let WorldRay { origin, direction } = rays[ray];
             let numbers = [origin.to_array(), direction.to_array()].concat();
-            let numbers: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
-            format!("kugelblitz explain {scene} --ray={}", numbers.join(","))
+            let numbers = joined(numbers.iter().map(|x| format!("{x:?}")), ",");
+            format!("kugelblitz explain {scene} --ray={numbers}")
         }
     }
 }

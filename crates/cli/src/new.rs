@@ -36,11 +36,10 @@ pub fn run(args: &NewArgs, run: &Run) -> Result<Done<Summary>> {
     }
     let file = written(path, SCENE.as_bytes())?;
     let shown = name(path);
-    let line = match is_stdout(path) {
-        true => format!("{shown}: a scene to start from"),
-        false => {
-            format!("{shown}: `kugelblitz render {} -o picture.png` draws it", shell_quoted(path))
-        }
+    let line = if is_stdout(path) {
+        format!("{shown}: a scene to start from")
+    } else {
+        format!("{shown}: `kugelblitz render {} -o picture.png` draws it", shell_quoted(path))
     };
     Ok(Done::with_files(Summary { file: path.display().to_string() }, [file], line))
 }

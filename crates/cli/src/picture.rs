@@ -14,15 +14,15 @@ use kugelblitz::scene::schema::{
 };
 use kugelblitz::scene::{
     Color, ColorMap, Composed, Framing, Samples, Scene, SceneOverrides, Viewpoint, compose_scene,
-    is_cloud_file,
 };
+use kugelblitz::words::joined;
 use kugelblitz::{Error, Result};
 
 use crate::args::Cli;
 use crate::options::{check_size, number, parser_of, samples_parser};
 use crate::output::{filled, is_stdout, print, text_quoted};
 use crate::progress::Progress;
-use crate::scene::{refuse_overwriting, say_notes};
+use crate::scene::refuse_overwriting;
 use crate::{Run, wrong_usage};
 
 /// What a picture shows: the options win over the scene.
@@ -181,9 +181,6 @@ impl PictureArgs {
     /// # Errors
     /// Those of [`PictureArgs::overrides`] and [`compose_scene`].
     pub fn scene(&self, path: &Path, size: Option<[u32; 2]>, run: &Run) -> Result<Arc<Scene>> {
-        if self.is_empty()? && !is_cloud_file(path) {
-            return crate::scene::read(path, run);
-        }
         read_composed(path, &self.overrides(size)?, run).map(|(scene, _)| scene)
     }
 
@@ -192,10 +189,10 @@ impl PictureArgs {
     /// # Errors
     /// [`Error::Usage`]
     pub fn refuse_without_scene(&self) -> Result<()> {
-        match self.is_empty()? {
-            true => Ok(()),
-            false => wrong_usage("options of what the picture shows need a SCENE; name its file"),
+        if self.overrides(None)? == SceneOverrides::default() {
+            return Ok(());
         }
+        wrong_usage("options of what the picture shows need a SCENE; name its file")
     }
 
     /// The options of the camera and of data in this command line, for that of another command.
@@ -213,11 +210,6 @@ impl PictureArgs {
         });
         written.collect()
     }
-
-    /// True where no option was given.
-    fn is_empty(&self) -> Result<bool> {
-        Ok(self.overrides(None)? == SceneOverrides::default())
-    }
 }
 
 /// Reads the scene or the data at `path`, shows how far it is, and says what was chosen.
@@ -234,7 +226,7 @@ pub fn read_composed(
     for note in &composed.notes {
         run.say(&format!("note: {note}"));
     }
-    say_notes(&composed.scene, run);
+    composed.scene.notes.iter().for_each(|note| run.say(note));
     let scene = Arc::new(std::mem::take(&mut composed.scene));
     Ok((scene, composed))
 }
@@ -245,7 +237,8 @@ impl DrawArgs {
     /// # Errors
     /// Those of [`PictureArgs::overrides`].
     pub fn overrides(&self, size: Option<[u32; 2]>) -> Result<SceneOverrides> {
-        Ok(SceneOverrides { samples: self.samples, ..self.picture.overrides(size)? })
+        let overrides = self.picture.overrides(size)?;
+        Ok(SceneOverrides { samples: self.samples, needs_camera: true, ..overrides })
     }
 
     /// The place of --print-scene, with its name.
@@ -290,14 +283,13 @@ impl DataArgs {
             return wrong_usage(format!("--columns: `{key}` is said twice; say it once"));
         }
         let pair = |(key, name): &(String, String)| format!("{} = {}", key.toml(), name.toml());
-        let pairs: Vec<String> = self.columns.iter().map(pair).collect();
-        let toml = format!("{{ {} }}", pairs.join(", "));
+        let toml = format!("{{ {} }}", joined(self.columns.iter().map(pair), ", "));
         let columns = read_value::<ColumnKeys>("columns", &toml, schema::table)
             .map_err(|[found, help]| Error::Usage(format!("--columns: {found}; {help}")))?;
         Ok(CloudKeys {
             radius: self.radius,
             color: self.color,
-            columns: Some(columns).filter(|_| !pairs.is_empty()),
+            columns: Some(columns).filter(|_| !self.columns.is_empty()),
             color_by: self.color_by.clone(),
             colormap: self.colormap,
             range: self.range,
@@ -313,12 +305,12 @@ fn value_or<T: Clone + Send + Sync + 'static>(
     usage: &'static str,
     parse: impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static,
 ) -> impl Fn(&str) -> Result<ValueOr<T>, String> + Clone + Send + Sync + 'static {
-    move |text| match text == word {
-        true => Ok(ValueOr(None)),
-        false => match parse(text) {
-            Ok(value) => Ok(ValueOr(Some(value))),
-            Err(help) => Err(format!("{help}{usage}; or {word}")),
-        },
+    move |text| {
+        if text == word {
+            return Ok(ValueOr(None));
+        }
+        let value = parse(text).map_err(|help| format!("{help}{usage}; or {word}"))?;
+        Ok(ValueOr(Some(value)))
     }
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use kugelblitz::gpu::{AdapterFacts, Arithmetic, Gpu, list_adapters};
-use kugelblitz::words::bytes;
+use kugelblitz::words::{bytes, joined};
 use kugelblitz::{Error, Result, memory};
 use serde::Serialize;
 
@@ -68,8 +68,8 @@ pub fn run(run: &Run) -> Result<Done<Summary>> {
                 .into(),
         )
     });
-    let text: Vec<String> = adapters.iter().map(describe).collect();
-    Ok(Done { failure, ..Done::in_words(Summary { adapters }, text.join("\n")) })
+    let text = joined(adapters.iter().map(describe), "\n");
+    Ok(Done { failure, ..Done::in_words(Summary { adapters }, text) })
 }
 
 fn describe(probed: &Probed) -> String {

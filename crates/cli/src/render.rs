@@ -208,7 +208,8 @@ impl Begun {
 /// The legend, whole but not yet in its place.
 fn write_legend(path: &Path, args: &RenderArgs, scene: &Scene) -> Result<OutputFile> {
     check_ending(path, "svg", "a legend is")?;
-    let svg = legend_svg(&scene.clouds).ok_or_else(|| {
+    let colorings = scene.clouds.iter().filter_map(|cloud| cloud.coloring.as_ref());
+    let svg = legend_svg(colorings).ok_or_else(|| {
         Error::Usage(format!(
             "--legend: no cloud of {} is coloured by a column; say which, e.g. `color_by = \"speed\"` \
              in its [[spheres]]",

@@ -11,6 +11,7 @@ use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::{is_cloud_file, read_scene_text};
 use kugelblitz::trace::Kernel;
+use kugelblitz::words::joined;
 use kugelblitz::{Error, Result, memory};
 use kugelblitz_report::{
     AdapterArithmetic, Baseline, Benchmark, Class, Earlier, Environment, Missing, Report,
@@ -105,10 +106,8 @@ fn kernels(args: &ReportArgs) -> &[Kernel] {
 
 fn command_line() -> String {
     let arguments = std::env::args_os().skip(1);
-    std::iter::once("kugelblitz".into())
-        .chain(arguments.map(|argument| argument.to_string_lossy().into_owned()))
-        .collect::<Vec<_>>()
-        .join(" ")
+    let arguments = arguments.map(|argument| argument.to_string_lossy().into_owned());
+    joined(std::iter::once("kugelblitz".into()).chain(arguments), " ")
 }
 
 /// The scenes, by their files' names, or by their paths where two files have the same name.

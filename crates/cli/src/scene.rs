@@ -1,31 +1,15 @@
-//! Reading and preparing the scene, which take a while where it has large clouds.
+//! Preparing the scene, which takes a while where it has large clouds, and what it is made from.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use kugelblitz::Result;
 use kugelblitz::output;
-use kugelblitz::scene::{Scene, read_scene_with};
+use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz::words::count;
 
 use crate::Run;
 use crate::progress::Progress;
-
-/// Reads a scene, shows how far it is, and says what its reader noted.
-///
-/// # Errors
-/// Those of [`read_scene_with`].
-pub fn read(path: &Path, run: &Run) -> Result<Arc<Scene>> {
-    let scene = Progress::of_bytes(run).during(|| read_scene_with(path, &run.control))?;
-    say_notes(&scene, run);
-    Ok(Arc::new(scene))
-}
-
-/// Says what the reader of a scene noted.
-pub fn say_notes(scene: &Scene, run: &Run) {
-    scene.notes.iter().for_each(|note| run.say(note));
-}
 
 /// Shows, while it lives, that preparing a scene takes a while.
 pub fn preparing(scene: &Scene, kernel: Kernel, run: &Run) -> Progress {

@@ -6,7 +6,7 @@ use clap::builder::PossibleValue;
 use kugelblitz::Result;
 use kugelblitz::picture::{Format, PictureOptions};
 use kugelblitz::scene::hex;
-use kugelblitz::words::count;
+use kugelblitz::words::{count, joined};
 use kugelblitz_judge::show::{Entry, Show, ShownPicture};
 use serde::Serialize;
 
@@ -78,7 +78,7 @@ impl fmt::Display for LegendEntry {
         if !(1..=MOST_TOLD).contains(&at.len()) {
             return Ok(());
         }
-        let places: Vec<String> = at.iter().map(|[x, y]| format!("{x},{y}")).collect();
-        write!(f, ", at {}", places.join(" and "))
+        let places = joined(at.iter().map(|[x, y]| format!("{x},{y}")), " and ");
+        write!(f, ", at {places}")
     }
 }

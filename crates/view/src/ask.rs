@@ -114,14 +114,9 @@ pub fn start_explain(
 fn explained(device: &Device, question: &Question, style: &ExplainStyle) -> Result<Why> {
     let rays = Rays::Pixels(question.pixel());
     let mut explanation = explain(&question.scene, &rays, style)?;
-    if let Some(facts) = device.facts() {
-        explanation.add_device(&question.scene, &rays, |prepared, wants| {
-            match facts.check_kernel(prepared.kernel) {
-                Ok(()) => Ok(Some(device.tracer(prepared, wants)?.tracer)),
-                Err(_) => Ok(None),
-            }
-        })?;
-    }
+    let runs = device.kernels();
+    let device_of = |kernel| if runs.contains(&kernel) { device } else { &Device::Cpu };
+    explanation.add_device(&question.scene, &rays, device_of)?;
     Ok(Why { verdict: text::verdict(&explanation), text: text::text(&explanation) })
 }
 

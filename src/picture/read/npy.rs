@@ -29,7 +29,7 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
         return Err(not_numbers);
     }
     let n_record_bytes = array.element_bytes()?;
-    let cells = array.header.cells.clone();
+    let cells = &array.header.cells;
     if n_inner == 0 || n_inner.max(cells.len()) > MAX_CHANNELS || cells.is_empty() {
         return Err(array.wrong(format!("it has no numbers, or too many of a pixel; {expected}")));
     }
@@ -39,9 +39,10 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
     let data = &bytes[bytes.len() - n_data_bytes as usize..];
 
     // Records from one to the next along each axis.
-    let strides = match is_fortran {
-        false => [n_columns * n_inner, n_inner, 1],
-        true => [1, n_rows, n_rows * n_columns],
+    let strides = if is_fortran {
+        [1, n_rows, n_rows * n_columns]
+    } else {
+        [n_columns * n_inner, n_inner, 1]
     };
     let channel = |cell: &Cell, inner: usize, name: String| {
         let first = inner * strides[2];

@@ -12,7 +12,7 @@ use crate::plain::Shown;
 use crate::scene::places::quoted;
 use crate::scene::schema::{ColumnKeys, Section};
 use crate::scene::{Color, Sphere};
-use crate::words::{cut, did_you_mean};
+use crate::words::{cut, did_you_mean, joined};
 
 /// What a column may be: the place of its key in [`ColumnKeys`].
 type Part = usize;
@@ -228,7 +228,7 @@ impl Finder<'_> {
             Some(near) => format!("did you mean {:?}? ", quoted(near)),
             None => String::new(),
         };
-        let all = names().collect::<Vec<_>>().join(", ");
+        let all = joined(names(), ", ");
         let found = format!("{} has no column {:?}", self.header.what, quoted(name));
         let help = format!("{hint}its columns are {}", cut(&all, 300).shown());
         self.source.wrong_at(span, found, help)

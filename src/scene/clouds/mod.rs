@@ -281,9 +281,10 @@ impl Reading<'_> {
         let &CloudFile { keys, reader, .. } = self.source;
         let of_element = layout.element.is_some_and(|(_, [_, color])| color);
         let own_radius = layout.has_radius.then_some("radius");
-        let own_color = match layout.has_colors {
-            true => Some("red"),
-            false => (of_element || keys.color_by.is_some()).then_some("element"),
+        let own_color = if layout.has_colors {
+            Some("red")
+        } else {
+            (of_element || keys.color_by.is_some()).then_some("element")
         };
         if let Some(usual) = reader.usual {
             let lacks_radius = own_radius.is_none() && keys.radius.is_none();

@@ -3,7 +3,7 @@
 use super::columns::{Header, Layout, Target};
 use super::{CloudFile, Reading};
 use crate::error::{Error, Result};
-use crate::npy::{Array, Cell};
+use crate::npy::{self, Array, Cell};
 use crate::scene::Color;
 
 /// Columns of a table that need no names: x, y, z; with r; with r and linear red, green, blue.
@@ -32,13 +32,13 @@ pub(super) fn read(cloud: &mut Reading) -> Result<Layout> {
         }
     };
     let rows = open().map_err(|error| of_file(source, error))?;
-    let cells = &rows.header().cells;
+    let npy::Header { cells, is_structured, .. } = &rows.array.header;
 
     let n = cells.len();
     // Of more columns than need no names, none is a radius or a colour.
     let n_named = if COLUMNS.contains(&(n as u64)) { n } else { 3 };
     let by_place = |i: usize| NAMES[..n_named].get(i).map_or(i.to_string(), |name| (*name).into());
-    let (what, names): (_, Vec<String>) = if rows.header().is_structured {
+    let (what, names): (_, Vec<String>) = if *is_structured {
         ("the structured array", cells.iter().map(Cell::name).collect())
     } else {
         ("the array", (0..n).map(by_place).collect())

@@ -94,9 +94,10 @@ pub(super) fn read(cloud: &mut Reading, format: &TextFormat) -> Result<Layout> {
             continue;
         }
         if n_cells < names.len() || (!has_frames && n_cells > names.len()) {
-            let found = match is_empty {
-                true => "the line is empty".into(),
-                false => format!("{n_cells} values, but {} has {} columns", head.what, names.len()),
+            let found = if is_empty {
+                "the line is empty".into()
+            } else {
+                format!("{n_cells} values, but {} has {} columns", head.what, names.len())
             };
             return Err(source.wrong_row(place(), (found, row_help)));
         }

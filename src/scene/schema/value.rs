@@ -10,6 +10,7 @@ use crate::plain::steers;
 use crate::scene::places::quoted;
 use crate::scene::table::{Checked, Field, read_table};
 use crate::scene::{Color, ColorMap, MAX_SIDE, Samples, Sky, Source, hex};
+use crate::words::joined;
 
 /// How a value is read.
 pub type Reader<T> = fn(&Field) -> Checked<T>;
@@ -139,9 +140,8 @@ pub fn range(field: &Field) -> Checked<[f64; 2]> {
 pub fn colormap(field: &Field) -> Checked<ColorMap> {
     let name = text(field)?;
     ColorMap::from_name(&name).ok_or_else(|| {
-        let names: Vec<_> = ColorMap::names().collect();
-        let expected =
-            format!("one of {}, or one with `_r` behind it, turned around", names.join(", "));
+        let names = joined(ColorMap::names(), ", ");
+        let expected = format!("one of {names}, or one with `_r` behind it, turned around");
         field.misspelt("a colour map", &name, ColorMap::names(), &expected)
     })
 }
@@ -281,7 +281,7 @@ impl Value for Color {
 impl<S: Section> Value for S {
     fn toml(&self) -> String {
         let parts = keys_of(self).into_iter().map(|(key, value)| format!("{key} = {value}"));
-        format!("{{ {} }}", parts.collect::<Vec<_>>().join(", "))
+        format!("{{ {} }}", joined(parts, ", "))
     }
 
     fn tables(&self) -> Option<Vec<String>> {
@@ -291,7 +291,7 @@ impl<S: Section> Value for S {
 
 impl<S: Section> Value for Vec<S> {
     fn toml(&self) -> String {
-        format!("[{}]", self.iter().map(Value::toml).collect::<Vec<_>>().join(", "))
+        format!("[{}]", joined(self.iter().map(Value::toml), ", "))
     }
 
     fn tables(&self) -> Option<Vec<String>> {

@@ -18,22 +18,6 @@ pub use rays::{
     ErrorSpread, ErrorStats, NormalError, RayDifferences, RayError, RayResult, TError, compare,
 };
 
-use kugelblitz::scene::Scene;
-
-/// The objects of a scene.
-#[derive(Clone, Copy, Debug, serde::Serialize)]
-pub struct ObjectCounts {
-    spheres: usize,
-    planes: usize,
-}
-
-impl ObjectCounts {
-    /// Counts the objects of `scene`.
-    pub fn of(scene: &Scene) -> ObjectCounts {
-        ObjectCounts { spheres: scene.spheres.len(), planes: scene.planes.len() }
-    }
-}
-
 /// A format of IEEE 754.
 #[derive(Clone, Copy)]
 pub(crate) enum Precision {

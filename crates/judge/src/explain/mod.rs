@@ -30,6 +30,7 @@ pub use words::{Lang, Remark};
 
 use kugelblitz::Result;
 use kugelblitz::control::Control;
+use kugelblitz::device::Device;
 use kugelblitz::exact::{Root, Side, nearest, plane_numbers, signum_of_discriminant};
 use kugelblitz::memory;
 use kugelblitz::plain::steers;
@@ -37,7 +38,6 @@ use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Object, Scene};
 use kugelblitz::trace::{Hits, Kernel, Level, Rays, Wants};
-use kugelblitz::tracer::Tracer;
 
 use crate::compare::Precision;
 use crate::verify::is_clearly_missed;
@@ -280,58 +280,56 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<
         level: "f32",
         seen: Vec::new(),
     };
-    explanation.add(scene, rays, "cpu", |prepared, wants| {
-        Ok(Some(Tracer::on_cpu(Arc::clone(prepared), wants)))
-    })?;
+    for kernel in Kernel::ALL {
+        explanation.add(scene, rays, kernel, &Device::Cpu)?;
+    }
     Ok(explanation)
 }
 
 impl Explanation {
-    /// Adds what a device sees, kernel by kernel; `make` gives a tracer with `t` and normals, or
-    /// none for a kernel that the device can't run.
+    /// Adds what a device sees, kernel by kernel; `device_of` gives the CPU for a kernel that the device can't run, of
+    /// which there is no more to be said.
     ///
     /// # Errors
-    /// Those of `make` and of the tracer.
-    pub fn add_device(
+    /// Those of the tracers.
+    pub fn add_device<'d>(
         &mut self,
         scene: &Arc<Scene>,
         rays: &Rays,
-        make: impl FnMut(&Arc<Prepared>, Wants) -> Result<Option<Tracer>>,
+        device_of: impl Fn(Kernel) -> &'d Device,
     ) -> Result<()> {
-        self.add(scene, rays, "gpu", make)
+        for kernel in Kernel::ALL {
+            let device = device_of(kernel);
+            if device.kind() != Device::Cpu.kind() {
+                self.add(scene, rays, kernel, device)?;
+            }
+        }
+        Ok(())
     }
 
     /// Adds what the CPU or another device sees, and the CPU's level.
-    fn add(
-        &mut self,
-        scene: &Arc<Scene>,
-        rays: &Rays,
-        device: &'static str,
-        mut make: impl FnMut(&Arc<Prepared>, Wants) -> Result<Option<Tracer>>,
-    ) -> Result<()> {
-        for kernel in Kernel::ALL {
-            let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
-            let wants = Wants { surface: true, level: device == "cpu" };
-            let Some(mut tracer) = make(&prepared, wants)? else { continue };
-            let mut hits = Hits::default();
-            tracer.trace(rays, &Control::default(), &mut hits)?;
-            if let (Kernel::Certified, Some(&level)) = (kernel, hits.level.first()) {
-                self.level = ["f32", "f64", "exact"][usize::from(level).min(Level::Exact as usize)];
-            }
-            let (id, t) = (hits.id[0], hits.t[0]);
-            let right = id == self.winner.as_ref().map_or(0, |winner| winner.id);
-            let exact = self.winner.as_ref().filter(|_| right).map(|winner| &winner.root);
-            self.seen.push(KernelResult {
-                kernel: kernel.name(),
-                device,
-                id,
-                label: label_in(self.lang.words(), scene, id),
-                t,
-                normal: hits.normal[0],
-                right,
-                t_error_ulp: exact.map(|exact| error_ulp(t.into(), exact, Precision::Single)),
-            });
+    fn add(&mut self, scene: &Arc<Scene>, rays: &Rays, kernel: Kernel, on: &Device) -> Result<()> {
+        let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
+        let device = on.kind();
+        let wants = Wants { surface: true, level: device == Device::Cpu.kind() };
+        let mut hits = Hits::default();
+        on.tracer(&prepared, wants)?.tracer.trace(rays, &Control::default(), &mut hits)?;
+        if let (Kernel::Certified, Some(&level)) = (kernel, hits.level.first()) {
+            self.level = ["f32", "f64", "exact"][usize::from(level).min(Level::Exact as usize)];
         }
+        let (id, t) = (hits.id[0], hits.t[0]);
+        let right = id == self.winner.as_ref().map_or(0, |winner| winner.id);
+        let exact = self.winner.as_ref().filter(|_| right).map(|winner| &winner.root);
+        self.seen.push(KernelResult {
+            kernel: kernel.name(),
+            device,
+            id,
+            label: label_in(self.lang.words(), scene, id),
+            t,
+            normal: hits.normal[0],
+            right,
+            t_error_ulp: exact.map(|exact| error_ulp(t.into(), exact, Precision::Single)),
+        });
         Ok(())
     }
 }

@@ -16,7 +16,7 @@ mod tachyon;
 use std::io::{self, Write};
 
 use glam::DVec3;
-use kugelblitz::rays::View;
+use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Color, Object, Scene};
 use kugelblitz::shade::{Lamp, Lighting};
 
@@ -66,22 +66,21 @@ impl Language {
     }
 }
 
-/// Writes what `view` sees of `scene` in a picture of `size` pixels, width and height, lit as the
-/// scene is. Without light, a pixel of a PNG that the renderer makes has exactly the bytes of a colour of
-/// [`Color::from_srgb8`].
+/// Writes what `pixels` see of `scene`, lit as the scene is. Without light, a pixel of a PNG that the renderer makes has
+/// exactly the bytes of a colour of [`Color::from_srgb8`].
 ///
 /// # Errors
 /// Those of `out`.
 pub fn write(
     language: Language,
     scene: &Scene,
-    view: &View,
-    size: [u32; 2],
+    pixels: &Pixels,
     out: &mut impl Write,
 ) -> io::Result<()> {
+    let Pixels { view, width, height, .. } = pixels;
     let lighting = Lighting::new(scene, view);
     let syntax = language.syntax(lighting.as_ref().map(|lighting| lighting.ambient));
-    out.write_all(syntax.head(view, size, scene.background).as_bytes())?;
+    out.write_all(syntax.head(view, [*width, *height], scene.background).as_bytes())?;
     let reach = reach(scene, view.position);
     for lamp in lighting.iter().flat_map(|lighting| &lighting.lamps) {
         writeln!(out, "{}", syntax.lamp(lamp, view.position, reach))?;

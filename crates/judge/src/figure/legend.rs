@@ -1,19 +1,14 @@
 //! The legend of clouds that are coloured by a column.
 
 use kugelblitz::plain::plain;
-use kugelblitz::scene::{Cloud, ColorMap, Coloring, hex};
+use kugelblitz::scene::{ColorMap, Coloring, hex};
 
 use super::words::{multiple, number, round_step};
 use crate::markup::{document, escaped};
 
-/// An SVG picture of the bars of colour of all clouds that are coloured by a column, with the columns'
-/// names and numbers; `None` where no cloud is. Clouds that are coloured alike share a bar.
-pub fn legend_svg(clouds: &[Cloud]) -> Option<String> {
-    svg_of_colorings(clouds.iter().filter_map(|cloud| cloud.coloring.as_ref()))
-}
-
-/// An SVG picture as [`legend_svg`] draws it, of colourings wherever they come from.
-pub fn svg_of_colorings<'a>(all: impl IntoIterator<Item = &'a Coloring>) -> Option<String> {
+/// An SVG picture of a bar of colour for each of these colourings, with the columns' names and numbers; `None` where there is
+/// none. Those that are alike share a bar.
+pub fn legend_svg<'a>(all: impl IntoIterator<Item = &'a Coloring>) -> Option<String> {
     let mut colorings: Vec<Coloring> = Vec::new();
     for coloring in all {
         let is_alike = |other: &&mut Coloring| {

@@ -14,7 +14,7 @@ mod plane;
 mod sphere;
 mod words;
 
-pub use legend::{legend_svg, svg_of_colorings};
+pub use legend::legend_svg;
 
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Object, SHIPPED_SCENES, Scene};

@@ -19,6 +19,7 @@ pub use words::Finding;
 
 pub use crate::compare::Allowed;
 use kugelblitz::control::Control;
+use kugelblitz::cost::ObjectCounts;
 use kugelblitz::memory;
 use kugelblitz::picture::Image;
 use kugelblitz::rays::{Pixels, Rays};
@@ -27,7 +28,7 @@ use kugelblitz::trace::{Hits, Kernel, Wants};
 use kugelblitz::{Error, Result, Session};
 
 use crate::compare::{
-    ErrorStats, ObjectCounts, RayError, RayResult, TError, Tolerance, Unit, error_picture, short,
+    ErrorStats, RayError, RayResult, TError, Tolerance, Unit, error_picture, short,
 };
 use crate::verify::{ExactRays, TrueHit, Truth};
 use crate::wrong_usage;

@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 use kugelblitz::control::Control;
+use kugelblitz::cost::ObjectCounts;
 use kugelblitz::device::Device;
 use kugelblitz::memory;
 use kugelblitz::rays::{Pixels, Rays};
@@ -20,7 +21,7 @@ use super::{
     colors::{ENCODINGS, WANTS},
     promise, sample,
 };
-use crate::compare::{ObjectCounts, RayDifferences};
+use crate::compare::RayDifferences;
 
 /// What became of a picture's kernels.
 #[derive(Clone, Debug, Serialize)]
