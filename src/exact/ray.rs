@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::number::{Dyadic, integer, product3, real, real3};
-use crate::rays::{Lens, Pixels, WorldRay};
+use crate::rays::{Lens, Pixels, Rays, WorldRay};
 
 /// A ray in exact numbers: `o + t·d`, kept as the multiples `S·o` of its origin and `F·d` of its
 /// direction for which all numbers are dyadic. It then stands in a world that is `S` times as
@@ -158,6 +158,37 @@ impl ExactPixels {
             Lens::Orthographic => {
                 ExactRay::from_parts(moved(&self.origin), self.direction.clone(), height, height)
             }
+        }
+    }
+}
+
+/// Rays, a picture's with its camera in exact numbers.
+#[derive(Clone, Debug)]
+pub enum ExactRays<'a> {
+    /// The centre rays of a picture's pixels.
+    Pixels(&'a Pixels, Box<ExactPixels>),
+    /// A list.
+    List(&'a [WorldRay]),
+}
+
+impl<'a> From<&'a Rays> for ExactRays<'a> {
+    fn from(rays: &'a Rays) -> ExactRays<'a> {
+        match rays {
+            Rays::Pixels(pixels) => ExactRays::Pixels(pixels, Box::new(ExactPixels::new(pixels))),
+            Rays::List(rays) => ExactRays::List(rays),
+        }
+    }
+}
+
+impl ExactRays<'_> {
+    /// The ray with this index, exactly.
+    pub fn ray(&self, index: usize) -> ExactRay {
+        match self {
+            ExactRays::Pixels(pixels, exact) => {
+                let (x, y) = pixels.xy(index);
+                exact.ray(x, y)
+            }
+            ExactRays::List(rays) => ExactRay::new(&rays[index]),
         }
     }
 }
