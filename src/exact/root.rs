@@ -94,12 +94,6 @@ impl Root {
         Root::quotient(numerator, integer(i64::from(denominator.max(1))), 1)
     }
 
-    /// This number less `x`.
-    pub fn minus(&self, x: &Dyadic) -> Root {
-        let (b, d) = self.folded();
-        Root::new(b - x * &self.a, self.s, d, self.a.clone(), 1)
-    }
-
     /// This number with a factor of 1, and without a root that is dyadic.
     fn simple(&self) -> Root {
         let (b, d) = self.folded();
