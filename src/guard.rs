@@ -139,7 +139,6 @@ pub(crate) mod tests;
 use glam::DVec3;
 
 use crate::num::{Float, Real, V3};
-pub use crate::num::{round_down, round_up};
 use crate::rays::{Lens, Pixels, View};
 pub use squares::{LARGEST_TURN, Reach};
 

@@ -4,7 +4,7 @@ use std::borrow::Borrow;
 use std::cmp::Ordering;
 use std::ops::{Add, Mul, Neg, Sub};
 
-use dashu_int::ops::Gcd;
+use dashu_int::ops::{Abs, Gcd};
 use dashu_int::{IBig, Sign};
 use glam::DVec3;
 
@@ -204,6 +204,11 @@ impl From<IBig> for Dyadic {
 /// `2^exponent`.
 pub(super) fn power_of_two(exponent: isize) -> Dyadic {
     Dyadic::new(IBig::ONE, exponent)
+}
+
+/// `|x|`.
+pub(super) fn magnitude(x: &Dyadic) -> Dyadic {
+    Dyadic::new((&x.mantissa).abs(), x.exponent)
 }
 
 /// `2x`.

@@ -3,11 +3,11 @@
 use std::cmp::Ordering;
 
 use dashu_int::IBig;
-use dashu_int::ops::{Abs, BitTest};
+use dashu_int::ops::BitTest;
 
 use super::enclosure::{quotient, square_root};
 use super::fraction::dyadic_root;
-use super::number::{Dyadic, double, integer, power_of_two, real, signum};
+use super::number::{Dyadic, double, integer, magnitude, power_of_two, real, signum};
 
 /// Bits of a number that is no [`Root`] and is taken for one.
 const ENOUGH_BITS: usize = 1024;
@@ -176,12 +176,11 @@ impl Root {
     /// `B + s√D = (B² − D)/(B − s√D)` with an exact `B² − D`, so nothing cancels: what is left are
     /// one square root, a quotient and a sum of terms of one sign, each within `2^(1 − n_bits)`.
     fn approximate(&self, n_bits: usize) -> Dyadic {
-        let abs = |x: &Dyadic| Dyadic::new((&x.mantissa).abs(), x.exponent);
-        let sum = abs(&self.b) + square_root(&self.d, n_bits).0;
+        let sum = magnitude(&self.b) + square_root(&self.d, n_bits).0;
         let factor = integer(i64::from(self.factor));
         let is_difference = self.s != 0 && signum(&self.b) == -self.s;
         let (numerator, denominator) = match is_difference {
-            true => (abs(&(&self.b * &self.b - &self.d)), sum * &self.a),
+            true => (magnitude(&(&self.b * &self.b - &self.d)), sum * &self.a),
             false => (sum, self.a.clone()),
         };
         quotient(&(numerator * factor), &denominator, n_bits).0

@@ -415,10 +415,10 @@ fn the_slack() {
                 (input.offset, input.direction),
             );
             let radius2 = match above {
-                true => guard::round_up(guard.outer2),
-                false => guard::round_down(guard.inner2),
+                true => round_up(guard.outer2),
+                false => round_down(guard.inner2),
             };
-            let slack = Adversarial(guard::round_up(guard.slack));
+            let slack = Adversarial(round_up(guard.slack));
             set_choices(choices, true);
             let inv_a = ray(d).inv_a;
             let (found_s, m) = closest_approach(d, inv_a, l);
