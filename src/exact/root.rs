@@ -176,14 +176,14 @@ impl Root {
     /// `B + s√D = (B² − D)/(B − s√D)` with an exact `B² − D`, so nothing cancels: what is left are
     /// one square root, a quotient and a sum of terms of one sign, each within `2^(1 − n_bits)`.
     fn approximate(&self, n_bits: usize) -> Dyadic {
-        let sum = magnitude(&self.b) + square_root(&self.d, n_bits).0;
+        let sum = magnitude(&self.b) + square_root(&self.d, n_bits).low;
         let factor = integer(i64::from(self.factor));
         let is_difference = self.s != 0 && signum(&self.b) == -self.s;
         let (numerator, denominator) = match is_difference {
             true => (magnitude(&(&self.b * &self.b - &self.d)), sum * &self.a),
             false => (sum, self.a.clone()),
         };
-        quotient(&(numerator * factor), &denominator, n_bits).0
+        quotient(&(numerator * factor), &denominator, n_bits).low
     }
 
     /// The nearest f32, ties to even; infinite from `2^128 − 2^103` on.
