@@ -98,20 +98,18 @@ impl Root {
     fn simple(&self) -> Root {
         let (b, d) = self.folded();
         match dyadic_root(&d) {
-            Some(root) if self.s < 0 => Root::quotient(b - root, self.a.clone(), 1),
-            Some(root) => Root::quotient(b + root, self.a.clone(), 1),
+            Some(root) => Root::quotient(b + root * integer(self.s.into()), self.a.clone(), 1),
             None => Root::new(b, self.s, d, self.a.clone(), 1),
         }
     }
 
     /// The number itself where it is a quotient, else one that is off by less than `2^-1000` of it.
     fn rational(&self) -> Root {
-        let magnitude = || Root::from(self.magnitude().approximate(ENOUGH_BITS));
-        match self.s {
-            0 => self.clone(),
-            _ if self.signum() < 0 => magnitude().negated(),
-            _ => magnitude(),
+        if self.s == 0 {
+            return self.clone();
         }
+        let magnitude = self.magnitude().approximate(ENOUGH_BITS);
+        Root::from(magnitude * integer(self.signum().into()))
     }
 
     /// The sum: exactly, where the square roots are multiples of each other. Else of numbers that are off by less than `2^-1000`
@@ -134,8 +132,7 @@ impl Root {
             [(x.s * signum(&y.b), &y.b * &y.b * &x.d), (y.s * signum(&x.b), &x.b * &x.b * &y.d)];
         match (dyadic_root(&(&x.d * &y.d)), sum_of_surds(across)) {
             (Some(both), Some((s, d))) => {
-                let both = if x.s * y.s < 0 { -both } else { both };
-                Root::new(&x.b * &y.b + both, s, d, &x.a * &y.a, 1)
+                Root::new(&x.b * &y.b + both * integer((x.s * y.s).into()), s, d, &x.a * &y.a, 1)
             }
             _ => self.rational().times(&other.rational()),
         }
