@@ -139,7 +139,6 @@ pub(crate) mod tests;
 use glam::DVec3;
 
 use crate::num::{Float, Real, V3};
-pub use crate::num::{round_down, round_up};
 use crate::rays::{Lens, Pixels, View};
 pub use squares::{LARGEST_TURN, Reach};
 
@@ -188,35 +187,21 @@ pub const LONGEST_IN_F32: f64 = 1024.0;
 
 /// What the formulas need to know about a sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Guard {
+pub struct Guard<R> {
     /// `m` up to this is a certain hit; −1 where there is none.
-    pub inner2: f64,
+    pub inner2: R,
     /// `m` above this is a certain miss.
-    pub outer2: f64,
+    pub outer2: R,
     /// Absolute error of `u = |s| + h` for `|d| ≥ 1`.
-    pub slack: f64,
+    pub slack: R,
 }
 
-impl Guard {
-    /// The guard of a sphere of radius `r` at distance at most `l`, for arithmetic of unit
-    /// `unit`. The constants are derived at the head of this module; the host's own rounding
-    /// (f64) is covered by their third digit.
+impl<R: Real<One = f64>> Guard<R> {
+    /// The guard of a sphere of radius `r` at distance at most `l`, for arithmetic of unit `unit` and inputs that are off by
+    /// [`InputError`]'s numbers. The constants are derived at the head of this module; the host's own rounding (f64) is covered
+    /// by their third digit.
     #[inline(always)]
-    pub fn new(r: f64, l: f64, unit: f64, input: InputError) -> Guard {
-        let InputError { offset, direction } = input;
-        let [inner2, outer2, slack] = Guard::numbers(r, l, unit, offset, direction);
-        Guard { inner2, outer2, slack }
-    }
-
-    /// The numbers of guards, in the order of their fields, for inputs that are off by [`InputError`]'s numbers.
-    #[inline(always)]
-    pub(crate) fn numbers<R: Real<One = f64>>(
-        r: R,
-        l: R,
-        unit: f64,
-        offset: R,
-        direction: f64,
-    ) -> [R; 3] {
+    pub fn new(r: R, l: R, unit: f64, (offset, direction): (R, f64)) -> Guard<R> {
         let eta = R::lit(unit) * l;
         let kappa_eta = (R::lit(steps::FOOT + direction) + offset) * eta;
         // No test sees the 8 halved: that is nothing in f32, and in f64 the host's rounding is half of a unit.
@@ -228,7 +213,8 @@ impl Guard {
         let of_distance = R::lit(steps::CLOSEST + direction + steps::TWO_SUMS) + offset;
         let of_radius = R::lit(steps::HALF_CHORD + direction + steps::TWO_SUMS);
         let slack = R::lit(unit) * (of_distance * l + of_radius * outer);
-        [R::select(R::lit(0.0).lt(inner), inner2, R::lit(-1.0)), outer2, slack]
+        let inner2 = R::select(R::lit(0.0).lt(inner), inner2, R::lit(-1.0));
+        Guard { inner2, outer2, slack }
     }
 }
 

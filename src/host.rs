@@ -2,7 +2,7 @@
 //!
 //! f32 and f64 are IEEE 754's binary32 and binary64 with these attributes:
 //! - `+ − × ÷ √` and conversions round to the nearest, ties to even. The bounds of [`crate::guard`]
-//!   would survive another direction in f64; [`crate::guard::round_down`], the exact stage's first
+//!   would survive another direction in f64; [`crate::num::round_down`], the exact stage's first
 //!   guesses and the CPU's equality with the device would not.
 //! - Subnormal operands and results are kept: neither flush to zero nor "denormals are zero".
 //! - Every operation rounds to its own format: no x87 registers, which round twice.

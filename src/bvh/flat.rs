@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::sides::{self, NOTHING, Sides};
 use super::{Bvh, Node};
-use crate::guard::{round_down, round_up};
+use crate::num::{round_down, round_up};
 
 /// Set in the link of a leaf's [`FlatBox`], on the device too.
 pub const IS_LEAF: u32 = 1 << 31;

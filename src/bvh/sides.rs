@@ -14,7 +14,7 @@
 
 use glam::DVec3;
 
-use crate::guard::{round_down, round_up};
+use crate::num::{round_down, round_up};
 
 /// Lower and upper corner.
 pub type Sides = [[f32; 3]; 2];

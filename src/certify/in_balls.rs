@@ -7,9 +7,9 @@
 
 use std::array::from_fn;
 
+use super::Stage;
 use super::surfaces::{TAndNormal, unit_f32};
-use super::{Stage, StageRays};
-use crate::exact::Ball;
+use crate::exact::{Ball, ExactRays};
 use crate::rays::{Lens, Pixels, WorldRay};
 use crate::scene::Object;
 use glam::DVec3;
@@ -96,8 +96,8 @@ impl Sight {
 impl Stage<'_> {
     pub fn surface_in_balls(&self, index: usize, object: Object) -> Option<TAndNormal> {
         let sight = |point: DVec3| match &self.rays {
-            StageRays::Pixels { pixels, .. } => Sight::of_pixel(pixels, index, point),
-            StageRays::List(rays) => Sight::of_ray(&rays[index], point),
+            ExactRays::Pixels(pixels, _) => Sight::of_pixel(pixels, index, point),
+            ExactRays::List(rays) => Sight::of_ray(&rays[index], point),
         };
         match object {
             Object::Sphere(sphere) => {

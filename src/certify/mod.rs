@@ -12,10 +12,9 @@ use rayon::prelude::*;
 use crate::control::Control;
 use crate::engine::Find64;
 use crate::error::Result;
-use crate::exact::{ExactPixels, ExactRay};
+use crate::exact::ExactRays;
 use crate::guard;
 use crate::prepare::{Hierarchy, Prepared, exponent_of};
-use crate::rays::Pixels;
 use crate::scene::Scene;
 use crate::trace::{Rays, StageCounts, WorldRay};
 use surfaces::MISS;
@@ -43,16 +42,10 @@ impl Decided {
     }
 }
 
-/// The rays, as they are and exactly.
-enum StageRays<'a> {
-    Pixels { pixels: &'a Pixels, exact: Box<ExactPixels> },
-    List(&'a [WorldRay]),
-}
-
 /// The stages after f32 for one scene and its rays.
 pub(crate) struct Stage<'a> {
     scene: &'a Scene,
-    rays: StageRays<'a>,
+    rays: ExactRays<'a>,
     /// Has the spheres that are not listed.
     hierarchy: Option<&'a Hierarchy>,
     /// What f64 says of them.
@@ -63,14 +56,8 @@ impl<'a> Stage<'a> {
     pub(crate) fn new(prepared: &'a Prepared, rays: &'a Rays) -> Stage<'a> {
         let scene = &*prepared.scene;
         let find = Find64::new(prepared, rays);
-        let rays = match rays {
-            Rays::Pixels(pixels) => {
-                StageRays::Pixels { pixels, exact: Box::new(ExactPixels::new(pixels)) }
-            }
-            Rays::List(rays) => StageRays::List(rays),
-        };
         let hierarchy = prepared.hierarchy.as_ref();
-        Stage { scene, rays, hierarchy, find }
+        Stage { scene, rays: rays.into(), hierarchy, find }
     }
 
     /// Fills in `t` and normals of the rays from `first` on, which see these objects: in f64, with more digits, and exactly.
@@ -100,16 +87,6 @@ impl<'a> Stage<'a> {
             }
         }
         Ok(())
-    }
-
-    fn exact_ray(&self, index: usize) -> ExactRay {
-        match &self.rays {
-            StageRays::Pixels { pixels, exact } => {
-                let (x, y) = pixels.xy(index);
-                exact.ray(x, y)
-            }
-            StageRays::List(rays) => ExactRay::new(&rays[index]),
-        }
     }
 }
 

@@ -4,8 +4,8 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::{Stage, StageRays};
-use crate::exact::{ExactHit, ExactRay, visible_hit};
+use super::Stage;
+use crate::exact::{ExactHit, ExactRay, ExactRays, visible_hit};
 use crate::guard::host::{HOST_UNIT_F64, input_in_f64};
 use crate::guard::{self, InputError, Reach};
 use crate::num::{Bits, Float, LaneBits, Lanes, Mask, Real, V3, dispatch, one_by_one};
@@ -56,7 +56,7 @@ pub struct Surfaces<'a, F: Float> {
     units: Vec<[f32; 3]>,
 }
 
-/// The rays of [`StageRays`], with a picture's camera in numbers of `F`.
+/// The rays of [`ExactRays`], with a picture's camera in numbers of `F`.
 enum SurfaceRays<'a, F> {
     Pixels(&'a Pixels, Frame<F>),
     List(&'a [crate::rays::WorldRay]),
@@ -149,8 +149,8 @@ impl<'a> Surfaces<'a, f64> {
     /// For points and unit normals in f64.
     pub fn in_f64(stage: &Stage<'a>) -> Surfaces<'a, f64> {
         let lens = match &stage.rays {
-            StageRays::Pixels { pixels, .. } => Some(pixels.view.lens),
-            StageRays::List(_) => None,
+            ExactRays::Pixels(pixels, _) => Some(pixels.view.lens),
+            ExactRays::List(_) => None,
         };
         Surfaces::new(stage, input_in_f64(lens), HOST_UNIT_F64)
     }
@@ -240,12 +240,12 @@ impl<'a, F: Float> Surfaces<'a, F> {
     fn new(stage: &Stage<'a>, input: InputError, unit: f64) -> Surfaces<'a, F> {
         let reach = Reach::default();
         let (eye, longest, rays) = match &stage.rays {
-            StageRays::Pixels { pixels, .. } => {
+            ExactRays::Pixels(pixels, _) => {
                 let eye = Eye { input, ..Eye::of_pixels(pixels, reach, unit) };
                 let rays = SurfaceRays::Pixels(pixels, Frame::of_pixels(pixels));
                 (eye, pixels.longest_direction(), rays)
             }
-            StageRays::List(rays) => {
+            ExactRays::List(rays) => {
                 let eye = Eye { reference: DVec3::ZERO, spread: 0.0, input, reach, unit };
                 (eye, LONGEST_SCALED, SurfaceRays::List(rays))
             }
@@ -260,7 +260,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
             planes: Vec::new(),
             units: Vec::new(),
         };
-        if let StageRays::Pixels { .. } = &stage.rays {
+        if let ExactRays::Pixels(..) = &stage.rays {
             let spheres = &stage.scene.spheres[..];
             let seen = |id: u32| {
                 let seen = SphereSeen::new::<F>(&spheres[id as usize - 1], &eye);
@@ -558,7 +558,7 @@ impl Stage<'_> {
         if let Some(surface) = self.surface_in_balls(index, object) {
             return Some(surface);
         }
-        let ray = self.exact_ray(index);
+        let ray = self.rays.ray(index);
         let hit = visible_hit(&ray, id, object);
         debug_assert!(hit.is_some(), "object {id} was decided for ray {index} but is not hit");
         Some(exact_surface(&ray, &hit?))

@@ -40,55 +40,53 @@ impl Enclosure {
         if signum(&divisor.low) == 0 {
             return None;
         }
-        let low = quotient(&self.low, &divisor.high, n_bits);
-        let high = quotient(&self.high, &divisor.low, n_bits);
-        Some(Enclosure { low: low.0, high: high.1 })
+        let low = quotient(&self.low, &divisor.high, n_bits).low;
+        Some(Enclosure { low, high: quotient(&self.high, &divisor.low, n_bits).high })
     }
 
     /// The square root, to `n_bits` bits.
     pub fn sqrt(&self, n_bits: usize) -> Enclosure {
-        Enclosure { low: square_root(&self.low, n_bits).0, high: square_root(&self.high, n_bits).1 }
+        let low = square_root(&self.low, n_bits).low;
+        Enclosure { low, high: square_root(&self.high, n_bits).high }
     }
 
     /// Wider bounds of `n_bits` bits.
     pub fn to_bits(&self, n_bits: usize) -> Enclosure {
-        Enclosure { low: cut(&self.low, n_bits).0, high: cut(&self.high, n_bits).1 }
+        Enclosure { low: cut(&self.low, n_bits).low, high: cut(&self.high, n_bits).high }
     }
 }
 
 /// The neighbours of `x ≥ 0` with up to `n_bits` bits, `x` itself where it has no more.
-fn cut(x: &Dyadic, n_bits: usize) -> (Dyadic, Dyadic) {
-    let excess = x.mantissa.bit_len().saturating_sub(n_bits);
-    if excess == 0 {
-        return (x.clone(), x.clone());
+fn cut(x: &Dyadic, n_bits: usize) -> Enclosure {
+    match x.mantissa.bit_len().saturating_sub(n_bits) {
+        0 => Enclosure::of(x),
+        excess => unit_from(Dyadic::new(&x.mantissa >> excess, x.exponent + excess as isize)),
     }
-    let low = Dyadic::new(&x.mantissa >> excess, x.exponent + excess as isize);
-    let high = &low + &power_of_two(low.exponent);
-    (low, high)
 }
 
 /// Bounds of `x/y`, one unit of the last of about `n_bits` bits apart; `x ≥ 0`, `y > 0`.
-pub(super) fn quotient(x: &Dyadic, y: &Dyadic, n_bits: usize) -> (Dyadic, Dyadic) {
+pub(super) fn quotient(x: &Dyadic, y: &Dyadic, n_bits: usize) -> Enclosure {
     if signum(x) == 0 {
-        return (Dyadic::zero(), Dyadic::zero());
+        return Enclosure::of(&Dyadic::zero());
     }
     let shift = (n_bits + y.mantissa.bit_len()).saturating_sub(x.mantissa.bit_len());
     let quotient = (&x.mantissa << shift) / &y.mantissa;
-    let low = Dyadic::new(quotient, x.exponent - y.exponent - shift as isize);
-    let high = &low + &power_of_two(low.exponent);
-    (low, high)
+    unit_from(Dyadic::new(quotient, x.exponent - y.exponent - shift as isize))
 }
 
 /// Bounds of `√x`, one unit of the last of about `n_bits` bits apart; `x ≥ 0`.
-pub(super) fn square_root(x: &Dyadic, n_bits: usize) -> (Dyadic, Dyadic) {
+pub(super) fn square_root(x: &Dyadic, n_bits: usize) -> Enclosure {
     if signum(x) == 0 {
-        return (Dyadic::zero(), Dyadic::zero());
+        return Enclosure::of(&Dyadic::zero());
     }
     let mut shift = (2 * n_bits).saturating_sub(x.mantissa.bit_len());
     shift += usize::from((x.exponent - shift as isize) % 2 != 0);
-    let low = Dyadic::new((&x.mantissa << shift).sqrt().into(), (x.exponent - shift as isize) / 2);
-    let high = &low + &power_of_two(low.exponent);
-    (low, high)
+    unit_from(Dyadic::new((&x.mantissa << shift).sqrt().into(), (x.exponent - shift as isize) / 2))
+}
+
+/// From a number to one unit of its last bit above it.
+fn unit_from(low: Dyadic) -> Enclosure {
+    Enclosure { high: &low + &power_of_two(low.exponent), low }
 }
 
 #[cfg(test)]

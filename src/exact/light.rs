@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::enclosure::Enclosure;
 use super::fraction::{Fraction, dyadic_root};
-use super::number::{Dyadic, power_of_two, product3, real, real3, signum};
+use super::number::{Dyadic, integer, magnitude, power_of_two, product3, real, real3, signum};
 use super::root::sign_of_sum;
 use super::{ExactHit, ExactRay, Side};
 use crate::scene::{Object, Plane, Sphere};
@@ -61,11 +61,6 @@ impl<'a> Surd<'a> {
         let sum = Enclosure::of(&x).plus(&root.times(&Enclosure::of(&y), n_bits));
         Enclosure::of(&apart).over(&sum, n_bits).unwrap_or_else(|| Enclosure::of(&Dyadic::zero()))
     }
-}
-
-/// `|x|`
-fn magnitude(x: &Dyadic) -> Dyadic {
-    if signum(x) < 0 { -x.clone() } else { x.clone() }
 }
 
 impl<'a> Add for &Surd<'a> {
@@ -134,7 +129,7 @@ impl<'a> ExactPoint<'a> {
             &origin[axis] * root.denominator() + &direction[axis] * root.rational_part()
         };
         let base: [Dyadic; 3] = std::array::from_fn(base);
-        let sign = Dyadic::new(root.sign().into(), 0);
+        let sign = integer(root.sign().into());
         let part = |axis: usize| &direction[axis] * &sign;
         // A point with rational coordinates has no root.
         let (base, root_part, radicand) = match dyadic_root(root.radicand()) {

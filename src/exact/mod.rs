@@ -25,7 +25,7 @@ pub use fraction::Fraction;
 pub use light::{ExactBeam, ExactCosine, ExactPoint};
 pub use number::{Dyadic, exact, integer, real, signum};
 pub(crate) use number::{double, primitive, product3, real3};
-pub use ray::{ExactPixels, ExactRay};
+pub use ray::{ExactPixels, ExactRay, ExactRays};
 pub use root::Root;
 pub(crate) use root::{lowest, nearest_f32};
 

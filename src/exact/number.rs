@@ -1,9 +1,10 @@
 //! Dyadic numbers.
 
+use std::borrow::Borrow;
 use std::cmp::Ordering;
 use std::ops::{Add, Mul, Neg, Sub};
 
-use dashu_int::ops::Gcd;
+use dashu_int::ops::{Abs, Gcd};
 use dashu_int::{IBig, Sign};
 use glam::DVec3;
 
@@ -112,55 +113,31 @@ fn aligned(x: &Dyadic, y: &Dyadic, combine: impl FnOnce(&IBig, &IBig) -> IBig) -
     Dyadic { mantissa, exponent }
 }
 
-impl Add for &Dyadic {
-    type Output = Dyadic;
-    fn add(self, other: &Dyadic) -> Dyadic {
-        aligned(self, other, |x, y| x + y)
-    }
-}
-
-impl Sub for &Dyadic {
-    type Output = Dyadic;
-    fn sub(self, other: &Dyadic) -> Dyadic {
-        aligned(self, other, |x, y| x - y)
-    }
-}
-
-impl Mul for &Dyadic {
-    type Output = Dyadic;
-    fn mul(self, other: &Dyadic) -> Dyadic {
-        Dyadic {
-            mantissa: &self.mantissa * &other.mantissa,
-            exponent: self.exponent + other.exponent,
-        }
-    }
-}
-
-/// The operators for operands that are not borrowed.
-macro_rules! forward {
-    ($($operator:ident $function:ident),*) => {$(
-        impl $operator<Dyadic> for Dyadic {
+/// Operators for operands that are borrowed, and that are not.
+macro_rules! operators {
+    ($($operator:ident $function:ident $result:expr),*) => {$(
+        impl<D: Borrow<Dyadic>> $operator<D> for &Dyadic {
             type Output = Dyadic;
-            fn $function(self, other: Dyadic) -> Dyadic {
-                (&self).$function(&other)
+            fn $function(self, other: D) -> Dyadic {
+                $result(self, other.borrow())
             }
         }
-        impl $operator<&Dyadic> for Dyadic {
+        impl<D: Borrow<Dyadic>> $operator<D> for Dyadic {
             type Output = Dyadic;
-            fn $function(self, other: &Dyadic) -> Dyadic {
-                (&self).$function(other)
-            }
-        }
-        impl $operator<Dyadic> for &Dyadic {
-            type Output = Dyadic;
-            fn $function(self, other: Dyadic) -> Dyadic {
-                self.$function(&other)
+            fn $function(self, other: D) -> Dyadic {
+                $result(&self, other.borrow())
             }
         }
     )*};
 }
 
-forward!(Add add, Sub sub, Mul mul);
+operators!(
+    Add add |x, y| aligned(x, y, |x, y| x + y),
+    Sub sub |x, y| aligned(x, y, |x, y| x - y),
+    Mul mul |x: &Dyadic, y: &Dyadic| {
+        Dyadic::new(&x.mantissa * &y.mantissa, x.exponent + y.exponent)
+    }
+);
 
 impl Neg for Dyadic {
     type Output = Dyadic;
@@ -227,6 +204,11 @@ impl From<IBig> for Dyadic {
 /// `2^exponent`.
 pub(super) fn power_of_two(exponent: isize) -> Dyadic {
     Dyadic::new(IBig::ONE, exponent)
+}
+
+/// `|x|`.
+pub(super) fn magnitude(x: &Dyadic) -> Dyadic {
+    Dyadic::new((&x.mantissa).abs(), x.exponent)
 }
 
 /// `2x`.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::number::{Dyadic, integer, product3, real, real3};
-use crate::rays::{Lens, Pixels, WorldRay};
+use crate::rays::{Lens, Pixels, Rays, WorldRay};
 
 /// A ray in exact numbers: `o + t·d`, kept as the multiples `S·o` of its origin and `F·d` of its
 /// direction for which all numbers are dyadic. It then stands in a world that is `S` times as
@@ -20,17 +20,19 @@ pub struct ExactRay {
     direction_scale: u32,
 }
 
-fn zero3() -> [Dyadic; 3] {
-    std::array::from_fn(|_| Dyadic::zero())
-}
-
 impl ExactRay {
     /// A ray as it stands: `S = F = 1`.
     pub fn new(ray: &WorldRay) -> ExactRay {
         match (real3(ray.origin), real3(ray.direction)) {
             (Some(origin), Some(direction)) => ExactRay::from_parts(origin, direction, 1, 1),
-            _ => ExactRay::from_parts(zero3(), zero3(), 1, 1),
+            _ => ExactRay::nowhere(),
         }
+    }
+
+    /// A ray that hits nothing.
+    fn nowhere() -> ExactRay {
+        let zero = || std::array::from_fn(|_| Dyadic::zero());
+        ExactRay::from_parts(zero(), zero(), 1, 1)
     }
 
     /// `direction_scale` is a multiple of `world_scale`.
@@ -101,57 +103,80 @@ impl ExactRay {
 #[derive(Clone, Debug)]
 pub struct ExactPixels {
     pixels: Pixels,
-    /// Origin and direction of the ray through the picture's centre, scaled as all of them.
-    origin: [Dyadic; 3],
-    direction: [Dyadic; 3],
-    right: [Dyadic; 3],
-    up: [Dyadic; 3],
-    finite: bool,
+    /// Origin and direction of the ray through the picture's centre, and the steps to the right and to the top, scaled as all of
+    /// them; `None` where a number is not finite.
+    camera: Option<[[Dyadic; 3]; 4]>,
 }
 
 impl ExactPixels {
     /// The camera of `pixels` in exact numbers.
     pub fn new(pixels: &Pixels) -> ExactPixels {
         let view = &pixels.view;
-        let height = integer(i64::from(pixels.image_height));
-        let parts = || {
+        let [one, height] = [1, pixels.image_height].map(|x| integer(x.into()));
+        let camera = || {
             let h = real(view.h)?;
-            let position = real3(view.position)?;
-            Some((
-                match view.lens {
-                    Lens::Perspective => position,
-                    Lens::Orthographic => position.map(|p| p * &height),
-                },
-                real3(view.forward)?.map(|f| f * &height),
-                real3(view.right)?.map(|r| r * &h),
-                real3(view.true_up)?.map(|u| u * &h),
-            ))
+            let world_scale = match view.lens {
+                Lens::Perspective => &one,
+                Lens::Orthographic => &height,
+            };
+            let scaled = |v: DVec3, scale: &Dyadic| Some(real3(v)?.map(|x| x * scale));
+            Some([
+                scaled(view.position, world_scale)?,
+                scaled(view.forward, &height)?,
+                scaled(view.right, &h)?,
+                scaled(view.true_up, &h)?,
+            ])
         };
-        let found = parts();
-        let finite = found.is_some() && pixels.image_height > 0;
-        let (origin, direction, right, up) =
-            found.unwrap_or_else(|| (zero3(), zero3(), zero3(), zero3()));
-        ExactPixels { pixels: *pixels, origin, direction, right, up, finite }
+        ExactPixels { pixels: *pixels, camera: camera().filter(|_| pixels.image_height > 0) }
     }
 
     /// The centre ray of pixel `(x, y)` of the picture.
     pub fn ray(&self, x: u32, y: u32) -> ExactRay {
-        if !self.finite {
-            return ExactRay::from_parts(zero3(), zero3(), 1, 1);
-        }
+        let Some([origin, direction, right, up]) = &self.camera else {
+            return ExactRay::nowhere();
+        };
         let (i, j) = self.pixels.offset2(x, y);
         let (i, j) = (integer(i), integer(j));
         let moved = |from: &[Dyadic; 3]| {
-            std::array::from_fn(|axis| &from[axis] + &self.right[axis] * &i + &self.up[axis] * &j)
+            std::array::from_fn(|axis| &from[axis] + &right[axis] * &i + &up[axis] * &j)
         };
         let height = self.pixels.image_height;
         match self.pixels.view.lens {
-            Lens::Perspective => {
-                ExactRay::from_parts(self.origin.clone(), moved(&self.direction), 1, height)
-            }
+            Lens::Perspective => ExactRay::from_parts(origin.clone(), moved(direction), 1, height),
             Lens::Orthographic => {
-                ExactRay::from_parts(moved(&self.origin), self.direction.clone(), height, height)
+                ExactRay::from_parts(moved(origin), direction.clone(), height, height)
             }
+        }
+    }
+}
+
+/// Rays, a picture's with its camera in exact numbers.
+#[derive(Clone, Debug)]
+pub enum ExactRays<'a> {
+    /// The centre rays of a picture's pixels.
+    Pixels(&'a Pixels, Box<ExactPixels>),
+    /// A list.
+    List(&'a [WorldRay]),
+}
+
+impl<'a> From<&'a Rays> for ExactRays<'a> {
+    fn from(rays: &'a Rays) -> ExactRays<'a> {
+        match rays {
+            Rays::Pixels(pixels) => ExactRays::Pixels(pixels, Box::new(ExactPixels::new(pixels))),
+            Rays::List(rays) => ExactRays::List(rays),
+        }
+    }
+}
+
+impl ExactRays<'_> {
+    /// The ray with this index, exactly.
+    pub fn ray(&self, index: usize) -> ExactRay {
+        match self {
+            ExactRays::Pixels(pixels, exact) => {
+                let (x, y) = pixels.xy(index);
+                exact.ray(x, y)
+            }
+            ExactRays::List(rays) => ExactRay::new(&rays[index]),
         }
     }
 }

@@ -3,11 +3,11 @@
 use std::cmp::Ordering;
 
 use dashu_int::IBig;
-use dashu_int::ops::{Abs, BitTest};
+use dashu_int::ops::BitTest;
 
 use super::enclosure::{quotient, square_root};
 use super::fraction::dyadic_root;
-use super::number::{Dyadic, double, integer, power_of_two, real, signum};
+use super::number::{Dyadic, double, integer, magnitude, power_of_two, real, signum};
 
 /// Bits of a number that is no [`Root`] and is taken for one.
 const ENOUGH_BITS: usize = 1024;
@@ -94,30 +94,22 @@ impl Root {
         Root::quotient(numerator, integer(i64::from(denominator.max(1))), 1)
     }
 
-    /// This number less `x`.
-    pub fn minus(&self, x: &Dyadic) -> Root {
-        let (b, d) = self.folded();
-        Root::new(b - x * &self.a, self.s, d, self.a.clone(), 1)
-    }
-
     /// This number with a factor of 1, and without a root that is dyadic.
     fn simple(&self) -> Root {
         let (b, d) = self.folded();
         match dyadic_root(&d) {
-            Some(root) if self.s < 0 => Root::quotient(b - root, self.a.clone(), 1),
-            Some(root) => Root::quotient(b + root, self.a.clone(), 1),
+            Some(root) => Root::quotient(b + root * integer(self.s.into()), self.a.clone(), 1),
             None => Root::new(b, self.s, d, self.a.clone(), 1),
         }
     }
 
     /// The number itself where it is a quotient, else one that is off by less than `2^-1000` of it.
     fn rational(&self) -> Root {
-        let magnitude = || Root::from(self.magnitude().approximate(ENOUGH_BITS));
-        match self.s {
-            0 => self.clone(),
-            _ if self.signum() < 0 => magnitude().negated(),
-            _ => magnitude(),
+        if self.s == 0 {
+            return self.clone();
         }
+        let magnitude = self.magnitude().approximate(ENOUGH_BITS);
+        Root::from(magnitude * integer(self.signum().into()))
     }
 
     /// The sum: exactly, where the square roots are multiples of each other. Else of numbers that are off by less than `2^-1000`
@@ -140,8 +132,7 @@ impl Root {
             [(x.s * signum(&y.b), &y.b * &y.b * &x.d), (y.s * signum(&x.b), &x.b * &x.b * &y.d)];
         match (dyadic_root(&(&x.d * &y.d)), sum_of_surds(across)) {
             (Some(both), Some((s, d))) => {
-                let both = if x.s * y.s < 0 { -both } else { both };
-                Root::new(&x.b * &y.b + both, s, d, &x.a * &y.a, 1)
+                Root::new(&x.b * &y.b + both * integer((x.s * y.s).into()), s, d, &x.a * &y.a, 1)
             }
             _ => self.rational().times(&other.rational()),
         }
@@ -182,15 +173,14 @@ impl Root {
     /// `B + s√D = (B² − D)/(B − s√D)` with an exact `B² − D`, so nothing cancels: what is left are
     /// one square root, a quotient and a sum of terms of one sign, each within `2^(1 − n_bits)`.
     fn approximate(&self, n_bits: usize) -> Dyadic {
-        let abs = |x: &Dyadic| Dyadic::new((&x.mantissa).abs(), x.exponent);
-        let sum = abs(&self.b) + square_root(&self.d, n_bits).0;
+        let sum = magnitude(&self.b) + square_root(&self.d, n_bits).low;
         let factor = integer(i64::from(self.factor));
         let is_difference = self.s != 0 && signum(&self.b) == -self.s;
         let (numerator, denominator) = match is_difference {
-            true => (abs(&(&self.b * &self.b - &self.d)), sum * &self.a),
+            true => (magnitude(&(&self.b * &self.b - &self.d)), sum * &self.a),
             false => (sum, self.a.clone()),
         };
-        quotient(&(numerator * factor), &denominator, n_bits).0
+        quotient(&(numerator * factor), &denominator, n_bits).low
     }
 
     /// The nearest f32, ties to even; infinite from `2^128 − 2^103` on.

@@ -163,7 +163,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::guard::{round_down, round_up};
+    use crate::num::{round_down, round_up};
     use crate::seen::shadow::{Aim, Origin};
 
     fn power(rng: &mut ChaCha8Rng, least: f64, most: f64) -> f64 {

@@ -5,9 +5,9 @@ use glam::DVec3;
 use super::Prepared;
 use crate::bvh::{FlatBox, REACH};
 use crate::error::Result;
-use crate::guard::{self, round_up};
+use crate::guard;
 use crate::memory;
-use crate::num::Float;
+use crate::num::{Float, round_up};
 use crate::rays::{Lens, View};
 
 /// Boxes relative to [`Prepared::reference`].

@@ -104,13 +104,13 @@ impl<R: Real<One = f64>> SphereLeaf<R> {
         r: R,
         l: R,
         is_outside: R::Mask,
-        (offset, direction): (R, f64),
+        errors: (R, f64),
         eye: &Eye,
     ) -> SphereLeaf<R> {
         let (lit, far) = (R::lit, F::FARTHEST);
         let in_range = is_in_range::<F, R>(r, l);
         let or = |number: R, open: f64| R::select(in_range, number, lit(open));
-        let [inner2, outer2, slack] = Guard::numbers(r, l, eye.unit, offset, direction);
+        let Guard { inner2, outer2, slack } = Guard::new(r, l, eye.unit, errors);
         let near_most = match eye.spread > 0.0 {
             true => lit(F::BEYOND),
             false => R::select(is_outside, lit(F::BEYOND), lit(0.0)),
@@ -212,7 +212,7 @@ impl<R: Real<One = f64>> SphereSeen<R> {
         let InputError { offset, direction } = input;
         let errors = (lit(offset), direction);
         let leaf = SphereLeaf::of::<F>(center, r, l, lit(0.0).lt(k), errors, eye);
-        let [inner2, outer2, ..] = Guard::numbers(r, l, eye.unit, errors.0, direction);
+        let Guard { inner2, outer2, .. } = Guard::new(r, l, eye.unit, errors);
         // Rounded, ½, and moved to an origin: `o·(c + l)` is off by `2(λ − 1)` of `|o|ℓ` for `o`, `λ + 3` for `c + l`, 6 for the
         // dot product; and the difference by one of `|k|` and 2 of `|o|ℓ`.
         let roundings_of_k = if eye.spread > 0.0 { 1.5 } else { 0.5 };

@@ -56,7 +56,7 @@ impl From<Root> for Exact {
 /// isn't.
 pub fn error_ulp(value: f64, exact: &Root, precision: Precision) -> f64 {
     let Some(value) = real(value) else { return f64::INFINITY };
-    let error = exact.minus(&value).to_f64().abs();
+    let error = exact.plus(&Root::from(-value)).to_f64().abs();
     if error == 0.0 {
         return 0.0;
     }

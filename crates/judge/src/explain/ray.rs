@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use kugelblitz::Result;
-use kugelblitz::exact::{Dyadic, ExactHit, ExactRay, Root, visible_hit};
+use kugelblitz::exact::{Dyadic, ExactHit, ExactRay, ExactRays, Root, visible_hit};
 use kugelblitz::kernel::lecture::{plane_quotient, quadratic, quadratic_roots};
 use kugelblitz::kernel::plain::{PlainRay, PlainRays};
 use kugelblitz::kernel::relative::{PlaneStable, SphereStable, approach, half_root, roots_stable};
@@ -21,7 +21,7 @@ use super::shading::lighting;
 use super::step::{Step, vector};
 use super::words::Words;
 use super::{ExplainStyle, ObjectExplanation, Rank, Reason, label_in};
-use crate::verify::{ExactRays, Near, is_clearly_missed};
+use crate::verify::{Near, is_clearly_missed};
 use crate::wrong_usage;
 
 /// All that is known of a ray.
@@ -70,14 +70,13 @@ impl<'a> RayNumbers<'a> {
             .map(|prepared| PlainPoint::new(prepared, rays, lighting.as_ref().unwrap_or(&none)));
         let of_kernel = |prepared: &Prepared| PlainRays::new(prepared.coordinates(), rays).one(0);
         let (lecture, stable) = (of_kernel(&on_lecture).ray, of_kernel(&on_stable));
-        let exactly = ExactRays::from(rays);
         Ok(RayNumbers {
             scene,
             rays,
-            exact: exactly.exact(0),
+            exact: ExactRays::from(rays).ray(0),
             origin,
             direction,
-            near: exactly.near(0),
+            near: Near::new(rays, 0),
             lecture,
             double: num::Ray::new(V3::near(origin), V3::near(direction)),
             stable,

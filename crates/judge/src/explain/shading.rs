@@ -307,7 +307,7 @@ impl ChannelByte {
         let byte = mean.pixel::<u8>()[channel];
         let (low, high) = Edges::srgb8().range(byte.into());
         let distance = |end: f64| {
-            let away = value.minus(&real(end)?);
+            let away = value.plus(&Root::from(-real(end)?));
             Some(if away.signum() < 0 { away.negated() } else { away })
         };
         let from_edge = [low, high].into_iter().filter_map(distance).min();

@@ -30,7 +30,7 @@ use kugelblitz::{Error, Result, Session};
 use crate::compare::{
     ErrorStats, RayError, RayResult, TError, Tolerance, Unit, error_picture, short,
 };
-use crate::verify::{ExactRays, TrueHit, Truth};
+use crate::verify::{Near, TrueHit, Truth};
 use crate::wrong_usage;
 
 /// Bytes of memory that judging a ray takes: what is exact, what is claimed in the file and by
@@ -109,11 +109,10 @@ impl Case {
     /// The errors of claims about these rays.
     fn errors(&self, claims: &Claims, truth: &Truth) -> CaseErrors {
         let palette: Vec<[u8; 3]> = self.scene.colors().map(Color::to_srgb8).collect();
-        let rays = ExactRays::from(&self.rays);
         let error = |(i, exact): (usize, &TrueHit)| {
             let mut right = RayResult::from(exact);
             if claims.is_distance {
-                right.t = right.t.map(|t| t * rays.near(i).ray.direction.length());
+                right.t = right.t.map(|t| t * Near::new(&self.rays, i).ray.direction.length());
             }
             let said = claims.row(i, &right, exact.is_back, &palette);
             match RayError::of(Some(said), &right, |normal| normal == exact.normal_f32) {

@@ -81,7 +81,7 @@ impl<'a> Discriminants<'a> {
         let View { position, lens, .. } = self.pixels.view;
         let distance = guard::length_bound(sphere.center - position) + self.spread;
         let input = guard::input_of(lens);
-        let guard = Guard::new(sphere.radius, distance, f64::UNIT, input);
+        let guard = Guard::new(sphere.radius, distance, f64::UNIT, (input.offset, input.direction));
         if m < guard.inner2 {
             return 1;
         }

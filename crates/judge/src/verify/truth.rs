@@ -3,7 +3,7 @@
 use glam::DVec3;
 use kugelblitz::Result;
 use kugelblitz::control::Control;
-use kugelblitz::exact::{self, ExactHit, ExactPixels, ExactRay, Root, Side};
+use kugelblitz::exact::{self, ExactHit, ExactRay, ExactRays, Root, Side};
 use kugelblitz::num::Scaled;
 use kugelblitz::random::SplitMix;
 use kugelblitz::rays::{Pixels, Rays};
@@ -38,10 +38,10 @@ impl Truth {
         index: Vec<usize>,
         control: &Control,
     ) -> Result<Truth> {
-        let rays = ExactRays::from(rays);
+        let exactly = ExactRays::from(rays);
         Truth::new(index, control, |i| {
-            let exact = rays.exact(i);
-            TrueHit::of(&exact, hit_of(scene, &exact, &rays.near(i)))
+            let exact = exactly.ray(i);
+            TrueHit::of(&exact, hit_of(scene, &exact, &Near::new(rays, i)))
         })
     }
 
@@ -59,7 +59,7 @@ impl Truth {
         let rays = ExactRays::from(rays);
         Truth::new((0..ids.len()).collect(), control, |i| {
             let Some(object) = scene.object(ids[i]) else { return TrueHit::NONE };
-            let ray = rays.exact(i);
+            let ray = rays.ray(i);
             TrueHit::of(&ray, exact::nearest(&ray, [(ids[i], object)]))
         })
     }
@@ -79,45 +79,6 @@ impl Truth {
     }
 }
 
-/// Rays, exactly and in f64.
-pub(crate) enum ExactRays<'a> {
-    Pixels(&'a Pixels, Box<ExactPixels>),
-    List(&'a [WorldRay]),
-}
-
-impl<'a> From<&'a Rays> for ExactRays<'a> {
-    fn from(rays: &'a Rays) -> ExactRays<'a> {
-        match rays {
-            Rays::Pixels(pixels) => ExactRays::Pixels(pixels, Box::new(ExactPixels::new(pixels))),
-            Rays::List(rays) => ExactRays::List(rays),
-        }
-    }
-}
-
-impl ExactRays<'_> {
-    /// The `i`-th, exactly.
-    pub fn exact(&self, i: usize) -> ExactRay {
-        match self {
-            ExactRays::Pixels(pixels, exact) => {
-                let (x, y) = pixels.xy(i);
-                exact.ray(x, y)
-            }
-            ExactRays::List(rays) => ExactRay::new(&rays[i]),
-        }
-    }
-
-    /// The `i`-th in f64, from the camera's position, or from its own origin.
-    pub fn near(&self, i: usize) -> Near {
-        match self {
-            ExactRays::Pixels(pixels, _) => Near::of_pixel(pixels, pixels.xy(i)),
-            ExactRays::List(rays) => {
-                let WorldRay { origin, direction } = rays[i];
-                Near { reference: origin, ray: WorldRay { origin: DVec3::ZERO, direction } }
-            }
-        }
-    }
-}
-
 /// A ray in f64, relative to a point: what is near the ray may be far from the world's origin.
 pub(crate) struct Near {
     pub reference: DVec3,
@@ -125,6 +86,17 @@ pub(crate) struct Near {
 }
 
 impl Near {
+    /// The ray with this index, from the camera's position, or from its own origin.
+    pub fn new(rays: &Rays, index: usize) -> Near {
+        match rays {
+            Rays::Pixels(pixels) => Near::of_pixel(pixels, pixels.xy(index)),
+            Rays::List(rays) => {
+                let WorldRay { origin, direction } = rays[index];
+                Near { reference: origin, ray: WorldRay { origin: DVec3::ZERO, direction } }
+            }
+        }
+    }
+
     /// The centre ray of a pixel.
     pub fn of_pixel(pixels: &Pixels, (x, y): (u32, u32)) -> Near {
         let (origin, direction) = (pixels.origin_offset(x, y), pixels.direction(x, y));
