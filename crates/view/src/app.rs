@@ -277,13 +277,13 @@ impl eframe::App for App<'_> {
         if self.turns.taken() {
             ui.ctx().request_repaint();
         }
-        let commands = panels::layout(ui, &mut self.state);
+        panels::layout(ui, &mut self.state);
         // Where the pointer comes back from elsewhere, what it finds is looked up again.
         if self.hovered != self.state.pointed {
             self.hovered = self.state.pointed.clone();
             self.hovered.clone().into_iter().for_each(|question| self.hover.ask(question));
         }
-        for command in commands {
+        for command in std::mem::take(&mut self.state.commands) {
             self.carry_out(command);
         }
         if let Some(order) = self.state.order() {

@@ -39,7 +39,7 @@ const GRIP: f32 = 6.0;
 const APART: f32 = 17.0;
 
 /// All keys. A key counts with what was held when it was pressed: it may be free again by now.
-pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
+pub fn keys(ui: &Ui, state: &mut State) {
     state.is_moving = false;
     let pressed: Vec<(Key, Modifiers)> = ui.input(|input| {
         let keys = input.events.iter().filter_map(|event| match event {
@@ -54,14 +54,14 @@ pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
         match key {
             _ if !modifiers.command => {
                 state.flying.push(key);
-                press(ui, key, modifiers.shift, state, commands);
+                press(ui, key, modifiers.shift, state);
             }
-            Key::S => commands.push(Command::Save),
-            Key::O => commands.extend(state.other_scenes().into_iter().next().map(Command::Open)),
+            Key::S => state.commands.push(Command::Save),
+            Key::O => state.open_previous(),
             Key::Z if modifiers.shift => state.redo(),
             Key::Y => state.redo(),
             Key::Z => state.undo(),
-            Key::Q => commands.push(Command::Quit),
+            Key::Q => state.commands.push(Command::Quit),
             _ => {}
         }
     }
@@ -75,7 +75,7 @@ pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
     state.flying.retain(|&key| ui.input(|input| input.key_down(key)));
 }
 
-fn press(ui: &Ui, key: Key, shift: bool, state: &mut State, commands: &mut Vec<Command>) {
+fn press(ui: &Ui, key: Key, shift: bool, state: &mut State) {
     // `1` is the first axis, and `F1` the first of what can be shown.
     let number = |name: &str| name.parse::<usize>().ok()?.checked_sub(1);
     if let Some(axis) = number(key.name()).and_then(|i| Axis::ALL.get(i)) {
@@ -88,7 +88,7 @@ fn press(ui: &Ui, key: Key, shift: bool, state: &mut State, commands: &mut Vec<C
     match key {
         Key::F => state.frame_everything(),
         Key::R => state.go_home(),
-        Key::P => commands.push(Command::PrintCamera),
+        Key::P => state.commands.push(Command::PrintCamera),
         Key::K => {
             let place = usize::from(!(shift && state.compares));
             state.kernels[place] = state.kernel_after(state.kernels[place]);
@@ -129,13 +129,13 @@ fn fly(ui: &Ui, begins: bool, state: &mut State) {
 }
 
 /// Follows the mouse over the picture: drags, clicks, the wheel, and what is under the pointer.
-pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Command>) {
+pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State) {
     let response = ui.allocate_rect(rect, Sense::click_and_drag());
     // What the hand meant is what was shown: the window may have another size by now.
     let divider = state.compares.then(|| divide(ui, rect, state));
     match &divider {
         Some(divider) if divider.dragged() => state.pointed = None,
-        _ => mouse(ui, &response, state, commands),
+        _ => mouse(ui, &response, state),
     }
     state.area = Area::of(rect, ui.pixels_per_point());
     state.paint(&ui.painter_at(rect));
@@ -151,7 +151,7 @@ pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Co
     }
 }
 
-fn mouse(ui: &Ui, response: &Response, state: &mut State, commands: &mut Vec<Command>) {
+fn mouse(ui: &Ui, response: &Response, state: &mut State) {
     state.pointed = None;
     if response.drag_started() {
         state.history.add_undo(&state.rig);
@@ -172,7 +172,7 @@ fn mouse(ui: &Ui, response: &Response, state: &mut State, commands: &mut Vec<Com
             None => state.pivot_wanted = Some(pixel),
         }
     } else if response.clicked() {
-        commands.push(Command::Explain(state.question(pixel)));
+        state.commands.push(Command::Explain(state.question(pixel)));
     }
     state.pointed = (!response.dragged()).then(|| state.question(pixel));
 }
@@ -289,15 +289,15 @@ mod tests {
     ) -> Vec<Command> {
         let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, size.into()));
         let mut input = RawInput { screen_rect, events, ..RawInput::default() };
-        let (mut commands, mut turns) = (Vec::new(), Turns::default());
+        let mut turns = Turns::default();
         loop {
             turns.give(&mut input);
             input.time = None;
             let next = RawInput { screen_rect, ..RawInput::default() };
             let now = std::mem::replace(&mut input, next);
-            let _ = context.run_ui(now, |ui| commands.extend(panels::layout(ui, state)));
+            let _ = context.run_ui(now, |ui| panels::layout(ui, state));
             if !turns.taken() {
-                return commands;
+                return std::mem::take(&mut state.commands);
             }
         }
     }

@@ -111,6 +111,8 @@ pub struct State {
     /// The scene without its light; the same one where it has none.
     unlit: Arc<Scene>,
     pub extent: BoundingSphere,
+    /// What the user wants and nobody has carried out yet.
+    pub commands: Vec<Command>,
     pub rig: Rig,
     /// Where it was.
     pub history: Undoer<Rig>,
@@ -166,6 +168,7 @@ impl State {
             extent: BoundingSphere::new(&scene),
             history: history(&rig),
             is_moving: false,
+            commands: Vec::new(),
             rig,
             unlit: without_light(&scene),
             n_samples: scene.samples.unwrap_or_default(),
@@ -229,6 +232,11 @@ impl State {
     pub fn other_scenes(&self) -> Vec<PathBuf> {
         let path = std::path::absolute(&self.path).ok();
         self.recent.iter().filter(|other| Some(*other) != path.as_ref()).cloned().collect()
+    }
+
+    /// Orders the scene that was opened before this one.
+    pub fn open_previous(&mut self) {
+        self.commands.extend(self.other_scenes().into_iter().next().map(Command::Open));
     }
 
     /// The kernels that are shown, from left to right.
