@@ -3,7 +3,6 @@
 use eframe::egui;
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Ui, vec2};
 use glam::DVec3;
-use kugelblitz::rays::Lens;
 
 use super::state::State;
 
@@ -74,12 +73,7 @@ pub fn guides(ui: &Ui, rect: Rect, state: &State) {
         Some(state.area.point(at.to_array(), scale))
     };
     let Some(middle) = point(pivot) else { return };
-    let view = &pixels.view;
-    let depth = match view.lens {
-        Lens::Perspective => (pivot - view.position).dot(view.forward),
-        Lens::Orthographic => 1.0,
-    };
-    let length = AXIS * 2.0 * view.h * depth;
+    let length = AXIS * 2.0 * pixels.view.h * state.rig.pivot_depth();
     for (name, axis, color) in AXES {
         let Some(end) = point(pivot + axis * length) else { continue };
         line(&painter, [middle, end], 2.0, color);

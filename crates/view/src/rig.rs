@@ -98,11 +98,15 @@ impl Rig {
     }
 
     /// Depth of the pivot along the view axis; the distance of `look_at` where the pivot lies
-    /// behind the eye.
+    /// behind the eye. It is 1 for an orthographic camera, to which all depths look alike.
     pub fn pivot_depth(&self) -> f64 {
-        let depth = (self.pivot - self.camera.position).dot(self.view().forward);
-        let distance = self.camera.look_at.distance(self.camera.position);
-        if depth > 0.0 { depth } else { distance }
+        let View { forward, lens, .. } = self.view();
+        let depth = (self.pivot - self.camera.position).dot(forward);
+        match lens {
+            Lens::Orthographic => 1.0,
+            Lens::Perspective if depth > 0.0 => depth,
+            Lens::Perspective => self.camera.look_at.distance(self.camera.position),
+        }
     }
 
     /// Turns around the pivot: `yaw` to the right, `pitch` up, in radians.
@@ -121,12 +125,8 @@ impl Rig {
     /// Moves sideways so that a point at the pivot's depth follows a pointer that moves by `by`
     /// pixels, right and down, over a picture `height` pixels high.
     pub fn pan(&mut self, by: DVec2, height: f64) {
-        let View { right, true_up, h, lens, .. } = self.view();
-        let depth = match lens {
-            Lens::Perspective => self.pivot_depth(),
-            Lens::Orthographic => 1.0,
-        };
-        let step = 2.0 * h / height * depth;
+        let View { right, true_up, h, .. } = self.view();
+        let step = 2.0 * h / height * self.pivot_depth();
         self.translate((true_up * by.y - right * by.x) * step);
     }
 
