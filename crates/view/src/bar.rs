@@ -8,7 +8,7 @@ use kugelblitz::scene::Samples;
 use kugelblitz::trace::Kernel;
 use kugelblitz_judge::show::Show;
 
-use super::rig::Axis;
+use super::rig::SIDES;
 use super::state::{Command, SAMPLES, State};
 
 /// The whole bar.
@@ -109,9 +109,9 @@ fn camera_menu(ui: &mut Ui, state: &mut State) {
     if item(ui, "frame everything", "F", true) {
         state.frame_everything();
     }
-    for (i, axis) in Axis::ALL.into_iter().enumerate() {
-        if item(ui, &format!("from {}", axis.name), &(i + 1).to_string(), true) {
-            state.look_along(axis);
+    for (i, (name, to_eye)) in SIDES.into_iter().enumerate() {
+        if item(ui, &format!("from {name}"), &(i + 1).to_string(), true) {
+            state.look_from(to_eye);
         }
     }
     if item(ui, "the file's camera", "R", true) {

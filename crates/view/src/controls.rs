@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3, Vec2};
 use kugelblitz_judge::show::Show;
 
 use super::overlay;
-use super::rig::Axis;
+use super::rig::SIDES;
 use super::state::{Area, Command, PAUSE, State};
 
 /// Orbiting by a drag over the whole height of the picture, radians.
@@ -76,10 +76,10 @@ pub fn keys(ui: &Ui, state: &mut State) {
 }
 
 fn press(ui: &Ui, key: Key, shift: bool, state: &mut State) {
-    // `1` is the first axis, and `F1` the first of what can be shown.
+    // `1` is the first side, and `F1` the first of what can be shown.
     let number = |name: &str| name.parse::<usize>().ok()?.checked_sub(1);
-    if let Some(axis) = number(key.name()).and_then(|i| Axis::ALL.get(i)) {
-        state.look_along(*axis);
+    if let Some((_, to_eye)) = number(key.name()).and_then(|i| SIDES.get(i)) {
+        state.look_from(*to_eye);
     }
     let function = key.name().strip_prefix('F').and_then(number);
     if let Some(show) = function.and_then(|i| Show::ALL.get(i)) {

@@ -8,7 +8,7 @@ use eframe::egui;
 use eframe::egui_wgpu::Callback;
 use egui::util::undoer::{Settings, Undoer};
 use egui::{Color32, Painter, Pos2, Rect, pos2};
-use glam::{DVec2, Vec2};
+use glam::{DVec2, DVec3, Vec2};
 use kugelblitz::Result;
 use kugelblitz::device::Device;
 use kugelblitz::rays::Pixels;
@@ -20,7 +20,7 @@ use kugelblitz_judge::show::{Entry, Show, Tally};
 use super::ask::{Answer, Question, Why};
 use super::picture::{DrawnFrame, Order};
 use super::present::Presented;
-use super::rig::{Axis, BoundingSphere, Rig};
+use super::rig::{BoundingSphere, Rig};
 
 /// A movement of the camera ends where it rests this long, seconds.
 pub const PAUSE: f32 = 0.6;
@@ -337,10 +337,10 @@ impl State {
         self.rig.frame(self.extent, self.aspect());
     }
 
-    /// Looks at everything along an axis.
-    pub fn look_along(&mut self, axis: Axis) {
+    /// Looks at everything from the side of a unit vector.
+    pub fn look_from(&mut self, to_eye: DVec3) {
         self.step_camera();
-        self.rig.look_along(axis, self.extent, self.aspect());
+        self.rig.look_from(to_eye, self.extent, self.aspect());
     }
 
     /// Takes the camera's last step back.
@@ -548,7 +548,7 @@ mod tests {
     fn another_scene_begins_with_its_own_camera() {
         let mut state = state();
         state.go_home();
-        state.look_along(Axis::ALL[2]);
+        state.look_from(DVec3::Z);
         let scene = lit(&LIT.replace("samples = 3", "samples = 2"));
         state.open("other.toml".into(), Arc::clone(&scene));
         let home = Rig::new(scene.camera.as_ref().unwrap());
@@ -561,7 +561,7 @@ mod tests {
     fn the_camera_goes_back_step_by_step() {
         let mut state = state();
         let home = state.rig.clone();
-        state.look_along(Axis::ALL[0]);
+        state.look_from(DVec3::X);
         let along = state.rig.clone();
         // It does so already: no step.
         state.frame_everything();
@@ -574,7 +574,7 @@ mod tests {
         assert!(state.message().unwrap().0.contains("not moved"));
         state.redo();
         assert_eq!(state.rig, along);
-        state.look_along(Axis::ALL[4]);
+        state.look_from(DVec3::NEG_Y);
     }
 
     #[test]
