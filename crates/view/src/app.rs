@@ -83,13 +83,6 @@ enum Event {
 /// A scene, which has a camera.
 type Read = Result<Arc<Scene>>;
 
-/// Reads a scene for a window, which waits for no writer.
-fn read(reread: &Reread, path: &Path, control: &Control) -> Read {
-    let scene = reread(path, control)?;
-    scene.require_camera(path)?;
-    Ok(Arc::new(scene))
-}
-
 /// Opens the window and returns when it was closed.
 ///
 /// # Errors
@@ -540,7 +533,10 @@ fn start_reader(
     let reread = Arc::clone(&options.reread);
     let say = move |read: Result<_>| drop(read.map(&say));
     Worker::start("reading", say, move |path: PathBuf, turn, say| {
-        let read = read(&reread, &path, &turn.control);
+        let read = reread(&path, &turn.control).and_then(|scene| {
+            scene.require_camera(&path)?;
+            Ok(Arc::new(scene))
+        });
         if !turn.is_over() {
             say((path, read));
         }

@@ -2,8 +2,8 @@
 
 use eframe::egui;
 use egui::{
-    Align2, Color32, CornerRadius, Frame, Margin, Panel, Pos2, Rect, RichText, ScrollArea, Stroke,
-    StrokeKind, Ui, vec2,
+    Align2, Color32, Frame, Margin, Panel, Pos2, Rect, RichText, ScrollArea, Stroke, StrokeKind,
+    Ui, vec2,
 };
 use kugelblitz_judge::explain::six_digits;
 use kugelblitz_judge::show::Show;
@@ -62,8 +62,8 @@ pub fn layout(ui: &mut Ui, state: &mut State) {
     controls::keys(ui, state);
     if state.has_panels {
         let panel = |panel: Panel, ui: &Ui| {
-            let frame = Frame::new().fill(ui.visuals().panel_fill);
-            panel.resizable(false).frame(frame.inner_margin(Margin::symmetric(10, 5)))
+            let frame = Frame::side_top_panel(ui.style()).inner_margin(Margin::symmetric(10, 5));
+            panel.resizable(false).frame(frame)
         };
         panel(Panel::top("bar"), ui).show(ui, |ui| bar(ui, state));
         panel(Panel::bottom("lines").exact_size(LINES), ui).show(ui, |ui| lines(ui, state));
@@ -94,10 +94,8 @@ pub fn around(context: &egui::Context, state: &mut State, width: f32) -> f32 {
 
 /// Something over the picture that the pointer goes through.
 fn plate(ui: &Ui, id: &str, (pivot, at): (Align2, Pos2), add: impl FnOnce(&mut Ui)) {
-    let frame = Frame::new()
+    let frame = Frame::popup(ui.style())
         .fill(ui.visuals().window_fill.gamma_multiply(0.94))
-        .stroke(ui.visuals().window_stroke)
-        .corner_radius(CornerRadius::same(6))
         .inner_margin(Margin::symmetric(12, 8));
     let area = egui::Area::new(egui::Id::unique(id)).pivot(pivot).fixed_pos(at);
     area.interactable(false).show(ui.ctx(), |ui| frame.show(ui, add));
