@@ -397,8 +397,9 @@ impl<'a> App<'a> {
                 }
             }
             Event::Saved(path) => {
-                let at = self.end.saves.iter().position(|save| save.path == path);
-                let Some(save) = at.map(|at| self.end.saves.swap_remove(at)) else { return Ok(()) };
+                let saves = &mut self.end.saves;
+                let ended = saves.extract_if(.., |save| save.path == path).next();
+                let Some(save) = ended else { return Ok(()) };
                 let size = save.size;
                 save.end()?;
                 (self.notify)(&Notice::Saved { path: &path, size });
