@@ -268,7 +268,6 @@ impl<'a> Work<'a> {
                     let n_other = n_wrong - n_of_shadows;
                     pictures.push(ErrorPicture {
                         key: row.key.clone(),
-                        size: self.settings.picture_size,
                         errors: all.iter().map(Wrong::color).collect(),
                         srgb: lit.srgb,
                         verdict: [
