@@ -399,7 +399,8 @@ fn error(row: &Row, metric: Metric, part: fn(Spread) -> f64) -> Cell {
     cell(row.number(metric).map_or(NONE.into(), |errors| figure(part(errors))))
 }
 
-fn time(row: &Row, metric: Metric) -> Cell {
+/// A time, the median with its range.
+pub fn time(row: &Row, metric: Metric) -> Cell {
     row.number(metric).map_or(cell(NONE), |times| spread(&times))
 }
 
