@@ -131,7 +131,8 @@ fn fly(ui: &Ui, begins: bool, state: &mut State) {
 /// Follows the mouse over the picture: drags, clicks, the wheel, and what is under the pointer.
 pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State) {
     let response = ui.allocate_rect(rect, Sense::click_and_drag());
-    // What the hand meant is what was shown: the window may have another size by now.
+    // What the hand meant is what was shown: the window may have another size by now. Its points are of now.
+    state.area.scale = ui.pixels_per_point();
     let divider = state.compares.then(|| divide(ui, rect, state));
     match &divider {
         Some(divider) if divider.dragged() => state.pointed = None,
@@ -162,7 +163,7 @@ fn mouse(ui: &Ui, response: &Response, state: &mut State) {
         state.hover = None;
         return;
     };
-    let Some(at) = state.area.place(at, ui.pixels_per_point()) else { return };
+    let Some(at) = state.area.place(at) else { return };
     let pixel = at.as_uvec2().to_array();
     wheel(ui, at, pixel, state);
     if response.double_clicked() {
@@ -186,7 +187,7 @@ fn drag(ui: &Ui, response: &Response, state: &mut State) {
     if delta == egui::Vec2::ZERO {
         return;
     }
-    let by = Vec2::from_array(delta.into()).as_dvec2() * f64::from(ui.pixels_per_point());
+    let by = Vec2::from_array(delta.into()).as_dvec2() * f64::from(state.area.scale);
     let height = f64::from(state.area.height.max(1));
     let shift = ui.input(|input| input.modifiers.shift);
     let pans = response.dragged_by(PointerButton::Middle)
@@ -221,13 +222,13 @@ fn wheel(ui: &Ui, at: DVec2, pixel: [u32; 2], state: &mut State) {
 }
 
 /// Where the line between two kernels is in the window: between two columns of pixels.
-fn divider_at(ui: &Ui, state: &State) -> f32 {
-    state.area.point([f64::from(state.divider_px()), 0.0], ui.pixels_per_point()).x
+fn divider_at(state: &State) -> f32 {
+    state.area.point([f64::from(state.divider_px()), 0.0]).x
 }
 
 /// Moves the line between two kernels.
 fn divide(ui: &Ui, rect: Rect, state: &mut State) -> Response {
-    let x = divider_at(ui, state);
+    let x = divider_at(state);
     let grip = Rect::from_min_max(pos2(x - GRIP, rect.top()), pos2(x + GRIP, rect.bottom()));
     let response = ui
         .interact(grip, egui::Id::unique("divider"), Sense::drag())
@@ -241,7 +242,7 @@ fn divide(ui: &Ui, rect: Rect, state: &mut State) -> Response {
 }
 
 fn draw_divider(ui: &Ui, rect: Rect, state: &State, is_held: bool) {
-    let (painter, x) = (ui.painter_at(rect), divider_at(ui, state));
+    let (painter, x) = (ui.painter_at(rect), divider_at(state));
     let ends = [rect.top(), rect.bottom()].map(|y| pos2(x, y));
     let alpha = if is_held { 255 } else { 200 };
     overlay::line(&painter, ends, 1.0, Color32::from_white_alpha(alpha));

@@ -52,12 +52,12 @@ pub fn mark(painter: &Painter, at: Pos2) {
 
 /// Rings around pixels of a meaning that so few have that nobody would find them.
 pub fn few(ui: &Ui, rect: Rect, state: &State) {
-    let (painter, scale) = (ui.painter_at(rect), ui.pixels_per_point());
+    let painter = ui.painter_at(rect);
     for (place, tally) in state.tallies().iter().enumerate() {
         for (i, entry) in state.legend().iter().enumerate() {
             let [r, g, b] = entry.color;
             for &at in tally.few(i).iter().filter(|[x, _]| state.place_at(*x) == place) {
-                let at = state.area.of_pixel(at, scale);
+                let at = state.area.of_pixel(at);
                 ring(&painter, at, RING - 2.0, Color32::from_rgb(r, g, b));
             }
         }
@@ -66,11 +66,11 @@ pub fn few(ui: &Ui, rect: Rect, state: &State) {
 
 /// The pivot with its axes; all equally long in the world.
 pub fn guides(ui: &Ui, rect: Rect, state: &State) {
-    let (painter, scale) = (ui.painter_at(rect), ui.pixels_per_point());
+    let painter = ui.painter_at(rect);
     let (pixels, pivot) = (state.pixels(), state.rig.pivot);
     let point = |at: DVec3| {
         let at = pixels.seen_at(at)?;
-        Some(state.area.point(at.to_array(), scale))
+        Some(state.area.point(at.to_array()))
     };
     let Some(middle) = point(pivot) else { return };
     let length = AXIS * 2.0 * pixels.view.h * state.rig.pivot_depth();
