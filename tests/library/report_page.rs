@@ -486,6 +486,7 @@ fn pictures_and_their_errors_are_shown_pixel_by_pixel() {
     ] {
         let mut report = report();
         let words = ["3 wrong pixels (60 %)", "1 other"];
+        report.settings.picture_size = [5, 1];
         report.pictures = vec![picture(key, [5, 1], &colors, words)];
         let page = page::html(&report);
         let images = images(&page);

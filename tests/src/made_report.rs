@@ -196,7 +196,6 @@ pub fn picture(
     let n_pixels = (size[0] * size[1]) as usize;
     ErrorPicture {
         key: key.clone(),
-        size,
         srgb: (0..n_pixels).map(|i| [i, 2 * i, 3 * i].map(|n| n as u8)).collect(),
         errors: errors.iter().copied().cycle().take(n_pixels).collect(),
         verdict: verdict.map(String::from),

@@ -2,7 +2,7 @@
 
 use kugelblitz::plain::plain_document;
 
-use super::{Count, Row, Spread};
+use super::Spread;
 pub use kugelblitz::words::{NONE, count, digits, list, percent};
 
 /// Three digits that count; see [`digits`].
@@ -42,15 +42,6 @@ pub fn range(spread: &Spread) -> [String; 2] {
 pub fn quantity(x: f64) -> String {
     let shown = [x.to_string(), format!("{x:e}")];
     shown.into_iter().find(|text| text.len() <= 6).unwrap_or_else(|| figure(x))
-}
-
-/// The share of wrong ids, or `0 of N`.
-pub fn wrong(row: &Row) -> String {
-    match (row.wrong_ids(), row.count(Count::Rays)) {
-        (_, 0) => NONE.to_string(),
-        (0, rays) => format!("0 of {rays}"),
-        (wrong, rays) => percent(wrong, rays),
-    }
 }
 
 /// A figure for print: `1.2e-6` as `1.2 × 10⁻⁶`, and whole numbers of five digits and more in

@@ -178,8 +178,13 @@ impl<'a> Work<'a> {
         missing: &mut Vec<Missing>,
     ) -> Result<Vec<Measured<'a>>> {
         let unmeasured = |subject: &Subject<'a>| -> Vec<Measured> {
-            let of = |&benchmark| Measured::new(subject.of.clone(), benchmark);
-            subject.benchmarks.iter().map(of).collect()
+            let nothing = |&benchmark| Measured {
+                of: subject.of.clone(),
+                benchmark,
+                counts: BTreeMap::new(),
+                values: BTreeMap::new(),
+            };
+            subject.benchmarks.iter().map(nothing).collect()
         };
         let mut all: Vec<_> = subjects.iter().map(unmeasured).collect();
         for round in 0..self.settings.rounds {
@@ -190,10 +195,7 @@ impl<'a> Work<'a> {
                 }
                 let (scene, rays) = (subject.make)()?;
                 let is_compared = round == 0 && subject.n_compared > 0;
-                let index = match &rays {
-                    Rays::Pixels(_) => sample(rays.len(), subject.n_compared, self.settings.seed),
-                    Rays::List(_) => (0..rays.len()).collect(),
-                };
+                let index = sample(rays.len(), subject.n_compared, self.settings.seed);
                 let truth = || Truth::of_rays(&scene, &rays, index, self.control);
                 let truth = is_compared.then(truth).transpose()?;
                 for mut own in std::mem::take(measured) {
@@ -293,11 +295,7 @@ impl<'a> Work<'a> {
     }
 }
 
-impl<'a> Measured<'a> {
-    fn new(of: Of, benchmark: &'a Benchmark) -> Measured<'a> {
-        Measured { of, benchmark, counts: BTreeMap::new(), values: BTreeMap::new() }
-    }
-
+impl Measured<'_> {
     /// Adds the errors of a result against the truth about some of its rays.
     fn add_errors(&mut self, hits: &Hits, truth: &Truth) {
         let mut found = RayDifferences::default();

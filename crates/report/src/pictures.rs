@@ -19,9 +19,7 @@ const MOST_SCENES: usize = 5;
 pub struct ErrorPicture {
     /// What it is of.
     pub key: RowKey,
-    /// Width and height, px.
-    pub size: [u32; 2],
-    /// 8-bit sRGB, row by row from the top.
+    /// 8-bit sRGB of [`Settings::picture_size`](super::Settings::picture_size), row by row from the top.
     pub srgb: Vec<[u8; 3]>,
     /// The error of each pixel as a colour.
     pub errors: Vec<[u8; 3]>,
@@ -77,7 +75,6 @@ impl Work<'_> {
                 let found = compare_to_exact(&hits, &truth);
                 pictures.push(ErrorPicture {
                     key: row.key.clone(),
-                    size: self.settings.picture_size,
                     srgb: hits.id.iter().map(color).collect(),
                     errors: error_picture(&errors, |_| false),
                     verdict: [

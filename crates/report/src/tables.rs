@@ -10,7 +10,7 @@ use super::Metric::{
     SurfaceNsPerRay, TRelative, TUlp, TraceNsPerRay,
 };
 use super::figures::{
-    NONE, count, digits, digits_borne, figure, median, percent, quantity, range, typeset, wrong,
+    NONE, count, digits, digits_borne, figure, median, percent, quantity, range, typeset,
 };
 use super::order::{Series, grouped};
 use super::{
@@ -369,7 +369,7 @@ pub fn with_epsilon(epsilon: Option<f64>) -> String {
     }
 }
 
-/// A share of wrong ones, `0` of none.
+/// A share of those that are wrong, `0` where none is.
 fn share(wrong: u64, of: u64) -> Cell {
     match (wrong, of) {
         (_, 0) => cell(NONE),
@@ -379,15 +379,19 @@ fn share(wrong: u64, of: u64) -> Cell {
 }
 
 /// The share of wrong ids, or `0 of N`.
-fn wrong_share(row: &Row) -> Cell {
-    Cell { text: wrong(row), ..share(row.wrong_ids(), row.count(Rays)) }
+pub fn wrong_share(row: &Row) -> Cell {
+    let rays = row.count(Rays);
+    let mut cell = share(row.wrong_ids(), rays);
+    if cell.emphasis == Emphasis::Right {
+        cell.text = format!("0 of {rays}");
+    }
+    cell
 }
 
 /// The share of rays that a stage decided.
 fn decided(row: &Row, stage: Count) -> Cell {
     let all = [F32, F64, Exact].map(|stage| row.count(stage)).iter().sum();
-    let part = row.count(stage);
-    cell(if part == 0 && all > 0 { "0".into() } else { percent(part, all) })
+    cell(share(row.count(stage), all).text)
 }
 
 /// A part of the errors' spread.
@@ -395,7 +399,8 @@ fn error(row: &Row, metric: Metric, part: fn(Spread) -> f64) -> Cell {
     cell(row.number(metric).map_or(NONE.into(), |errors| figure(part(errors))))
 }
 
-fn time(row: &Row, metric: Metric) -> Cell {
+/// A time, the median with its range.
+pub fn time(row: &Row, metric: Metric) -> Cell {
     row.number(metric).map_or(cell(NONE), |times| spread(&times))
 }
 

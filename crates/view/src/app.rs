@@ -83,13 +83,6 @@ enum Event {
 /// A scene, which has a camera.
 type Read = Result<Arc<Scene>>;
 
-/// Reads a scene for a window, which waits for no writer.
-fn read(reread: &Reread, path: &Path, control: &Control) -> Read {
-    let scene = reread(path, control)?;
-    scene.require_camera(path)?;
-    Ok(Arc::new(scene))
-}
-
 /// Opens the window and returns when it was closed.
 ///
 /// # Errors
@@ -277,13 +270,13 @@ impl eframe::App for App<'_> {
         if self.turns.taken() {
             ui.ctx().request_repaint();
         }
-        let commands = panels::layout(ui, &mut self.state);
+        panels::layout(ui, &mut self.state);
         // Where the pointer comes back from elsewhere, what it finds is looked up again.
         if self.hovered != self.state.pointed {
             self.hovered = self.state.pointed.clone();
             self.hovered.clone().into_iter().for_each(|question| self.hover.ask(question));
         }
-        for command in commands {
+        for command in std::mem::take(&mut self.state.commands) {
             self.carry_out(command);
         }
         if let Some(order) = self.state.order() {
@@ -404,8 +397,9 @@ impl<'a> App<'a> {
                 }
             }
             Event::Saved(path) => {
-                let at = self.end.saves.iter().position(|save| save.path == path);
-                let Some(save) = at.map(|at| self.end.saves.swap_remove(at)) else { return Ok(()) };
+                let saves = &mut self.end.saves;
+                let ended = saves.extract_if(.., |save| save.path == path).next();
+                let Some(save) = ended else { return Ok(()) };
                 let size = save.size;
                 save.end()?;
                 (self.notify)(&Notice::Saved { path: &path, size });
@@ -540,7 +534,10 @@ fn start_reader(
     let reread = Arc::clone(&options.reread);
     let say = move |read: Result<_>| drop(read.map(&say));
     Worker::start("reading", say, move |path: PathBuf, turn, say| {
-        let read = read(&reread, &path, &turn.control);
+        let read = reread(&path, &turn.control).and_then(|scene| {
+            scene.require_camera(&path)?;
+            Ok(Arc::new(scene))
+        });
         if !turn.is_over() {
             say((path, read));
         }

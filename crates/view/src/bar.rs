@@ -8,11 +8,11 @@ use kugelblitz::scene::Samples;
 use kugelblitz::trace::Kernel;
 use kugelblitz_judge::show::Show;
 
-use super::rig::Axis;
+use super::rig::SIDES;
 use super::state::{Command, SAMPLES, State};
 
 /// The whole bar.
-pub fn bar(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
+pub fn bar(ui: &mut Ui, state: &mut State) {
     ui.horizontal_wrapped(|ui| {
         if state.compares {
             kernel_menu(ui, &mut state.kernels[0], &state.device);
@@ -30,8 +30,8 @@ pub fn bar(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
                 ui.selectable_value(&mut state.n_samples, n, samples_text(n));
             }
         });
-        ui.menu_button("file", |ui| file_menu(ui, state, commands));
-        ui.menu_button("camera", |ui| camera_menu(ui, state, commands));
+        ui.menu_button("file", |ui| file_menu(ui, state));
+        ui.menu_button("camera", |ui| camera_menu(ui, state));
         let themes = egui::widgets::global_theme_preference_buttons;
         ui.menu_button("theme", themes).response.on_hover_text("Light or dark (T)");
         if ui.add(toggle("help", state.has_help)).on_hover_text("All controls (H)").clicked() {
@@ -85,13 +85,13 @@ fn item(ui: &mut Ui, name: &str, key: &str, is_there: bool) -> bool {
     ui.add_enabled(is_there, button).clicked()
 }
 
-fn file_menu(ui: &mut Ui, state: &State, commands: &mut Vec<Command>) {
+fn file_menu(ui: &mut Ui, state: &mut State) {
     let others = state.other_scenes();
     if item(ui, "the scene before", "Ctrl+O", !others.is_empty()) {
-        commands.extend(others.first().cloned().map(Command::Open));
+        state.open_previous();
     }
     if item(ui, "save what is shown", "Ctrl+S", true) {
-        commands.push(Command::Save);
+        state.commands.push(Command::Save);
     }
     if !others.is_empty() {
         ui.separator();
@@ -100,18 +100,18 @@ fn file_menu(ui: &mut Ui, state: &State, commands: &mut Vec<Command>) {
     for path in others {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
         if ui.button(name).on_hover_text(path.shown()).clicked() {
-            commands.push(Command::Open(path));
+            state.commands.push(Command::Open(path));
         }
     }
 }
 
-fn camera_menu(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
+fn camera_menu(ui: &mut Ui, state: &mut State) {
     if item(ui, "frame everything", "F", true) {
         state.frame_everything();
     }
-    for (i, axis) in Axis::ALL.into_iter().enumerate() {
-        if item(ui, &format!("from {}", axis.name), &(i + 1).to_string(), true) {
-            state.look_along(axis);
+    for (i, (name, to_eye)) in SIDES.into_iter().enumerate() {
+        if item(ui, &format!("from {name}"), &(i + 1).to_string(), true) {
+            state.look_from(to_eye);
         }
     }
     if item(ui, "the file's camera", "R", true) {
@@ -126,6 +126,6 @@ fn camera_menu(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
     }
     ui.separator();
     if item(ui, "copy and print as TOML", "P", true) {
-        commands.push(Command::PrintCamera);
+        state.commands.push(Command::PrintCamera);
     }
 }

@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3, Vec2};
 use kugelblitz_judge::show::Show;
 
 use super::overlay;
-use super::rig::Axis;
+use super::rig::SIDES;
 use super::state::{Area, Command, PAUSE, State};
 
 /// Orbiting by a drag over the whole height of the picture, radians.
@@ -39,7 +39,7 @@ const GRIP: f32 = 6.0;
 const APART: f32 = 17.0;
 
 /// All keys. A key counts with what was held when it was pressed: it may be free again by now.
-pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
+pub fn keys(ui: &Ui, state: &mut State) {
     state.is_moving = false;
     let pressed: Vec<(Key, Modifiers)> = ui.input(|input| {
         let keys = input.events.iter().filter_map(|event| match event {
@@ -54,14 +54,14 @@ pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
         match key {
             _ if !modifiers.command => {
                 state.flying.push(key);
-                press(ui, key, modifiers.shift, state, commands);
+                press(ui, key, modifiers.shift, state);
             }
-            Key::S => commands.push(Command::Save),
-            Key::O => commands.extend(state.other_scenes().into_iter().next().map(Command::Open)),
+            Key::S => state.commands.push(Command::Save),
+            Key::O => state.open_previous(),
             Key::Z if modifiers.shift => state.redo(),
             Key::Y => state.redo(),
             Key::Z => state.undo(),
-            Key::Q => commands.push(Command::Quit),
+            Key::Q => state.commands.push(Command::Quit),
             _ => {}
         }
     }
@@ -75,11 +75,11 @@ pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
     state.flying.retain(|&key| ui.input(|input| input.key_down(key)));
 }
 
-fn press(ui: &Ui, key: Key, shift: bool, state: &mut State, commands: &mut Vec<Command>) {
-    // `1` is the first axis, and `F1` the first of what can be shown.
+fn press(ui: &Ui, key: Key, shift: bool, state: &mut State) {
+    // `1` is the first side, and `F1` the first of what can be shown.
     let number = |name: &str| name.parse::<usize>().ok()?.checked_sub(1);
-    if let Some(axis) = number(key.name()).and_then(|i| Axis::ALL.get(i)) {
-        state.look_along(*axis);
+    if let Some((_, to_eye)) = number(key.name()).and_then(|i| SIDES.get(i)) {
+        state.look_from(*to_eye);
     }
     let function = key.name().strip_prefix('F').and_then(number);
     if let Some(show) = function.and_then(|i| Show::ALL.get(i)) {
@@ -88,7 +88,7 @@ fn press(ui: &Ui, key: Key, shift: bool, state: &mut State, commands: &mut Vec<C
     match key {
         Key::F => state.frame_everything(),
         Key::R => state.go_home(),
-        Key::P => commands.push(Command::PrintCamera),
+        Key::P => state.commands.push(Command::PrintCamera),
         Key::K => {
             let place = usize::from(!(shift && state.compares));
             state.kernels[place] = state.kernel_after(state.kernels[place]);
@@ -129,13 +129,14 @@ fn fly(ui: &Ui, begins: bool, state: &mut State) {
 }
 
 /// Follows the mouse over the picture: drags, clicks, the wheel, and what is under the pointer.
-pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Command>) {
+pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State) {
     let response = ui.allocate_rect(rect, Sense::click_and_drag());
-    // What the hand meant is what was shown: the window may have another size by now.
+    // What the hand meant is what was shown: the window may have another size by now. Its points are of now.
+    state.area.scale = ui.pixels_per_point();
     let divider = state.compares.then(|| divide(ui, rect, state));
     match &divider {
         Some(divider) if divider.dragged() => state.pointed = None,
-        _ => mouse(ui, &response, state, commands),
+        _ => mouse(ui, &response, state),
     }
     state.area = Area::of(rect, ui.pixels_per_point());
     state.paint(&ui.painter_at(rect));
@@ -151,7 +152,7 @@ pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Co
     }
 }
 
-fn mouse(ui: &Ui, response: &Response, state: &mut State, commands: &mut Vec<Command>) {
+fn mouse(ui: &Ui, response: &Response, state: &mut State) {
     state.pointed = None;
     if response.drag_started() {
         state.history.add_undo(&state.rig);
@@ -162,7 +163,7 @@ fn mouse(ui: &Ui, response: &Response, state: &mut State, commands: &mut Vec<Com
         state.hover = None;
         return;
     };
-    let Some(at) = state.area.place(at, ui.pixels_per_point()) else { return };
+    let Some(at) = state.area.place(at) else { return };
     let pixel = at.as_uvec2().to_array();
     wheel(ui, at, pixel, state);
     if response.double_clicked() {
@@ -172,7 +173,7 @@ fn mouse(ui: &Ui, response: &Response, state: &mut State, commands: &mut Vec<Com
             None => state.pivot_wanted = Some(pixel),
         }
     } else if response.clicked() {
-        commands.push(Command::Explain(state.question(pixel)));
+        state.commands.push(Command::Explain(state.question(pixel)));
     }
     state.pointed = (!response.dragged()).then(|| state.question(pixel));
 }
@@ -186,7 +187,7 @@ fn drag(ui: &Ui, response: &Response, state: &mut State) {
     if delta == egui::Vec2::ZERO {
         return;
     }
-    let by = Vec2::from_array(delta.into()).as_dvec2() * f64::from(ui.pixels_per_point());
+    let by = Vec2::from_array(delta.into()).as_dvec2() * f64::from(state.area.scale);
     let height = f64::from(state.area.height.max(1));
     let shift = ui.input(|input| input.modifiers.shift);
     let pans = response.dragged_by(PointerButton::Middle)
@@ -221,13 +222,13 @@ fn wheel(ui: &Ui, at: DVec2, pixel: [u32; 2], state: &mut State) {
 }
 
 /// Where the line between two kernels is in the window: between two columns of pixels.
-fn divider_at(ui: &Ui, state: &State) -> f32 {
-    state.area.point([f64::from(state.divider_px()), 0.0], ui.pixels_per_point()).x
+fn divider_at(state: &State) -> f32 {
+    state.area.point([f64::from(state.divider_px()), 0.0]).x
 }
 
 /// Moves the line between two kernels.
 fn divide(ui: &Ui, rect: Rect, state: &mut State) -> Response {
-    let x = divider_at(ui, state);
+    let x = divider_at(state);
     let grip = Rect::from_min_max(pos2(x - GRIP, rect.top()), pos2(x + GRIP, rect.bottom()));
     let response = ui
         .interact(grip, egui::Id::unique("divider"), Sense::drag())
@@ -241,7 +242,7 @@ fn divide(ui: &Ui, rect: Rect, state: &mut State) -> Response {
 }
 
 fn draw_divider(ui: &Ui, rect: Rect, state: &State, is_held: bool) {
-    let (painter, x) = (ui.painter_at(rect), divider_at(ui, state));
+    let (painter, x) = (ui.painter_at(rect), divider_at(state));
     let ends = [rect.top(), rect.bottom()].map(|y| pos2(x, y));
     let alpha = if is_held { 255 } else { 200 };
     overlay::line(&painter, ends, 1.0, Color32::from_white_alpha(alpha));
@@ -289,15 +290,15 @@ mod tests {
     ) -> Vec<Command> {
         let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, size.into()));
         let mut input = RawInput { screen_rect, events, ..RawInput::default() };
-        let (mut commands, mut turns) = (Vec::new(), Turns::default());
+        let mut turns = Turns::default();
         loop {
             turns.give(&mut input);
             input.time = None;
             let next = RawInput { screen_rect, ..RawInput::default() };
             let now = std::mem::replace(&mut input, next);
-            let _ = context.run_ui(now, |ui| commands.extend(panels::layout(ui, state)));
+            let _ = context.run_ui(now, |ui| panels::layout(ui, state));
             if !turns.taken() {
-                return commands;
+                return std::mem::take(&mut state.commands);
             }
         }
     }

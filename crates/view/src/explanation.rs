@@ -35,7 +35,7 @@ const AROUND: Vec2 = vec2(14.0, 44.0);
 pub fn explanation(ui: &Ui, rect: Rect, state: &mut State) {
     let Some(Explained { question, why }) = &state.explained else { return };
     let is_there = state.pixels() == question.pixels;
-    let at = state.area.of_pixel(question.at, ui.pixels_per_point());
+    let at = state.area.of_pixel(question.at);
     if is_there {
         overlay::mark(&ui.painter_at(rect), at);
     }

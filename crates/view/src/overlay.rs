@@ -3,7 +3,6 @@
 use eframe::egui;
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Ui, vec2};
 use glam::DVec3;
-use kugelblitz::rays::Lens;
 
 use super::state::State;
 
@@ -53,12 +52,12 @@ pub fn mark(painter: &Painter, at: Pos2) {
 
 /// Rings around pixels of a meaning that so few have that nobody would find them.
 pub fn few(ui: &Ui, rect: Rect, state: &State) {
-    let (painter, scale) = (ui.painter_at(rect), ui.pixels_per_point());
+    let painter = ui.painter_at(rect);
     for (place, tally) in state.tallies().iter().enumerate() {
         for (i, entry) in state.legend().iter().enumerate() {
             let [r, g, b] = entry.color;
             for &at in tally.few(i).iter().filter(|[x, _]| state.place_at(*x) == place) {
-                let at = state.area.of_pixel(at, scale);
+                let at = state.area.of_pixel(at);
                 ring(&painter, at, RING - 2.0, Color32::from_rgb(r, g, b));
             }
         }
@@ -67,19 +66,14 @@ pub fn few(ui: &Ui, rect: Rect, state: &State) {
 
 /// The pivot with its axes; all equally long in the world.
 pub fn guides(ui: &Ui, rect: Rect, state: &State) {
-    let (painter, scale) = (ui.painter_at(rect), ui.pixels_per_point());
+    let painter = ui.painter_at(rect);
     let (pixels, pivot) = (state.pixels(), state.rig.pivot);
     let point = |at: DVec3| {
         let at = pixels.seen_at(at)?;
-        Some(state.area.point(at.to_array(), scale))
+        Some(state.area.point(at.to_array()))
     };
     let Some(middle) = point(pivot) else { return };
-    let view = &pixels.view;
-    let depth = match view.lens {
-        Lens::Perspective => (pivot - view.position).dot(view.forward),
-        Lens::Orthographic => 1.0,
-    };
-    let length = AXIS * 2.0 * view.h * depth;
+    let length = AXIS * 2.0 * pixels.view.h * state.rig.pivot_depth();
     for (name, axis, color) in AXES {
         let Some(end) = point(pivot + axis * length) else { continue };
         line(&painter, [middle, end], 2.0, color);

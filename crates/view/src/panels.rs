@@ -2,8 +2,8 @@
 
 use eframe::egui;
 use egui::{
-    Align2, Color32, CornerRadius, Frame, Margin, Panel, Pos2, Rect, RichText, ScrollArea, Stroke,
-    StrokeKind, Ui, vec2,
+    Align2, Color32, Frame, Margin, Panel, Pos2, Rect, RichText, ScrollArea, Stroke, StrokeKind,
+    Ui, vec2,
 };
 use kugelblitz_judge::explain::six_digits;
 use kugelblitz_judge::show::Show;
@@ -57,20 +57,19 @@ const HELP: [(&str, &str); 27] = [
     ("rings", "pixels of a meaning that has few"),
 ];
 
-/// Lays out the whole window; gives what else is to be done.
-pub fn layout(ui: &mut Ui, state: &mut State) -> Vec<Command> {
-    let mut commands = Vec::new();
-    controls::keys(ui, state, &mut commands);
+/// Lays out the whole window.
+pub fn layout(ui: &mut Ui, state: &mut State) {
+    controls::keys(ui, state);
     if state.has_panels {
         let panel = |panel: Panel, ui: &Ui| {
-            let frame = Frame::new().fill(ui.visuals().panel_fill);
-            panel.resizable(false).frame(frame.inner_margin(Margin::symmetric(10, 5)))
+            let frame = Frame::side_top_panel(ui.style()).inner_margin(Margin::symmetric(10, 5));
+            panel.resizable(false).frame(frame)
         };
-        panel(Panel::top("bar"), ui).show(ui, |ui| bar(ui, state, &mut commands));
+        panel(Panel::top("bar"), ui).show(ui, |ui| bar(ui, state));
         panel(Panel::bottom("lines").exact_size(LINES), ui).show(ui, |ui| lines(ui, state));
     }
     let rect = ui.available_rect_before_wrap();
-    controls::picture(ui, rect, state, &mut commands);
+    controls::picture(ui, rect, state);
     overlay::few(ui, rect, state);
     if state.is_moving {
         overlay::guides(ui, rect, state);
@@ -82,24 +81,21 @@ pub fn layout(ui: &mut Ui, state: &mut State) -> Vec<Command> {
     explanation(ui, rect, state);
     help(ui, rect, state);
     let dropped = ui.input(|input| Some(input.raw.dropped_files.first()?.path().to_owned()));
-    commands.extend(dropped.map(Command::Open));
-    commands
+    state.commands.extend(dropped.map(Command::Open));
 }
 
 /// Height of what stands above and below the picture in a window of this width, points.
 pub fn around(context: &egui::Context, state: &mut State, width: f32) -> f32 {
     let screen = Rect::from_min_size(Pos2::ZERO, vec2(width, 1000.0));
     let input = egui::RawInput { screen_rect: Some(screen), ..egui::RawInput::default() };
-    let _ = context.run_ui(input, |ui| drop(layout(ui, state)));
+    let _ = context.run_ui(input, |ui| layout(ui, state));
     screen.height() - state.area.height as f32
 }
 
 /// Something over the picture that the pointer goes through.
 fn plate(ui: &Ui, id: &str, (pivot, at): (Align2, Pos2), add: impl FnOnce(&mut Ui)) {
-    let frame = Frame::new()
+    let frame = Frame::popup(ui.style())
         .fill(ui.visuals().window_fill.gamma_multiply(0.94))
-        .stroke(ui.visuals().window_stroke)
-        .corner_radius(CornerRadius::same(6))
         .inner_margin(Margin::symmetric(12, 8));
     let area = egui::Area::new(egui::Id::unique(id)).pivot(pivot).fixed_pos(at);
     area.interactable(false).show(ui.ctx(), |ui| frame.show(ui, add));

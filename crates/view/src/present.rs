@@ -82,7 +82,6 @@ impl CallbackTrait for Presented {
 /// What images are drawn with.
 struct Presenter {
     pipeline: wgpu::RenderPipeline,
-    nearest: wgpu::Sampler,
     /// As the window's: what is written is then what was read.
     format: wgpu::TextureFormat,
 }
@@ -116,8 +115,7 @@ pub fn make_ready(window: &RenderState) {
         true => wgpu::TextureFormat::Rgba8UnormSrgb,
         false => wgpu::TextureFormat::Rgba8Unorm,
     };
-    let nearest = device.create_sampler(&Default::default());
-    window.renderer.write().callback_resources.insert(Presenter { pipeline, nearest, format });
+    window.renderer.write().callback_resources.insert(Presenter { pipeline, format });
 }
 
 impl Presenter {
@@ -142,14 +140,13 @@ impl Presenter {
         let (order, bytes) = (Default::default(), image.colors.as_flattened());
         let texture = device.create_texture_with_data(queue, &descriptor, order, bytes);
         let view = texture.create_view(&Default::default());
-        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
         device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("picture"),
             layout: &self.pipeline.get_bind_group_layout(0),
-            entries: &[
-                entry(0, wgpu::BindingResource::TextureView(&view)),
-                entry(1, wgpu::BindingResource::Sampler(&self.nearest)),
-            ],
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::TextureView(&view),
+            }],
         })
     }
 }

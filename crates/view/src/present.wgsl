@@ -1,7 +1,6 @@
 // A picture in its rectangle of the window.
 
 @group(0) @binding(0) var picture: texture_2d<f32>;
-@group(0) @binding(1) var nearest: sampler;
 
 struct Corner {
     @builtin(position) position: vec4f,
@@ -18,5 +17,5 @@ fn corner(@builtin(vertex_index) i: u32) -> Corner {
 
 @fragment
 fn pixel(corner: Corner) -> @location(0) vec4f {
-    return textureSample(picture, nearest, corner.at);
+    return textureLoad(picture, vec2u(corner.at * vec2f(textureDimensions(picture))), 0);
 }

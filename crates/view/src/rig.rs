@@ -42,26 +42,16 @@ impl BoundingSphere {
     }
 }
 
-/// A view along an axis.
-#[derive(Clone, Copy, Debug)]
-pub struct Axis {
-    /// The side that it looks from.
-    pub name: &'static str,
-    /// From the scene to the eye, a unit vector.
-    to_eye: DVec3,
-}
-
-impl Axis {
-    /// In the order of the keys 1 to 6.
-    pub const ALL: [Axis; 6] = [
-        Axis { name: "+x", to_eye: DVec3::X },
-        Axis { name: "+y", to_eye: DVec3::Y },
-        Axis { name: "+z", to_eye: DVec3::Z },
-        Axis { name: "−x", to_eye: DVec3::NEG_X },
-        Axis { name: "−y", to_eye: DVec3::NEG_Y },
-        Axis { name: "−z", to_eye: DVec3::NEG_Z },
-    ];
-}
+/// The sides that a scene is looked at from along an axis, in the order of the keys 1 to 6: the name, and the
+/// unit vector from the scene to the eye.
+pub const SIDES: [(&str, DVec3); 6] = [
+    ("+x", DVec3::X),
+    ("+y", DVec3::Y),
+    ("+z", DVec3::Z),
+    ("−x", DVec3::NEG_X),
+    ("−y", DVec3::NEG_Y),
+    ("−z", DVec3::NEG_Z),
+];
 
 /// A camera and the point that it turns around.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,11 +88,15 @@ impl Rig {
     }
 
     /// Depth of the pivot along the view axis; the distance of `look_at` where the pivot lies
-    /// behind the eye.
+    /// behind the eye. It is 1 for an orthographic camera, to which all depths look alike.
     pub fn pivot_depth(&self) -> f64 {
-        let depth = (self.pivot - self.camera.position).dot(self.view().forward);
-        let distance = self.camera.look_at.distance(self.camera.position);
-        if depth > 0.0 { depth } else { distance }
+        let View { forward, lens, .. } = self.view();
+        let depth = (self.pivot - self.camera.position).dot(forward);
+        match lens {
+            Lens::Orthographic => 1.0,
+            Lens::Perspective if depth > 0.0 => depth,
+            Lens::Perspective => self.camera.look_at.distance(self.camera.position),
+        }
     }
 
     /// Turns around the pivot: `yaw` to the right, `pitch` up, in radians.
@@ -121,12 +115,8 @@ impl Rig {
     /// Moves sideways so that a point at the pivot's depth follows a pointer that moves by `by`
     /// pixels, right and down, over a picture `height` pixels high.
     pub fn pan(&mut self, by: DVec2, height: f64) {
-        let View { right, true_up, h, lens, .. } = self.view();
-        let depth = match lens {
-            Lens::Perspective => self.pivot_depth(),
-            Lens::Orthographic => 1.0,
-        };
-        let step = 2.0 * h / height * depth;
+        let View { right, true_up, h, .. } = self.view();
+        let step = 2.0 * h / height * self.pivot_depth();
         self.translate((true_up * by.y - right * by.x) * step);
     }
 
@@ -174,9 +164,9 @@ impl Rig {
         self.camera.position = extent.center - forward * distance;
     }
 
-    /// Looks along an axis at all of `extent`.
-    pub fn look_along(&mut self, axis: Axis, extent: BoundingSphere, aspect: f64) {
-        let forward = -axis.to_eye;
+    /// Looks at all of `extent` from the side of a unit vector.
+    pub fn look_from(&mut self, to_eye: DVec3, extent: BoundingSphere, aspect: f64) {
+        let forward = -to_eye;
         let is_steep = forward.dot(self.vertical).abs() > STEEPEST.sin();
         // Seen from above, what lay farther away is up in the picture.
         let sideways = [DVec3::NEG_Z, DVec3::X].into_iter().find(|v| v.dot(forward).abs() < 0.5);
@@ -365,16 +355,16 @@ mod tests {
     #[test]
     fn axes_look_along_themselves() {
         let extent = BoundingSphere { center: DVec3::new(1.0, 2.0, 3.0), radius: 4.0 };
-        for axis in Axis::ALL {
+        for (name, to_eye) in SIDES {
             let mut rig = rig();
-            rig.look_along(axis, extent, 1.5);
+            rig.look_from(to_eye, extent, 1.5);
             let view = rig.view();
-            assert!(view.forward.distance(-axis.to_eye) < 1e-12, "{axis:?}");
-            assert!(view.right.is_finite(), "{axis:?}");
+            assert!(view.forward.distance(-to_eye) < 1e-12, "{name}");
+            assert!(view.right.is_finite(), "{name}");
             assert_close(seen_at(&rig, extent.center), SIZE / 2.0);
             // From there, orbiting works and the horizon is level again.
             rig.orbit(0.3, 0.2);
-            assert!(rig.view().right.y.abs() < 1e-9, "{axis:?}");
+            assert!(rig.view().right.y.abs() < 1e-9, "{name}");
         }
     }
 

@@ -8,7 +8,7 @@ use eframe::egui;
 use eframe::egui_wgpu::Callback;
 use egui::util::undoer::{Settings, Undoer};
 use egui::{Color32, Painter, Pos2, Rect, pos2};
-use glam::{DVec2, Vec2};
+use glam::{DVec2, DVec3, Vec2};
 use kugelblitz::Result;
 use kugelblitz::device::Device;
 use kugelblitz::rays::Pixels;
@@ -20,7 +20,7 @@ use kugelblitz_judge::show::{Entry, Show, Tally};
 use super::ask::{Answer, Question, Why};
 use super::picture::{DrawnFrame, Order};
 use super::present::Presented;
-use super::rig::{Axis, BoundingSphere, Rig};
+use super::rig::{BoundingSphere, Rig};
 
 /// A movement of the camera ends where it rests this long, seconds.
 pub const PAUSE: f32 = 0.6;
@@ -41,20 +41,23 @@ pub const SAMPLES: [Samples; 5] = [
 ];
 
 /// A rectangle of the window, px.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Area {
     pub left: u32,
     pub top: u32,
     pub width: u32,
     pub height: u32,
+    /// Pixels of a point.
+    pub scale: f32,
 }
 
 impl Area {
     /// The pixels whose edges are next to the rectangle's, which is in points.
-    pub fn of(rect: Rect, pixels_per_point: f32) -> Area {
+    pub fn of(rect: Rect, scale: f32) -> Area {
         let [left, top, right, bottom] = [rect.left(), rect.top(), rect.right(), rect.bottom()]
-            .map(|edge| (edge * pixels_per_point).round().max(0.0) as u32);
-        Area { left, top, width: right.saturating_sub(left), height: bottom.saturating_sub(top) }
+            .map(|edge| (edge * scale).round().max(0.0) as u32);
+        let (width, height) = (right.saturating_sub(left), bottom.saturating_sub(top));
+        Area { left, top, width, height, scale }
     }
 
     /// Columns and rows.
@@ -63,21 +66,21 @@ impl Area {
     }
 
     /// The place in the picture, pixels from its top left corner, of one in points of the window; `None` beside it.
-    pub fn place(self, at: Pos2, pixels_per_point: f32) -> Option<DVec2> {
+    pub fn place(self, at: Pos2) -> Option<DVec2> {
         let corner = DVec2::new(self.left.into(), self.top.into());
-        let at = Vec2::from_array(at.into()).as_dvec2() * f64::from(pixels_per_point) - corner;
+        let at = Vec2::from_array(at.into()).as_dvec2() * f64::from(self.scale) - corner;
         (at.cmpge(DVec2::ZERO).all() && at.cmplt(self.size()).all()).then_some(at)
     }
 
     /// A place in the picture, pixels from its top left corner, in points of the window.
-    pub fn point(self, at: [f64; 2], pixels_per_point: f32) -> Pos2 {
+    pub fn point(self, at: [f64; 2]) -> Pos2 {
         let [x, y] = at.map(|px| px as f32);
-        pos2(self.left as f32 + x, self.top as f32 + y) / pixels_per_point
+        pos2(self.left as f32 + x, self.top as f32 + y) / self.scale
     }
 
     /// The middle of a pixel of the picture, in points of the window.
-    pub fn of_pixel(self, [x, y]: [u32; 2], pixels_per_point: f32) -> Pos2 {
-        self.point([x, y].map(|px| f64::from(px) + 0.5), pixels_per_point)
+    pub fn of_pixel(self, [x, y]: [u32; 2]) -> Pos2 {
+        self.point([x, y].map(|px| f64::from(px) + 0.5))
     }
 }
 
@@ -111,6 +114,8 @@ pub struct State {
     /// The scene without its light; the same one where it has none.
     unlit: Arc<Scene>,
     pub extent: BoundingSphere,
+    /// What the user wants and nobody has carried out yet.
+    pub commands: Vec<Command>,
     pub rig: Rig,
     /// Where it was.
     pub history: Undoer<Rig>,
@@ -166,6 +171,7 @@ impl State {
             extent: BoundingSphere::new(&scene),
             history: history(&rig),
             is_moving: false,
+            commands: Vec::new(),
             rig,
             unlit: without_light(&scene),
             n_samples: scene.samples.unwrap_or_default(),
@@ -231,6 +237,11 @@ impl State {
         self.recent.iter().filter(|other| Some(*other) != path.as_ref()).cloned().collect()
     }
 
+    /// Orders the scene that was opened before this one.
+    pub fn open_previous(&mut self) {
+        self.commands.extend(self.other_scenes().into_iter().next().map(Command::Open));
+    }
+
     /// The kernels that are shown, from left to right.
     pub fn shown_kernels(&self) -> Vec<Kernel> {
         if self.compares { self.kernels.to_vec() } else { vec![self.kernels[1]] }
@@ -280,9 +291,8 @@ impl State {
     /// Draws the picture, of two kernels each on its side of the divider.
     pub fn paint(&self, painter: &Painter) {
         let Area { width, height, .. } = self.area;
-        let scale = painter.pixels_per_point();
         let rect = |left: u32, right: u32| {
-            let at = |x: u32, y: u32| self.area.point([x, y].map(f64::from), scale);
+            let at = |x: u32, y: u32| self.area.point([x, y].map(f64::from));
             Rect::from_min_max(at(left, 0), at(right, height))
         };
         let Some(DrawnFrame { images, .. }) = &self.frame else {
@@ -329,10 +339,10 @@ impl State {
         self.rig.frame(self.extent, self.aspect());
     }
 
-    /// Looks at everything along an axis.
-    pub fn look_along(&mut self, axis: Axis) {
+    /// Looks at everything from the side of a unit vector.
+    pub fn look_from(&mut self, to_eye: DVec3) {
         self.step_camera();
-        self.rig.look_along(axis, self.extent, self.aspect());
+        self.rig.look_from(to_eye, self.extent, self.aspect());
     }
 
     /// Takes the camera's last step back.
@@ -540,7 +550,7 @@ mod tests {
     fn another_scene_begins_with_its_own_camera() {
         let mut state = state();
         state.go_home();
-        state.look_along(Axis::ALL[2]);
+        state.look_from(DVec3::Z);
         let scene = lit(&LIT.replace("samples = 3", "samples = 2"));
         state.open("other.toml".into(), Arc::clone(&scene));
         let home = Rig::new(scene.camera.as_ref().unwrap());
@@ -553,7 +563,7 @@ mod tests {
     fn the_camera_goes_back_step_by_step() {
         let mut state = state();
         let home = state.rig.clone();
-        state.look_along(Axis::ALL[0]);
+        state.look_from(DVec3::X);
         let along = state.rig.clone();
         // It does so already: no step.
         state.frame_everything();
@@ -566,15 +576,15 @@ mod tests {
         assert!(state.message().unwrap().0.contains("not moved"));
         state.redo();
         assert_eq!(state.rig, along);
-        state.look_along(Axis::ALL[4]);
+        state.look_from(DVec3::NEG_Y);
     }
 
     #[test]
     fn pixels_are_where_the_window_shows_them() {
         let area = Area::of(Rect::from_min_max(pos2(10.0, 36.0), pos2(110.0, 116.0)), 1.0);
-        assert_eq!(area, Area { left: 10, top: 36, width: 100, height: 80 });
-        assert_eq!(area.of_pixel([0, 0], 1.0), pos2(10.5, 36.5));
-        assert_eq!(area.of_pixel([5, 3], 2.0), pos2(7.75, 19.75));
+        assert_eq!(area, Area { left: 10, top: 36, width: 100, height: 80, scale: 1.0 });
+        assert_eq!(area.of_pixel([0, 0]), pos2(10.5, 36.5));
+        assert_eq!(Area { scale: 2.0, ..area }.of_pixel([5, 3]), pos2(7.75, 19.75));
     }
 
     #[test]

@@ -60,7 +60,7 @@ impl Gallery {
                         @for scene in report.scenes.iter().filter(|scene| scene.name == name) {
                             p.note { (scene.about) }
                         }
-                        div.rows { @for picture in pictures { (row(picture)) } }
+                        div.rows { @for picture in pictures { (row(report.settings.picture_size, picture)) } }
                     }
                 }
             }
@@ -85,7 +85,7 @@ impl Gallery {
     }
 }
 
-fn row(picture: &ErrorPicture) -> Markup {
+fn row(size: [u32; 2], picture: &ErrorPicture) -> Markup {
     let kernel = &picture.key.kernel;
     let is_light = matches!(picture.key.of, Of::Light { .. });
     let epsilon = is_light.then(|| with_epsilon(picture.key.epsilon));
@@ -98,8 +98,8 @@ fn row(picture: &ErrorPicture) -> Markup {
             span.soft { (short_name(&picture.key.device)) }
             @for words in &picture.verdict { br; (typeset(words)) }
         }
-        (image(picture.size, &picture.srgb, &format!("{what}: the picture")))
-        (image(picture.size, &picture.errors, &format!("{what}: its errors")))
+        (image(size, &picture.srgb, &format!("{what}: the picture")))
+        (image(size, &picture.errors, &format!("{what}: its errors")))
     }
 }
 

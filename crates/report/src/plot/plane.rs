@@ -1,9 +1,9 @@
 //! Time against error: each kernel on each device as a point, one a class of scenes.
 
 use super::chart::{self, Chart, ChartLine, Panel, Point, is_open};
-use crate::figures::{count, typeset, wrong};
+use crate::figures::{count, typeset};
 use crate::order::Series;
-use crate::tables::spread;
+use crate::tables::{time, wrong_share};
 use crate::{Class, Count, Metric, Of, Report, Row};
 
 /// The plane.
@@ -16,8 +16,8 @@ pub fn chart(report: &Report) -> Chart<'static> {
         format!("{mark} {dash} {} ({}) and their Pareto front", class.name(), typeset(&rays))
     };
     let title = |row: &Row| {
-        let time = row.number(Metric::TraceNsPerRay).map(|time| spread(&time).whole());
-        let [wrong, ns] = [wrong(row), time.unwrap_or_default()].map(|words| typeset(&words));
+        let [wrong, ns] = [wrong_share(row).text, time(row, Metric::TraceNsPerRay).whole()]
+            .map(|words| typeset(&words));
         format!("{}: {wrong} wrong, {ns} ns a ray", row.key.of.name())
     };
     let line = |own: &Series| {
