@@ -124,7 +124,8 @@ impl<F: Float, const N: usize> Way<F, N> {
 #[inline(always)]
 fn lanes_on<F: Float, const N: usize>(pack: &Pack<F, N>, id: u32) -> LaneBits<F, N> {
     let is_known = pack.surface.is_known();
-    if pack.is_uniform() { is_known } else { is_known & is_id(&pack.ids, id) }
+    let is_alone = pack.is_uniform() && pack.ids[0] == id;
+    if is_alone { is_known } else { is_known & is_id(&pack.ids, id) }
 }
 
 impl<F: Linear> LightPass<'_, F> {
