@@ -170,8 +170,7 @@ impl Artist {
         // One scale for all, so that they can be compared.
         frame.range = None;
         for session in &mut self.sessions {
-            let range = show::range_of_t(session, show, &pixels, control)?;
-            frame.range = [frame.range, range].into_iter().flatten().reduce(show::union);
+            frame.range = show::range_of_t(frame.range, session, show, &pixels, control)?;
         }
         let first = (!has_colors && n_samples > Samples::ONE).then_some(Samples::ONE);
         let n_kernels = self.sessions.len();

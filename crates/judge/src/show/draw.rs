@@ -115,7 +115,7 @@ pub fn draw(
     let mut writer =
         PictureWriter::create(format, options, pixels, &Metadata::default(), file, path)?;
     let mut write = Duration::ZERO;
-    let mut shown = ShownPicture::new(show, range_of_t(session, show, pixels, control)?);
+    let mut shown = ShownPicture::new(show, range_of_t(None, session, show, pixels, control)?);
     for band in bands(pixels, plan.n_band_rows.min(band_rows(pixels, show.wants()))) {
         shown.rows.colors = Colors::Srgb8(shown.paint(session, &band, control)?);
         let start = Instant::now();
@@ -139,17 +139,18 @@ pub fn keep(
     pixels: &Pixels,
     control: &Control,
 ) -> Result<(ShownPicture, Vec<Rgb>)> {
-    let mut shown = ShownPicture::new(show, range_of_t(session, show, pixels, control)?);
+    let mut shown = ShownPicture::new(show, range_of_t(None, session, show, pixels, control)?);
     let colors = shown.paint_all(session, pixels, control)?;
     Ok((shown, colors))
 }
 
 /// The smallest and the largest `t` of the whole picture that `pixels` are a part of, so that each part has
-/// the whole one's colours; `None` where nothing is hit, or `show` does not ask.
+/// the whole one's colours, and of the range that is `known` of others; `None` where nothing is hit, or `show` does not ask.
 ///
 /// # Errors
 /// Those of [`Session::trace`].
 pub fn range_of_t(
+    known: Option<[f32; 2]>,
     session: &mut Session,
     show: Show,
     pixels: &Pixels,
@@ -158,12 +159,14 @@ pub fn range_of_t(
     if show != Show::Depth {
         return Ok(None);
     }
-    let (whole, mut hits, mut range) = (pixels.picture(), Hits::default(), None);
+    let (whole, mut hits, mut range) = (pixels.picture(), Hits::default(), known);
     for band in bands(&whole, band_rows(&whole, show.wants())) {
         control.check()?;
         session.trace(&Rays::Pixels(band), show.wants(), control, &mut hits)?;
-        let ts = hits.t.iter().copied().filter(|t| t.is_finite() && *t > 0.0);
-        range = range.into_iter().chain(ts.map(|t| [t; 2])).reduce(union);
+        for &t in hits.t.iter().filter(|t| t.is_finite() && **t > 0.0) {
+            let [low, high] = range.unwrap_or([t; 2]);
+            range = Some([low.min(t), high.max(t)]);
+        }
     }
     Ok(range)
 }
@@ -191,8 +194,7 @@ pub fn side_by_side(
     let mut range = None;
     for kernel in kernels {
         session.set_kernel(kernel);
-        let of_kernel = range_of_t(session, show, pixels, control)?;
-        range = [range, of_kernel].into_iter().flatten().reduce(union);
+        range = range_of_t(range, session, show, pixels, control)?;
     }
     for (half, kernel) in halves.iter().zip(kernels).filter(|(half, _)| half.width > 0) {
         session.set_kernel(kernel);
@@ -209,11 +211,6 @@ pub fn side_by_side(
         }
     }
     Ok(colors)
-}
-
-/// The range that two ranges of `t` lie in.
-pub fn union([low, high]: [f32; 2], [other_low, other_high]: [f32; 2]) -> [f32; 2] {
-    [low.min(other_low), high.max(other_high)]
 }
 
 #[cfg(test)]
