@@ -1,6 +1,6 @@
 //! Tracing a picture band by band, so that memory is bounded by a band and not by the picture.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -8,8 +8,8 @@ use crate::memory::Available;
 use crate::picture::{Format, PictureOptions, Sink, writer_bytes};
 use crate::rays::Pixels;
 use crate::scene::Samples;
-use crate::shade::{Background, ColorCounts, Encoding, Framebuffer, Painter, Palette, Style};
-use crate::trace::{Rays, StageCounts, Timing, Wants};
+use crate::shade::{Background, Encoding, Framebuffer, Painter, Palette, Rendered, Style};
+use crate::trace::{Rays, Wants};
 
 /// Bytes of [`Hits`](crate::trace::Hits) of a band. With ids alone that is twice a picture of 1920 × 1080; with `t` and
 /// normals it is 0.8 million rays, so that the slowest format, EXR, is not busy with one band for
@@ -131,25 +131,6 @@ pub fn bands(pixels: &Pixels, n_band_rows: u32) -> impl Iterator<Item = Pixels> 
         .map(move |first| pixels.rows(first, n_band_rows.min(pixels.height - first)))
 }
 
-/// The result of drawing a picture, beside the file.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rendered {
-    /// Rays that hit an object.
-    pub hits: u64,
-    /// How many rays each stage decided.
-    pub counts: StageCounts,
-    /// Time in the stages of tracing.
-    pub timing: Timing,
-    /// How many ways from samples to lamps each stage decided.
-    pub shadow_rays: StageCounts,
-    /// How many lit pixels' colours the device and the CPU found.
-    pub colors: ColorCounts,
-    /// Time for colours.
-    pub shade: Duration,
-    /// Time for encoding and writing.
-    pub write: Duration,
-}
-
 /// Keeps the picture in memory.
 impl Sink for Framebuffer {
     fn band(&mut self, rows: &Framebuffer, _: u32) -> Result<()> {
@@ -202,6 +183,7 @@ pub fn render(
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
+    use std::time::Duration;
 
     use glam::DVec3;
 
@@ -213,6 +195,7 @@ mod tests {
     use crate::rays::View;
     use crate::scene::{Camera, Color, Plane, Scene};
     use crate::trace::Hits;
+    use crate::trace::Timing;
     use crate::tracer::{Backend, Tracer};
 
     fn pixels(width: u32, height: u32) -> Pixels {

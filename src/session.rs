@@ -13,9 +13,9 @@ use crate::output::{self, OutputFile};
 use crate::picture::{Format, Metadata, PictureOptions, PictureWriter, Sink};
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, View};
-use crate::render::{Plan, Rendered, band_bytes, hits_bytes, plan, render, sampled_band_rows};
+use crate::render::{Plan, band_bytes, hits_bytes, plan, render, sampled_band_rows};
 use crate::scene::{Camera, Samples, Scene};
-use crate::shade::{Encoding, Framebuffer, Painter, Pixel, Style};
+use crate::shade::{Encoding, Framebuffer, Painter, Pixel, Rendered, Style};
 use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 

@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 pub use crate::prepare::{Lamp, LampOrigin, Lighting};
 pub use lit::certified_lighting;
 pub use mean::ExactMean;
-pub use painter::{Background, ColorCounts, Framebuffer, Painter, Style};
+pub use painter::{Background, ColorCounts, Framebuffer, Painter, Rendered, Style};
 pub use plain::{PlainPoint, PlainWay};
 pub use unlit::Palette;
 

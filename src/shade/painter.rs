@@ -1,7 +1,7 @@
 //! The colours of a picture, band by band.
 
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::lit::Lit;
 use super::unlit::Palette;
@@ -9,9 +9,8 @@ use super::{Colors, Encoding, Lighting, of_any};
 use crate::control::Control;
 use crate::error::Result;
 use crate::rays::Pixels;
-use crate::render::Rendered;
 use crate::scene::Samples;
-use crate::trace::{Coverage, Hits, Rays, SampleIds};
+use crate::trace::{Coverage, Hits, Rays, SampleIds, StageCounts, Timing};
 use crate::tracer::Tracer;
 
 /// How pixels get their colours.
@@ -91,6 +90,25 @@ impl Framebuffer {
     pub fn new(encoding: Encoding) -> Framebuffer {
         Framebuffer { hits: Hits::default(), colors: Colors::new(encoding), coverage: None }
     }
+}
+
+/// The result of drawing a picture, beside the file.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rendered {
+    /// Rays that hit an object.
+    pub hits: u64,
+    /// How many rays each stage decided.
+    pub counts: StageCounts,
+    /// Time in the stages of tracing.
+    pub timing: Timing,
+    /// How many ways from samples to lamps each stage decided.
+    pub shadow_rays: StageCounts,
+    /// How many lit pixels' colours the device and the CPU found.
+    pub colors: ColorCounts,
+    /// Time for colours.
+    pub shade: Duration,
+    /// Time for encoding and writing.
+    pub write: Duration,
 }
 
 /// Makes the colours of a picture.

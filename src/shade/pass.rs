@@ -36,7 +36,7 @@ use crate::scene::Linear;
 use crate::seen::shadow::{Aim, Origin};
 use crate::seen::{Bounds, LightBounds, Met, ShadowRay, Surface, Verdict};
 use order::SampleOrder;
-use shadows::{Group, Way};
+use shadows::{PointGroup, Way};
 
 /// Roundings of a colour beside one for each lamp and each sample. No test sees it cut: each cosine is granted as much, and
 /// without lamps two roundings are left.
@@ -165,7 +165,7 @@ pub struct Scratch<F: Float, const N: usize> {
     /// What each light gives to all packs, by the light's index.
     given: Vec<Vec<Given<F, N>>>,
     shades: Vec<Shade<F, N>>,
-    groups: Vec<Group>,
+    groups: Vec<PointGroup>,
     /// Lanes that are in no group yet.
     left: Vec<LaneBits<F, N>>,
     /// Places of listed objects that may be in the way.

@@ -7,7 +7,8 @@ use kugelblitz::memory;
 use kugelblitz::output::OutputFile;
 use kugelblitz::picture::{read_rays, write_hits};
 use kugelblitz::plain::Shown;
-use kugelblitz::render::{Rendered, hits_bytes};
+use kugelblitz::render::hits_bytes;
+use kugelblitz::shade::Rendered;
 use kugelblitz::trace::{Hits, Rays, Wants};
 use kugelblitz::words::count;
 

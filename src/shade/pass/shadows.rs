@@ -37,7 +37,7 @@ pub struct BoundingBall {
 }
 
 /// What some packs see of one object.
-pub struct Group {
+pub struct PointGroup {
     id: u32,
     packs: Range<usize>,
     ball: BoundingBall,
@@ -152,7 +152,7 @@ impl<F: Linear> LightPass<'_, F> {
                     *left = *left & !here;
                 }
                 let has_back = most(points.back) > 0.0;
-                groups.push(Group { id, packs: first..last, ball: points.ball(), has_back });
+                groups.push(PointGroup { id, packs: first..last, ball: points.ball(), has_back });
             }
         }
     }
@@ -163,7 +163,7 @@ impl<F: Linear> LightPass<'_, F> {
         let Scratch { light: index, packs, given, groups, places, .. } = scratch;
         let (origin, lamp) = (self.occluders.origins[*index], &self.job.lit.lighting.lamps[*index]);
         let (aim, of_ball) = (self.lights[*index].aim.map(Lanes::splat), Aim::new(origin));
-        for Group { id, packs: among, ball, has_back } in &*groups {
+        for PointGroup { id, packs: among, ball, has_back } in &*groups {
             let (packs, given) = (&packs[among.clone()], &mut given[*index][among.clone()]);
             if !given.iter().any(|given| given.is_lit) {
                 continue;
@@ -203,7 +203,7 @@ impl<F: Linear> LightPass<'_, F> {
         let (origin, aim) =
             (self.occluders.origins[*index], self.lights[*index].aim.map(Lanes::splat));
         let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
-        for Group { id, packs: among, .. } in &*groups {
+        for PointGroup { id, packs: among, .. } in &*groups {
             let (packs, given) = (&packs[among.clone()], &mut given[*index][among.clone()]);
             let mut around = Extent::none();
             ways.clear();

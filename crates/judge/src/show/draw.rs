@@ -7,9 +7,9 @@ use kugelblitz::memory;
 use kugelblitz::output::OutputFile;
 use kugelblitz::picture::{Metadata, PictureWriter, Sink};
 use kugelblitz::rays::Pixels;
-use kugelblitz::render::{Plan, Rendered, band_rows, bands, hits_bytes};
+use kugelblitz::render::{Plan, band_rows, bands, hits_bytes};
 use kugelblitz::scene::Samples;
-use kugelblitz::shade::{Colors, Encoding, Framebuffer, Pixel, Style};
+use kugelblitz::shade::{Colors, Encoding, Framebuffer, Pixel, Rendered, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::{Result, Session};
 
