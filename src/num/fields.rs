@@ -59,8 +59,8 @@ macro_rules! numbers {
         impl<R: Copy> $name<R> {
             /// These numbers, each made into another one.
             #[inline(always)]
-            pub fn map<Q>(&self, of: impl Fn(R) -> Q) -> $name<Q> {
-                $name { $($field: $crate::num::fields::numbers!(@each $kind self.$field, &of),)* }
+            pub fn map<Q>(&self, of: impl Fn(R) -> Q + Copy) -> $name<Q> {
+                $name { $($field: $crate::num::fields::numbers!(@each $kind self.$field, of),)* }
             }
         }
     };
