@@ -121,7 +121,7 @@ impl Gpu {
         if let Some(known) = self.arithmetic.get() {
             return Ok(*known);
         }
-        let measured = self_test::test_f32(&self.bare)?;
+        let measured = self_test::measure::<f32>(&self.bare)?;
         Ok(*self.arithmetic.get_or_init(|| measured))
     }
 
@@ -133,7 +133,7 @@ impl Gpu {
         if let Some(known) = self.arithmetic_f64.get() {
             return Ok(*known);
         }
-        let measured = self.facts.f64.then(|| self_test::test_f64(&self.bare)).transpose()?;
+        let measured = self.facts.f64.then(|| self_test::measure::<f64>(&self.bare)).transpose()?;
         Ok(*self.arithmetic_f64.get_or_init(|| measured))
     }
 
