@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::device::OpenDevice;
+use super::open::Gpu;
 use crate::error::Result;
 
 /// Begin and end of the pass, each a 64-bit tick.
@@ -18,7 +18,7 @@ pub struct Clock {
 
 impl Clock {
     /// `None` where the device has no clock.
-    pub fn new(gpu: &OpenDevice) -> Option<Clock> {
+    pub fn new(gpu: &Gpu) -> Option<Clock> {
         if !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
             return None;
         }
@@ -55,7 +55,7 @@ impl Clock {
     ///
     /// # Errors
     /// [`crate::Error::Device`] when the device does not finish in time.
-    pub fn read(&self, gpu: &OpenDevice) -> Result<Duration> {
+    pub fn read(&self, gpu: &Gpu) -> Result<Duration> {
         let ticks: Vec<u64> = gpu.read(&self.staging, 2, "give its time")?;
         let ns = ticks[1].saturating_sub(ticks[0]) as f64 * self.ns_per_tick;
         Ok(Duration::from_nanos(ns as u64))

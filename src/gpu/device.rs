@@ -1,93 +1,21 @@
-//! The bare device: open, hand over, wait, map, and tell its errors.
+//! What a device does: hand over, wait, map, and tell its errors.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::PoisonError;
 use std::time::Duration;
 
-use super::adapter::{AdapterFacts, INSTALL_HINT};
+use super::open::Gpu;
 use crate::error::{Error, Result};
 
 /// What takes a device longer than this is given up.
 pub(crate) const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// An error that a device reported on its own.
-enum Failure {
+pub(super) enum Failure {
     OutOfMemory,
     Other(String),
 }
 
-/// A test's change of every shader that is passed through.
-pub(super) type EditSpirv = Box<dyn Fn(&[u32]) -> Vec<u32> + Send + Sync>;
-
-/// A device that was opened, without anything that is kept for it.
-pub struct OpenDevice {
-    pub(crate) device: wgpu::Device,
-    pub(crate) queue: wgpu::Queue,
-    errors: Arc<Mutex<Vec<Failure>>>,
-    /// A test's stand-in for a driver that does otherwise.
-    pub(super) edit_spirv: Option<EditSpirv>,
-    /// The adapter's own account of itself.
-    pub facts: AdapterFacts,
-}
-
-impl OpenDevice {
-    /// Opens an adapter.
-    ///
-    /// # Errors
-    /// [`Error::NoAdapter`] when it can't be opened.
-    pub(super) fn open(adapter: &wgpu::Adapter, facts: AdapterFacts) -> Result<OpenDevice> {
-        OpenDevice::open_within(adapter, facts, adapter.limits())
-    }
-
-    /// Opens an adapter as [`OpenDevice::open`] does, with no more than these of its limits.
-    pub(super) fn open_within(
-        adapter: &wgpu::Adapter,
-        facts: AdapterFacts,
-        limits: wgpu::Limits,
-    ) -> Result<OpenDevice> {
-        let max_storage_buffers = limits.max_storage_buffers_per_shader_stage;
-        let facts = AdapterFacts { max_storage_buffers, ..facts };
-        let wanted = wgpu::Features::PASSTHROUGH_SHADERS
-            | wgpu::Features::SHADER_F64
-            | wgpu::Features::TIMESTAMP_QUERY;
-        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
-            label: Some("kugelblitz"),
-            required_features: adapter.features() & wanted,
-            required_limits: limits,
-            memory_hints: wgpu::MemoryHints::MemoryUsage,
-            ..wgpu::DeviceDescriptor::default()
-        }))
-        .map_err(|error| {
-            Error::NoAdapter(format!("`{}` can't be opened: {error}; {INSTALL_HINT}", facts.name))
-        })?;
-        let errors = Arc::new(Mutex::new(Vec::new()));
-        let sink = Arc::clone(&errors);
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            if let Ok(mut errors) = sink.lock() {
-                errors.push(match error {
-                    wgpu::Error::OutOfMemory { .. } => Failure::OutOfMemory,
-                    error => Failure::Other(error.to_string()),
-                });
-            }
-        }));
-        let sink = Arc::clone(&errors);
-        device.set_device_lost_callback(move |reason, message| {
-            if reason != wgpu::DeviceLostReason::Destroyed
-                && let Ok(mut errors) = sink.lock()
-            {
-                errors.push(Failure::Other(format!("device lost: {message}")));
-            }
-        });
-        Ok(OpenDevice { device, queue, errors, edit_spirv: None, facts })
-    }
-
-    /// The words of a shader that is passed through, as they are but for a test's change.
-    pub(super) fn edited(&self, words: Vec<u32>) -> Vec<u32> {
-        match &self.edit_spirv {
-            Some(edit) => edit(&words),
-            None => words,
-        }
-    }
-
+impl Gpu {
     /// Hands commands over to the device.
     pub(crate) fn submit(&self, commands: wgpu::CommandBuffer) -> wgpu::SubmissionIndex {
         self.queue.submit([commands])

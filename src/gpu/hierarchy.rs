@@ -1,7 +1,7 @@
 //! A tree over spheres on the device.
 
-use super::device::OpenDevice;
 use super::layout::{Layout, Walk};
+use super::open::Gpu;
 use super::pipeline::{Named, Resource};
 use super::slabs::LEAST_SLACK;
 use super::texture::{TEXEL_BYTES, TEXELS_PER_ROW, texture};
@@ -23,7 +23,7 @@ impl DeviceHierarchy {
     /// # Errors
     /// [`Error::TooLarge`] for more spheres than the device's textures hold, or than it has memory
     /// for.
-    pub fn new(gpu: &OpenDevice, prepared: &Prepared) -> Result<Option<DeviceHierarchy>> {
+    pub fn new(gpu: &Gpu, prepared: &Prepared) -> Result<Option<DeviceHierarchy>> {
         let Some(hierarchy) = &prepared.hierarchy else { return Ok(None) };
         let mut rest = hierarchy.rest.clone();
         rest.resize(hierarchy.n_places_of_rest(), 0);
@@ -52,7 +52,7 @@ impl DeviceHierarchy {
 const TEXELS_PER_SPHERE: usize = 3 * size_of::<FlatBox>() / 2 / TEXEL_BYTES;
 
 /// Refuses more spheres than a texture holds, or boxes with `n_more` texels behind them.
-fn check_limits(gpu: &OpenDevice, n_spheres: usize, n_more: usize) -> Result<()> {
+fn check_limits(gpu: &Gpu, n_spheres: usize, n_more: usize) -> Result<()> {
     let texels = TEXELS_PER_ROW as usize * gpu.facts.max_texture_side as usize;
     let most = texels.saturating_sub(n_more) / TEXELS_PER_SPHERE;
     if n_spheres > most {

@@ -2,7 +2,7 @@
 //! refuses itself comes back as an error, wherever in the making it does.
 
 use super::compile::{Shader, WORKGROUP};
-use super::device::OpenDevice;
+use super::open::Gpu;
 use super::texture::{FORMAT, TEXEL_BYTES};
 use crate::error::{Error, Result};
 
@@ -49,7 +49,7 @@ impl Bindings {
     /// # Errors
     /// [`Error::TooLarge`] when the shader binds more than the device takes, [`Error::Shader`] when it
     /// refuses the layout.
-    pub fn new(gpu: &OpenDevice, shader: &Shader) -> Result<Bindings> {
+    pub fn new(gpu: &Gpu, shader: &Shader) -> Result<Bindings> {
         let entries = entries(shader);
         check_limits(gpu, shader, &entries)?;
         let layout = unless_refused(gpu, || {
@@ -109,7 +109,7 @@ pub fn whole((name, resource): &Named) -> (&'static str, wgpu::BindingResource<'
 ///
 /// # Errors
 /// [`Error::Shader`]
-pub fn unless_refused<T>(gpu: &OpenDevice, make: impl FnOnce() -> T) -> Result<T> {
+pub fn unless_refused<T>(gpu: &Gpu, make: impl FnOnce() -> T) -> Result<T> {
     let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
     let made = make();
     match pollster::block_on(scope.pop()) {
@@ -119,11 +119,7 @@ pub fn unless_refused<T>(gpu: &OpenDevice, make: impl FnOnce() -> T) -> Result<T
 }
 
 /// Compares what a shader needs at once with what the device has.
-fn check_limits(
-    gpu: &OpenDevice,
-    shader: &Shader,
-    entries: &[wgpu::BindGroupLayoutEntry],
-) -> Result<()> {
+fn check_limits(gpu: &Gpu, shader: &Shader, entries: &[wgpu::BindGroupLayoutEntry]) -> Result<()> {
     use wgpu::{BindingType, BufferBindingType};
     let [mut n_storage, mut n_uniform, mut n_textures] = [0; 3];
     for entry in entries {
@@ -199,7 +195,7 @@ fn entries(shader: &Shader) -> Vec<wgpu::BindGroupLayoutEntry> {
 /// # Errors
 /// [`Error::Shader`] when the device refuses it.
 pub fn pipeline(
-    gpu: &OpenDevice,
+    gpu: &Gpu,
     shader: &Shader,
     entry_point: &str,
     bind_group_layout: &wgpu::BindGroupLayout,
@@ -259,11 +255,11 @@ mod tests {
     use crate::gpu::compile::compile_self_test;
 
     /// The best device, with some limits lower than it has them.
-    fn open_within(lower: impl Fn(wgpu::Limits) -> wgpu::Limits) -> OpenDevice {
+    fn open_within(lower: impl Fn(wgpu::Limits) -> wgpu::Limits) -> Gpu {
         let first = adapters().into_iter().next();
         let (adapter, facts) = first.expect("a Vulkan device; ci/setup.sh installs one");
         let limits = lower(adapter.limits());
-        OpenDevice::open_within(&adapter, facts, limits).unwrap()
+        Gpu::open_within(&adapter, facts, limits).unwrap()
     }
 
     #[test]

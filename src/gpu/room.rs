@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::clock::Clock;
-use super::device::OpenDevice;
+use super::open::Gpu;
 use super::pipeline::{Named, whole};
 use super::program::Program;
 use crate::error::{Error, Result};
@@ -27,7 +27,7 @@ impl Room {
     /// # Errors
     /// [`Error::Shader`] where that is not what the shader binds, [`Error::TooLarge`] where the device has no memory for it.
     pub fn new(
-        gpu: &OpenDevice,
+        gpu: &Gpu,
         program: &Program,
         n_rays: usize,
         results: &[PerRay],
@@ -56,7 +56,7 @@ impl Room {
     /// Commands that run the shader.
     pub fn dispatch(
         &self,
-        gpu: &OpenDevice,
+        gpu: &Gpu,
         program: &Program,
         [x, y]: [u32; 2],
         clock: Option<&Clock>,
@@ -83,7 +83,7 @@ impl Room {
     /// What `unfinished` says of a reason when the device takes too long, [`Error::Device`] when it fails.
     pub fn read(
         &self,
-        gpu: &OpenDevice,
+        gpu: &Gpu,
         mut encoder: wgpu::CommandEncoder,
         n_rays: usize,
         unfinished: impl FnOnce(&str) -> Error,

@@ -8,7 +8,7 @@ pub(super) use samples::NUMERATOR;
 use std::fmt;
 
 use super::compile::compile_self_test;
-use super::device::OpenDevice;
+use super::open::Gpu;
 use super::pipeline::Resource;
 use super::program::Program;
 use super::room::Room;
@@ -151,7 +151,7 @@ impl fmt::Display for Arithmetic {
 const _: () = assert!(N_SAMPLES <= TEXELS_PER_ROW as usize);
 
 /// Measures a float type, which the adapter must have.
-pub fn measure<F: SampledFloat>(gpu: &OpenDevice) -> Result<Arithmetic> {
+pub fn measure<F: SampledFloat>(gpu: &Gpu) -> Result<Arithmetic> {
     let samples = samples::<F>();
     let outcomes = on_device(gpu, &samples)?;
     Ok(Arithmetic { passthrough: gpu.facts.passthrough, ..judge(&samples, &outcomes) })
@@ -293,7 +293,7 @@ fn judge_words<F: SampledFloat>(
 }
 
 /// Runs the self-test's shader on the samples.
-fn on_device<F: SampledFloat>(gpu: &OpenDevice, samples: &[Sample<F>]) -> Result<Vec<Outcome<F>>> {
+fn on_device<F: SampledFloat>(gpu: &Gpu, samples: &[Sample<F>]) -> Result<Vec<Outcome<F>>> {
     let program = Program::new(gpu, &compile_self_test(F::WGSL)?, "self_test")?;
     let operands: Vec<[F; 2]> = samples.iter().map(|sample| [sample.a, sample.b]).collect();
     let texels: Vec<[u32; 4]> = samples.iter().map(|sample| sample.texel).collect();
