@@ -101,7 +101,7 @@ impl CertifiedLight {
         let filled = |(name, words): (&'static str, Vec<f32>)| -> Named {
             (name, gpu.filled(name, bytemuck::cast_slice(&words)).into())
         };
-        let tree = hierarchy.iter().flat_map(|hierarchy| &hierarchy.bound);
+        let tree = hierarchy.into_iter().flatten();
         let bound = objects.iter().chain(tree).cloned().chain(lists.into_iter().map(filled));
         let pass = Pass::new(gpu, prepared, &key, bound.collect())?;
         Ok(Some(CertifiedLight { key, background, uniforms, bytes, pass }))

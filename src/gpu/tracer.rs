@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::compile::{MOST_TURNS_IN_SOFTWARE, turns_of_ray};
-use super::hierarchy::DeviceHierarchy;
+use super::hierarchy::{DeviceHierarchy, upload_hierarchy};
 use super::light::CertifiedLight;
 use super::objects::{check_limits, check_memory, object_bytes, storage};
 use super::open::Gpu;
@@ -59,7 +59,7 @@ impl GpuTracer {
         check_memory(&gpu, &prepared)?;
         let start = Instant::now();
         let objects = storage(&gpu, prepared.objects.bytes());
-        let hierarchy = DeviceHierarchy::new(&gpu, &prepared)?;
+        let hierarchy = upload_hierarchy(&gpu, &prepared)?;
         let upload_time = start.elapsed();
         gpu.check()?;
         let leaves_to_cpu = leaves_to_cpu(&gpu, &prepared, hierarchy.as_ref(), wants)?;
@@ -99,7 +99,7 @@ impl GpuTracer {
 
 /// What a shader binds of a scene.
 fn bound(objects: &[Named], hierarchy: Option<&DeviceHierarchy>) -> Vec<Named> {
-    objects.iter().chain(hierarchy.iter().flat_map(|hierarchy| &hierarchy.bound)).cloned().collect()
+    objects.iter().chain(hierarchy.into_iter().flatten()).cloned().collect()
 }
 
 fn leaves_to_cpu(
@@ -225,7 +225,7 @@ impl Backend for GpuTracer {
         }
         check_limits(&self.gpu, prepared)?;
         check_memory(&self.gpu, prepared)?;
-        let hierarchy = DeviceHierarchy::new(&self.gpu, prepared)?;
+        let hierarchy = upload_hierarchy(&self.gpu, prepared)?;
         let leaves_to_cpu = leaves_to_cpu(&self.gpu, prepared, hierarchy.as_ref(), self.wants)?;
         self.gpu.check()?;
         let bytes = object_bytes(prepared.objects.bytes());
