@@ -74,12 +74,11 @@ impl Pass {
         };
         let one_ray = Params { n_rays: 1, ..Params::default() }.bytes(float);
         let ray_bytes = RayRecord::default().bytes(float).len();
-        let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let mut pass = Pass {
             program: gpu.program(key)?,
             float,
             n_samples,
-            params: gpu.buffer("params", one_ray.len(), usage),
+            params: gpu.filled("params", &one_ray),
             bound,
             results: results_of(key),
             ray_bytes: key.lens.is_none().then_some(ray_bytes),
@@ -90,7 +89,6 @@ impl Pass {
             gpu: Arc::clone(gpu),
         };
         let room = pass.make_room(64)?;
-        gpu.queue.write_buffer(&pass.params, 0, &one_ray);
         let encoder = room.dispatch(gpu, &pass.program, [1, 1], None);
         let submission = gpu.submit(encoder.finish());
         pass.room = Some(room);
