@@ -29,9 +29,7 @@ const SELF_TEST: ShaderPart = part!("self_test.wgsl");
 
 /// A validated shader.
 pub struct Shader {
-    /// The WGSL text that was put together.
-    pub wgsl: String,
-    /// The validated form of the text.
+    /// The validated form of the text that was put together.
     pub module: naga::Module,
     /// The findings of its validation.
     pub info: ModuleInfo,
@@ -60,7 +58,8 @@ pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Sha
     if key.tree {
         parts.push(TREE);
     }
-    compile_parts(&parts, &Choices { edit, ..Choices::new(key) })
+    let (needs, repeats, constants) = (needs(key), repeats(key), constants(key));
+    compile_parts(&parts, &Choices { needs, repeats, constants, edit })
 }
 
 /// The shader that looks at the arithmetic of a WGSL float type.
@@ -81,13 +80,6 @@ struct Choices<'a> {
     constants: String,
     /// Done to the text that was put together.
     edit: Option<&'a Edit>,
-}
-
-impl Choices<'_> {
-    fn new(key: &ShaderKey) -> Choices<'static> {
-        let (needs, repeats, constants) = (needs(key), repeats(key), constants(key));
-        Choices { needs, repeats, constants, edit: None }
-    }
 }
 
 /// Bytes that each device's uniforms hold.
@@ -279,28 +271,28 @@ fn compile_parts(parts: &[ShaderPart], choices: &Choices) -> Result<Shader> {
     if let Some(edit) = choices.edit {
         wgsl = edit(&wgsl);
     }
-    let place = |line: usize| {
+    let place = |location: Option<naga::SourceLocation>| {
+        let line = location.map_or(1, |location| location.line_number as usize);
         let &(file, start) =
             starts.iter().rfind(|&&(_, start)| start <= line).unwrap_or(&starts[0]);
         format!("{file}:{}", line - start + 1)
     };
 
     let mut module = naga::front::wgsl::parse_str(&wgsl).map_err(|error| {
-        let line = error.location(&wgsl).map_or(1, |location| location.line_number as usize);
-        Error::Shader(format!("{}: {}", place(line), error.message()))
+        Error::Shader(format!("{}: {}", place(error.location(&wgsl)), error.message()))
     })?;
     let mut validator = Validator::new(ValidationFlags::all(), Capabilities::FLOAT64);
     let mut validate = |module: &naga::Module| {
         validator.validate(module).map_err(|error| {
-            let line = error.location(&wgsl).map_or(1, |location| location.line_number as usize);
-            Error::Shader(format!("{}: {}", place(line), error.emit_to_string(&wgsl)))
+            let place = place(error.location(&wgsl));
+            Error::Shader(format!("{place}: {}", error.emit_to_string(&wgsl)))
         })
     };
     validate(&module)?;
     // Printed formulas that the scene does not use.
     compact(&mut module, KeepUnused::No);
     let info = validate(&module)?;
-    Ok(Shader { wgsl, module, info })
+    Ok(Shader { module, info })
 }
 
 /// Up to so many lamps, times samples, are looked at without a loop.
