@@ -72,33 +72,10 @@ impl Gpu {
         self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
     }
 
-    /// Waits until the device is done with `submission`.
-    pub(crate) fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<(), String> {
-        let wait =
-            wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(TIMEOUT) };
+    /// Waits until the device is done with `submission`, or with everything submitted.
+    pub(crate) fn wait(&self, submission: Option<wgpu::SubmissionIndex>) -> Result<(), String> {
+        let wait = wgpu::PollType::Wait { submission_index: submission, timeout: Some(TIMEOUT) };
         self.device.poll(wait).map(drop).map_err(|error| error.to_string())
-    }
-
-    /// Waits for everything submitted and copies the first `n` values of a staging buffer; `act` is
-    /// what the device has not done where that fails.
-    ///
-    /// # Errors
-    /// [`Error::Device`], and those that the device has reported.
-    pub(super) fn read<T: bytemuck::Pod>(
-        &self,
-        staging: &wgpu::Buffer,
-        n: usize,
-        act: &str,
-    ) -> Result<Vec<T>> {
-        let mapped = self.map(staging, (n * size_of::<T>()) as u64);
-        self.check()?;
-        let view = mapped.map_err(|reason| {
-            Error::Device(format!("`{}` did not {act}: {reason}", self.facts.name))
-        })?;
-        let values = bytemuck::pod_collect_to_vec(&view[..]);
-        drop(view);
-        staging.unmap();
-        Ok(values)
     }
 
     /// Waits for everything submitted and maps the first `bytes` of a buffer.
@@ -112,8 +89,7 @@ impl Gpu {
             // The receiver is gone only when the wait below has failed already.
             let _ = sender.send(result);
         });
-        let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(TIMEOUT) };
-        self.device.poll(wait).map_err(|error| error.to_string())?;
+        self.wait(None)?;
         // Another thread that polls the same device may be the one that runs the callback.
         let mapped = receiver.recv_timeout(TIMEOUT).map_err(|error| error.to_string())?;
         mapped.map_err(|error| error.to_string())?;

@@ -92,7 +92,7 @@ impl Pass {
         let encoder = room.dispatch(gpu, &pass.program, [1, 1], None);
         let submission = gpu.submit(encoder.finish());
         pass.room = Some(room);
-        gpu.wait(submission).map_err(|reason| pass.lost(1, &reason))?;
+        gpu.wait(Some(submission)).map_err(|reason| pass.lost(1, &reason))?;
         gpu.check()?;
         Ok(pass)
     }

@@ -50,7 +50,7 @@ pub fn texture(gpu: &Gpu, label: &str, bytes: &[u8]) -> Result<wgpu::TextureView
             wgpu::Extent3d { width: width as u32, height: rows as u32, depth_or_array_layers: 1 },
         );
         let done = gpu.submit(gpu.encoder().finish());
-        gpu.wait(done).map_err(|reason| {
+        gpu.wait(Some(done)).map_err(|reason| {
             Error::Device(format!("`{}` did not take the spheres: {reason}", gpu.facts.name))
         })
     };
