@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use super::compile::{MOST_TURNS_IN_SOFTWARE, turns_of_ray};
 use super::hierarchy::{DeviceHierarchy, upload_hierarchy};
 use super::light::CertifiedLight;
-use super::objects::{check_limits, check_memory, object_bytes, storage};
+use super::objects::{check_limits, object_bytes, storage};
 use super::open::Gpu;
 use super::pass::Pass;
 use super::pipeline::{Named, Resource};
@@ -56,7 +56,6 @@ impl GpuTracer {
     pub fn new(gpu: Arc<Gpu>, prepared: Arc<Prepared>, wants: Wants) -> Result<GpuTracer> {
         gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&gpu, &prepared)?;
-        check_memory(&gpu, &prepared)?;
         let start = Instant::now();
         let objects = storage(&gpu, prepared.objects.bytes());
         let hierarchy = upload_hierarchy(&gpu, &prepared)?;
@@ -224,7 +223,6 @@ impl Backend for GpuTracer {
             return Ok(());
         }
         check_limits(&self.gpu, prepared)?;
-        check_memory(&self.gpu, prepared)?;
         let hierarchy = upload_hierarchy(&self.gpu, prepared)?;
         let leaves_to_cpu = leaves_to_cpu(&self.gpu, prepared, hierarchy.as_ref(), self.wants)?;
         self.gpu.check()?;
