@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use super::adapter::{AdapterFacts, INSTALL_HINT, adapters, choose};
 use super::compile::{Edit, compile_edited};
 use super::device::Failure;
-use super::program::Program;
+use super::pipeline::Program;
 use super::self_test::{self, Arithmetic};
 use crate::error::{Error, Result};
 use crate::kernel::{FloatType, Kernel};

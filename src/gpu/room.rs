@@ -4,8 +4,7 @@ use std::time::Instant;
 
 use super::clock::Clock;
 use super::open::Gpu;
-use super::pipeline::{Named, whole};
-use super::program::Program;
+use super::pipeline::{Named, Program, whole};
 use crate::error::{Error, Result};
 
 /// An array that a shader fills, with an element for each ray: its name, and bytes of an element.
@@ -42,7 +41,7 @@ impl Room {
         let results: Vec<_> = results.iter().map(buffer).collect();
         let n_bytes = n_rays * results.iter().map(|(bytes, _)| bytes).sum::<usize>();
         let staging = gpu.buffer("staging", n_bytes, Usage::MAP_READ | Usage::COPY_DST);
-        let bind_group = program.bindings.bind(&gpu.device, bound.iter().map(whole))?;
+        let bind_group = program.bind(&gpu.device, bound.iter().map(whole))?;
         gpu.check()?;
         Ok(Room { n_rays, results, staging, bind_group })
     }

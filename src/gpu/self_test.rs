@@ -9,8 +9,7 @@ use std::fmt;
 
 use super::compile::compile_self_test;
 use super::open::Gpu;
-use super::pipeline::Resource;
-use super::program::Program;
+use super::pipeline::{Program, Resource};
 use super::room::Room;
 use super::texture::{TEXELS_PER_ROW, texture};
 use crate::error::{Error, Result};
