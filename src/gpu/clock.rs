@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use super::device::OpenDevice;
-use crate::error::Result;
+use super::open::Gpu;
+use crate::error::{Error, Result};
 
 /// Begin and end of the pass, each a 64-bit tick.
 const BYTES: u64 = 2 * size_of::<u64>() as u64;
@@ -18,7 +18,7 @@ pub struct Clock {
 
 impl Clock {
     /// `None` where the device has no clock.
-    pub fn new(gpu: &OpenDevice) -> Option<Clock> {
+    pub fn new(gpu: &Gpu) -> Option<Clock> {
         if !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
             return None;
         }
@@ -54,9 +54,16 @@ impl Clock {
     /// The time of the pass that was submitted last.
     ///
     /// # Errors
-    /// [`crate::Error::Device`] when the device does not finish in time.
-    pub fn read(&self, gpu: &OpenDevice) -> Result<Duration> {
-        let ticks: Vec<u64> = gpu.read(&self.staging, 2, "give its time")?;
+    /// [`Error::Device`] when the device does not finish in time.
+    pub fn read(&self, gpu: &Gpu) -> Result<Duration> {
+        let mapped = gpu.map(&self.staging, BYTES);
+        gpu.check()?;
+        let view = mapped.map_err(|reason| {
+            Error::Device(format!("`{}` did not give its time: {reason}", gpu.facts.name))
+        })?;
+        let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&view[..]);
+        drop(view);
+        self.staging.unmap();
         let ns = ticks[1].saturating_sub(ticks[0]) as f64 * self.ns_per_tick;
         Ok(Duration::from_nanos(ns as u64))
     }

@@ -29,9 +29,7 @@ const SELF_TEST: ShaderPart = part!("self_test.wgsl");
 
 /// A validated shader.
 pub struct Shader {
-    /// The WGSL text that was put together.
-    pub wgsl: String,
-    /// The validated form of the text.
+    /// The validated form of the text that was put together.
     pub module: naga::Module,
     /// The findings of its validation.
     pub info: ModuleInfo,
@@ -60,7 +58,8 @@ pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Sha
     if key.tree {
         parts.push(TREE);
     }
-    compile_parts(&parts, &Choices { edit, ..Choices::new(key) })
+    let (needs, repeats, constants) = (needs(key), repeats(key), constants(key));
+    compile_parts(&parts, &Choices { needs, repeats, constants, edit })
 }
 
 /// The shader that looks at the arithmetic of a WGSL float type.
@@ -73,20 +72,14 @@ pub fn compile_self_test(float: &str) -> Result<Shader> {
 /// The answers to the directives, and the constants of the parts.
 #[derive(Default)]
 struct Choices<'a> {
-    needs: Needs,
+    /// What `//#if` may ask for.
+    needs: Vec<(&'static str, bool)>,
     /// All kinds of what is repeated.
     repeats: Vec<(&'static str, Repeat)>,
     /// WGSL for the facts whose home is Rust.
     constants: String,
     /// Done to the text that was put together.
     edit: Option<&'a Edit>,
-}
-
-impl Choices<'_> {
-    fn new(key: &ShaderKey) -> Choices<'static> {
-        let (needs, repeats, constants) = (Needs::new(key), repeats(key), constants(key));
-        Choices { needs, repeats, constants, edit: None }
-    }
 }
 
 /// Bytes that each device's uniforms hold.
@@ -187,63 +180,31 @@ fn n_lamps(key: &ShaderKey) -> usize {
     }
 }
 
-macro_rules! needs {
-    ($($(#[$doc:meta])* $need:ident,)*) => {
-        /// What a scene needs of the parts, by the names that `//#if` asks for.
-        #[derive(Default)]
-        struct Needs { $($(#[$doc])* $need: bool,)* }
-
-        impl Needs {
-            /// Whether that is needed; `None` where there is no such name.
-            fn get(&self, name: &str) -> Option<bool> {
-                match name {
-                    $(stringify!($need) => Some(self.$need),)*
-                    _ => None,
-                }
-            }
-        }
-    };
-}
-
-needs! {
-    /// The boxes of a tree.
-    tree,
-    /// The formulas for spheres whose size hides their distance.
-    close,
-    /// `t` and normals.
-    surface,
-    /// Lights.
-    lamps,
-    /// Numbers that are moved from the camera to where a shadow ray starts.
-    moved,
-    /// Rays from one point.
-    point,
-    /// Rays of a list.
-    free,
-    /// A kernel in f64.
-    double,
-    /// The kernel with a proof.
-    certified,
-}
-
-impl Needs {
-    fn new(key: &ShaderKey) -> Needs {
-        let about = key.kernel.about();
-        let point = key.lens == Some(Lens::Perspective);
-        let is_plain_light = matches!(key.light, Some(LightKey::Plain { .. }));
-        Needs {
-            tree: key.tree,
-            close: key.close,
-            surface: key.surface,
-            lamps: n_lamps(key) > 0,
-            // The host has made the numbers for rays from one point.
-            moved: is_plain_light && point && about.space == Space::Reference,
-            point,
-            free: key.lens.is_none(),
-            double: about.float == FloatType::F64,
-            certified: key.kernel == Kernel::Certified,
-        }
-    }
+/// Whether a scene needs of the parts what `//#if` asks for, by its name.
+fn needs(key: &ShaderKey) -> Vec<(&'static str, bool)> {
+    let about = key.kernel.about();
+    let is_point = key.lens == Some(Lens::Perspective);
+    let is_plain_light = matches!(key.light, Some(LightKey::Plain { .. }));
+    vec![
+        // The boxes of a tree.
+        ("tree", key.tree),
+        // The formulas for spheres whose size hides their distance.
+        ("close", key.close),
+        // `t` and normals.
+        ("surface", key.surface),
+        // Lights.
+        ("lamps", n_lamps(key) > 0),
+        // Numbers that are moved from the camera to where a shadow ray starts: the host has made them for rays from one point.
+        ("moved", is_plain_light && is_point && about.space == Space::Reference),
+        // Rays from one point.
+        ("point", is_point),
+        // Rays of a list.
+        ("free", key.lens.is_none()),
+        // A kernel in f64.
+        ("double", about.float == FloatType::F64),
+        // The kernel with a proof.
+        ("certified", key.kernel == Kernel::Certified),
+    ]
 }
 
 fn constants(key: &ShaderKey) -> String {
@@ -283,7 +244,7 @@ fn constants(key: &ShaderKey) -> String {
         ]),
         Some(LightKey::Certified { .. }) => parts.extend([
             unsigned("N_SAMPLES", n_samples(key)),
-            unsigned("N_COLORS", 1 + turns_of_ray(key)),
+            unsigned("N_COLORS", 1 + key.n_spheres + key.n_planes),
             unsigned("OPEN", OPEN),
             real("KNOWN", f32::KNOWN),
             real("BEYOND", f32::BEYOND),
@@ -310,28 +271,28 @@ fn compile_parts(parts: &[ShaderPart], choices: &Choices) -> Result<Shader> {
     if let Some(edit) = choices.edit {
         wgsl = edit(&wgsl);
     }
-    let place = |line: usize| {
+    let place = |location: Option<naga::SourceLocation>| {
+        let line = location.map_or(1, |location| location.line_number as usize);
         let &(file, start) =
             starts.iter().rfind(|&&(_, start)| start <= line).unwrap_or(&starts[0]);
         format!("{file}:{}", line - start + 1)
     };
 
     let mut module = naga::front::wgsl::parse_str(&wgsl).map_err(|error| {
-        let line = error.location(&wgsl).map_or(1, |location| location.line_number as usize);
-        Error::Shader(format!("{}: {}", place(line), error.message()))
+        Error::Shader(format!("{}: {}", place(error.location(&wgsl)), error.message()))
     })?;
     let mut validator = Validator::new(ValidationFlags::all(), Capabilities::FLOAT64);
     let mut validate = |module: &naga::Module| {
         validator.validate(module).map_err(|error| {
-            let line = error.location(&wgsl).map_or(1, |location| location.line_number as usize);
-            Error::Shader(format!("{}: {}", place(line), error.emit_to_string(&wgsl)))
+            let place = place(error.location(&wgsl));
+            Error::Shader(format!("{place}: {}", error.emit_to_string(&wgsl)))
         })
     };
     validate(&module)?;
     // Printed formulas that the scene does not use.
     compact(&mut module, KeepUnused::No);
     let info = validate(&module)?;
-    Ok(Shader { wgsl, module, info })
+    Ok(Shader { module, info })
 }
 
 /// Up to so many lamps, times samples, are looked at without a loop.
@@ -343,11 +304,6 @@ const LAMP_BYTES: usize = 64;
 /// Turns of loops after which a shader may be stopped: llvmpipe ends all loops of an invocation after 65 535
 /// (`LP_MAX_TGSI_LOOP_ITERATIONS`), without a word, and goes on behind them.
 pub(super) const MOST_TURNS_IN_SOFTWARE: usize = 65_000;
-
-/// Turns of loops in which a ray looks at the listed objects once.
-pub(super) fn turns_of_ray(key: &ShaderKey) -> usize {
-    n_listed(key).iter().sum()
-}
 
 /// A block that a `//#` directive opens.
 enum Block {
@@ -366,7 +322,7 @@ impl Block {
 }
 
 /// Carries out the directives of a part, keeping its line numbers:
-/// - `//#if need` … `//#else` … `//#end` keeps the lines that the scene needs; a name that is not one of [`Needs`] is an
+/// - `//#if need` … `//#else` … `//#end` keeps the lines that the scene needs; a name that is not one of [`needs`] is an
 ///   error;
 /// - `//#each lamp` … `//#end` repeats its lines for each lamp, `INDEX` standing for its index;
 /// - `//#each listed shape` … `//#end` repeats its lines for each shape that has listed objects: in `shapes`, `ShapeSeen` and
@@ -378,8 +334,8 @@ fn expand(part: &ShaderPart, choices: &Choices) -> Result<String> {
         let wrong = |what: &str| Error::Shader(format!("{}:{}: {what}", part.file, index + 1));
         let directive = line.trim().strip_prefix("//#");
         match directive.map(|words| words.split_once(' ').unwrap_or((words, ""))) {
-            Some(("if", need)) => match choices.needs.get(need) {
-                Some(holds) => open.push(Block::If(holds)),
+            Some(("if", need)) => match choices.needs.iter().find(|(known, _)| *known == need) {
+                Some(&(_, holds)) => open.push(Block::If(holds)),
                 None => return Err(wrong(&format!("unknown need `{need}`"))),
             },
             Some(("else", "")) => match open.last_mut() {
@@ -517,7 +473,8 @@ mod tests {
     fn error_of(part: &'static str) -> String {
         let part = ShaderPart { file: "shaders/broken.wgsl", text: part };
         let repeats = vec![("lamp", Repeat::Count([2, 2]))];
-        let choices = Choices { repeats, constants: aliases("f32"), ..Choices::default() };
+        let needs = vec![("tree", false)];
+        let choices = Choices { needs, repeats, constants: aliases("f32"), edit: None };
         match compile_parts(&[SHARED_PARTS[0], part], &choices) {
             Err(Error::Shader(message)) => message,
             _ => String::new(),

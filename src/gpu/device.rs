@@ -1,93 +1,21 @@
-//! The bare device: open, hand over, wait, map, and tell its errors.
+//! What a device does: hand over, wait, map, and tell its errors.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::PoisonError;
 use std::time::Duration;
 
-use super::adapter::{AdapterFacts, INSTALL_HINT};
+use super::open::Gpu;
 use crate::error::{Error, Result};
 
 /// What takes a device longer than this is given up.
 pub(crate) const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// An error that a device reported on its own.
-enum Failure {
+pub(super) enum Failure {
     OutOfMemory,
     Other(String),
 }
 
-/// A test's change of every shader that is passed through.
-pub(super) type EditSpirv = Box<dyn Fn(&[u32]) -> Vec<u32> + Send + Sync>;
-
-/// A device that was opened, without anything that is kept for it.
-pub struct OpenDevice {
-    pub(crate) device: wgpu::Device,
-    pub(crate) queue: wgpu::Queue,
-    errors: Arc<Mutex<Vec<Failure>>>,
-    /// A test's stand-in for a driver that does otherwise.
-    pub(super) edit_spirv: Option<EditSpirv>,
-    /// The adapter's own account of itself.
-    pub facts: AdapterFacts,
-}
-
-impl OpenDevice {
-    /// Opens an adapter.
-    ///
-    /// # Errors
-    /// [`Error::NoAdapter`] when it can't be opened.
-    pub(super) fn open(adapter: &wgpu::Adapter, facts: AdapterFacts) -> Result<OpenDevice> {
-        OpenDevice::open_within(adapter, facts, adapter.limits())
-    }
-
-    /// Opens an adapter as [`OpenDevice::open`] does, with no more than these of its limits.
-    pub(super) fn open_within(
-        adapter: &wgpu::Adapter,
-        facts: AdapterFacts,
-        limits: wgpu::Limits,
-    ) -> Result<OpenDevice> {
-        let max_storage_buffers = limits.max_storage_buffers_per_shader_stage;
-        let facts = AdapterFacts { max_storage_buffers, ..facts };
-        let wanted = wgpu::Features::PASSTHROUGH_SHADERS
-            | wgpu::Features::SHADER_F64
-            | wgpu::Features::TIMESTAMP_QUERY;
-        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
-            label: Some("kugelblitz"),
-            required_features: adapter.features() & wanted,
-            required_limits: limits,
-            memory_hints: wgpu::MemoryHints::MemoryUsage,
-            ..wgpu::DeviceDescriptor::default()
-        }))
-        .map_err(|error| {
-            Error::NoAdapter(format!("`{}` can't be opened: {error}; {INSTALL_HINT}", facts.name))
-        })?;
-        let errors = Arc::new(Mutex::new(Vec::new()));
-        let sink = Arc::clone(&errors);
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            if let Ok(mut errors) = sink.lock() {
-                errors.push(match error {
-                    wgpu::Error::OutOfMemory { .. } => Failure::OutOfMemory,
-                    error => Failure::Other(error.to_string()),
-                });
-            }
-        }));
-        let sink = Arc::clone(&errors);
-        device.set_device_lost_callback(move |reason, message| {
-            if reason != wgpu::DeviceLostReason::Destroyed
-                && let Ok(mut errors) = sink.lock()
-            {
-                errors.push(Failure::Other(format!("device lost: {message}")));
-            }
-        });
-        Ok(OpenDevice { device, queue, errors, edit_spirv: None, facts })
-    }
-
-    /// The words of a shader that is passed through, as they are but for a test's change.
-    pub(super) fn edited(&self, words: Vec<u32>) -> Vec<u32> {
-        match &self.edit_spirv {
-            Some(edit) => edit(&words),
-            None => words,
-        }
-    }
-
+impl Gpu {
     /// Hands commands over to the device.
     pub(crate) fn submit(&self, commands: wgpu::CommandBuffer) -> wgpu::SubmissionIndex {
         self.queue.submit([commands])
@@ -144,33 +72,10 @@ impl OpenDevice {
         self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
     }
 
-    /// Waits until the device is done with `submission`.
-    pub(crate) fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<(), String> {
-        let wait =
-            wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(TIMEOUT) };
+    /// Waits until the device is done with `submission`, or with everything submitted.
+    pub(crate) fn wait(&self, submission: Option<wgpu::SubmissionIndex>) -> Result<(), String> {
+        let wait = wgpu::PollType::Wait { submission_index: submission, timeout: Some(TIMEOUT) };
         self.device.poll(wait).map(drop).map_err(|error| error.to_string())
-    }
-
-    /// Waits for everything submitted and copies the first `n` values of a staging buffer; `act` is
-    /// what the device has not done where that fails.
-    ///
-    /// # Errors
-    /// [`Error::Device`], and those that the device has reported.
-    pub(super) fn read<T: bytemuck::Pod>(
-        &self,
-        staging: &wgpu::Buffer,
-        n: usize,
-        act: &str,
-    ) -> Result<Vec<T>> {
-        let mapped = self.map(staging, (n * size_of::<T>()) as u64);
-        self.check()?;
-        let view = mapped.map_err(|reason| {
-            Error::Device(format!("`{}` did not {act}: {reason}", self.facts.name))
-        })?;
-        let values = bytemuck::pod_collect_to_vec(&view[..]);
-        drop(view);
-        staging.unmap();
-        Ok(values)
     }
 
     /// Waits for everything submitted and maps the first `bytes` of a buffer.
@@ -184,8 +89,7 @@ impl OpenDevice {
             // The receiver is gone only when the wait below has failed already.
             let _ = sender.send(result);
         });
-        let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(TIMEOUT) };
-        self.device.poll(wait).map_err(|error| error.to_string())?;
+        self.wait(None)?;
         // Another thread that polls the same device may be the one that runs the callback.
         let mapped = receiver.recv_timeout(TIMEOUT).map_err(|error| error.to_string())?;
         mapped.map_err(|error| error.to_string())?;

@@ -12,7 +12,6 @@ mod open;
 mod pass;
 mod pipeline;
 mod plain_light;
-mod program;
 mod room;
 mod self_test;
 pub mod slabs;

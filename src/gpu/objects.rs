@@ -19,6 +19,11 @@ pub fn storage(gpu: &Gpu, objects: (&[u8], &[u8])) -> Vec<Named> {
     object_bytes(objects).map(|(name, bytes)| (name, gpu.filled(name, bytes).into())).collect()
 }
 
+/// Refuses a scene that the device can't bind, or that this machine has no memory to hand over; a
+/// device in software keeps it there too.
+///
+/// # Errors
+/// [`Error::TooLarge`]
 pub fn check_limits(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
     let facts = &gpu.facts;
     let limit = facts.max_binding_bytes.min(facts.max_buffer_bytes);
@@ -39,17 +44,10 @@ pub fn check_limits(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
             )));
         }
     }
-    Ok(())
-}
-
-/// Refuses a scene that this machine has no memory to hand over; a device in software keeps it there
-/// too.
-pub fn check_memory(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
-    let (spheres, planes) = prepared.objects.bytes();
     let objects = (spheres.len() + planes.len()) as u64;
     let hierarchy = prepared.hierarchy.as_ref().map_or(0, Hierarchy::bytes);
     let on_their_way = objects + hierarchy.min(UPLOAD_BYTES as u64);
-    let kept = if gpu.facts.is_software() { objects + hierarchy } else { 0 };
-    let what = format!("handing the scene to `{}`", gpu.facts.name);
+    let kept = if facts.is_software() { objects + hierarchy } else { 0 };
+    let what = format!("handing the scene to `{}`", facts.name);
     memory::require(what, on_their_way + kept, "use fewer objects, or `--device cpu`")
 }

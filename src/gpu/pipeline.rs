@@ -2,7 +2,7 @@
 //! refuses itself comes back as an error, wherever in the making it does.
 
 use super::compile::{Shader, WORKGROUP};
-use super::device::OpenDevice;
+use super::open::Gpu;
 use super::texture::{FORMAT, TEXEL_BYTES};
 use crate::error::{Error, Result};
 
@@ -37,32 +37,60 @@ impl Resource {
     }
 }
 
-/// What a shader binds, as naga has it: the only list of that, and the names in it.
-pub struct Bindings {
-    pub layout: wgpu::BindGroupLayout,
+/// A shader, ready to run.
+pub struct Program {
+    pub pipeline: wgpu::ComputePipeline,
+    layout: wgpu::BindGroupLayout,
+    /// What the shader binds, as naga has it: the only list of that.
     names: Vec<(String, u32)>,
 }
 
-impl Bindings {
-    /// Makes the bindings of a shader that computes.
+impl Program {
+    /// Makes the program of a shader with this entry point, passed through with `NoContraction` where the adapter allows it.
     ///
     /// # Errors
     /// [`Error::TooLarge`] when the shader binds more than the device takes, [`Error::Shader`] when it
-    /// refuses the layout.
-    pub fn new(gpu: &OpenDevice, shader: &Shader) -> Result<Bindings> {
+    /// refuses the shader.
+    pub fn new(gpu: &Gpu, shader: &Shader, entry_point: &str) -> Result<Program> {
+        let device = &gpu.device;
         let entries = entries(shader);
         check_limits(gpu, shader, &entries)?;
-        let layout = unless_refused(gpu, || {
-            gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        let spirv = gpu.facts.passthrough.then(|| shader.spirv()).transpose()?;
+        let spirv = spirv.map(|words| gpu.edited(words));
+        let (layout, pipeline) = unless_refused(gpu, || {
+            let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
                 label: Some("kugelblitz"),
                 entries: &entries,
-            })
+            });
+            let module = match &spirv {
+                Some(words) => pass_through(device, words, entry_point),
+                None => device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                    label: Some(entry_point),
+                    source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(
+                        shader.module.clone(),
+                    )),
+                }),
+            };
+            let of_pipeline = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(entry_point),
+                bind_group_layouts: &[Some(&layout)],
+                immediate_size: 0,
+            });
+            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry_point),
+                layout: Some(&of_pipeline),
+                module: &module,
+                entry_point: Some(entry_point),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            });
+            (layout, pipeline)
         })?;
         let globals = shader.module.global_variables.iter();
         let names = globals.filter_map(|(_, variable)| {
             Some((variable.name.clone()?, variable.binding.as_ref()?.binding))
         });
-        Ok(Bindings { layout, names: names.collect() })
+        Ok(Program { pipeline, layout, names: names.collect() })
     }
 
     /// Binds buffers and textures, in any order, by the names that the shader has for them.
@@ -109,7 +137,7 @@ pub fn whole((name, resource): &Named) -> (&'static str, wgpu::BindingResource<'
 ///
 /// # Errors
 /// [`Error::Shader`]
-pub fn unless_refused<T>(gpu: &OpenDevice, make: impl FnOnce() -> T) -> Result<T> {
+pub fn unless_refused<T>(gpu: &Gpu, make: impl FnOnce() -> T) -> Result<T> {
     let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
     let made = make();
     match pollster::block_on(scope.pop()) {
@@ -119,11 +147,7 @@ pub fn unless_refused<T>(gpu: &OpenDevice, make: impl FnOnce() -> T) -> Result<T
 }
 
 /// Compares what a shader needs at once with what the device has.
-fn check_limits(
-    gpu: &OpenDevice,
-    shader: &Shader,
-    entries: &[wgpu::BindGroupLayoutEntry],
-) -> Result<()> {
+fn check_limits(gpu: &Gpu, shader: &Shader, entries: &[wgpu::BindGroupLayoutEntry]) -> Result<()> {
     use wgpu::{BindingType, BufferBindingType};
     let [mut n_storage, mut n_uniform, mut n_textures] = [0; 3];
     for entry in entries {
@@ -159,10 +183,8 @@ fn check_limits(
 }
 
 fn entries(shader: &Shader) -> Vec<wgpu::BindGroupLayoutEntry> {
-    let mut entries: Vec<_> = shader
-        .module
-        .global_variables
-        .iter()
+    let globals = shader.module.global_variables.iter();
+    globals
         .filter_map(|(_, variable)| {
             let buffer = |ty| wgpu::BindingType::Buffer {
                 ty,
@@ -188,47 +210,7 @@ fn entries(shader: &Shader) -> Vec<wgpu::BindGroupLayoutEntry> {
             let visibility = wgpu::ShaderStages::COMPUTE;
             Some(wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None })
         })
-        .collect();
-    entries.sort_by_key(|entry| entry.binding);
-    entries
-}
-
-/// The pipeline of a shader's entry point, passed through with `NoContraction` where the adapter
-/// allows it.
-///
-/// # Errors
-/// [`Error::Shader`] when the device refuses it.
-pub fn pipeline(
-    gpu: &OpenDevice,
-    shader: &Shader,
-    entry_point: &str,
-    bind_group_layout: &wgpu::BindGroupLayout,
-) -> Result<wgpu::ComputePipeline> {
-    let device = &gpu.device;
-    let spirv = gpu.facts.passthrough.then(|| shader.spirv()).transpose()?;
-    let spirv = spirv.map(|words| gpu.edited(words));
-    unless_refused(gpu, || {
-        let module = match &spirv {
-            Some(words) => pass_through(device, words, entry_point),
-            None => device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(entry_point),
-                source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(shader.module.clone())),
-            }),
-        };
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(entry_point),
-            bind_group_layouts: &[Some(bind_group_layout)],
-            immediate_size: 0,
-        });
-        device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(entry_point),
-            layout: Some(&layout),
-            module: &module,
-            entry_point: Some(entry_point),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
-        })
-    })
+        .collect()
 }
 
 #[allow(unsafe_code)]
@@ -259,11 +241,11 @@ mod tests {
     use crate::gpu::compile::compile_self_test;
 
     /// The best device, with some limits lower than it has them.
-    fn open_within(lower: impl Fn(wgpu::Limits) -> wgpu::Limits) -> OpenDevice {
+    fn open_within(lower: impl Fn(wgpu::Limits) -> wgpu::Limits) -> Gpu {
         let first = adapters().into_iter().next();
         let (adapter, facts) = first.expect("a Vulkan device; ci/setup.sh installs one");
         let limits = lower(adapter.limits());
-        OpenDevice::open_within(&adapter, facts, limits).unwrap()
+        Gpu::open_within(&adapter, facts, limits).unwrap()
     }
 
     #[test]
@@ -287,25 +269,26 @@ mod tests {
         ];
         for (what, lower) in lower {
             let gpu = open_within(lower);
-            let error = Bindings::new(&gpu, &shader).err().expect(what);
+            let error = Program::new(&gpu, &shader, "self_test").err().expect(what);
             assert_eq!(error.exit_code(), 7, "{error}");
             for part in [what, &gpu.facts.name, "--device cpu"] {
                 assert!(error.to_string().contains(part), "{part}: {error}");
             }
             gpu.check().unwrap_or_else(|later| panic!("{what}: {later}"));
         }
-        assert!(Bindings::new(&open_within(|limits| limits), &shader).is_ok());
+        assert!(Program::new(&open_within(|limits| limits), &shader, "self_test").is_ok());
     }
 
     /// Each of the shader's names once, or a word about which not.
     #[test]
     fn what_is_bound_has_the_names_of_the_shader() {
         let gpu = open_within(|limits| limits);
-        let bindings = Bindings::new(&gpu, &compile_self_test("f32").unwrap()).unwrap();
+        let shader = compile_self_test("f32").unwrap();
+        let program = Program::new(&gpu, &shader, "self_test").unwrap();
         let buffer = gpu.buffer("test", 64, wgpu::BufferUsages::STORAGE);
         let bind = |names: &[&'static str]| {
             let resources = names.iter().map(|&name| (name, buffer.as_entire_binding()));
-            bindings.bind(&gpu.device, resources).err().map(|error| error.to_string())
+            program.bind(&gpu.device, resources).err().map(|error| error.to_string())
         };
         let said = |names: &[&'static str]| bind(names).expect("an error");
         assert!(said(&["operands", "results", "more"]).contains("`more` is not in the shader"));

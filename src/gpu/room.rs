@@ -3,9 +3,8 @@
 use std::time::Instant;
 
 use super::clock::Clock;
-use super::device::OpenDevice;
-use super::pipeline::{Named, whole};
-use super::program::Program;
+use super::open::Gpu;
+use super::pipeline::{Named, Program, whole};
 use crate::error::{Error, Result};
 
 /// An array that a shader fills, with an element for each ray: its name, and bytes of an element.
@@ -27,7 +26,7 @@ impl Room {
     /// # Errors
     /// [`Error::Shader`] where that is not what the shader binds, [`Error::TooLarge`] where the device has no memory for it.
     pub fn new(
-        gpu: &OpenDevice,
+        gpu: &Gpu,
         program: &Program,
         n_rays: usize,
         results: &[PerRay],
@@ -42,7 +41,7 @@ impl Room {
         let results: Vec<_> = results.iter().map(buffer).collect();
         let n_bytes = n_rays * results.iter().map(|(bytes, _)| bytes).sum::<usize>();
         let staging = gpu.buffer("staging", n_bytes, Usage::MAP_READ | Usage::COPY_DST);
-        let bind_group = program.bindings.bind(&gpu.device, bound.iter().map(whole))?;
+        let bind_group = program.bind(&gpu.device, bound.iter().map(whole))?;
         gpu.check()?;
         Ok(Room { n_rays, results, staging, bind_group })
     }
@@ -56,7 +55,7 @@ impl Room {
     /// Commands that run the shader.
     pub fn dispatch(
         &self,
-        gpu: &OpenDevice,
+        gpu: &Gpu,
         program: &Program,
         [x, y]: [u32; 2],
         clock: Option<&Clock>,
@@ -83,7 +82,7 @@ impl Room {
     /// What `unfinished` says of a reason when the device takes too long, [`Error::Device`] when it fails.
     pub fn read(
         &self,
-        gpu: &OpenDevice,
+        gpu: &Gpu,
         mut encoder: wgpu::CommandEncoder,
         n_rays: usize,
         unfinished: impl FnOnce(&str) -> Error,

@@ -8,16 +8,15 @@ pub(super) use samples::NUMERATOR;
 use std::fmt;
 
 use super::compile::compile_self_test;
-use super::device::OpenDevice;
-use super::pipeline::Resource;
-use super::program::Program;
+use super::open::Gpu;
+use super::pipeline::{Program, Resource};
 use super::room::Room;
 use super::texture::{TEXELS_PER_ROW, texture};
 use crate::error::{Error, Result};
 use samples::{
-    COMPARED, CONSTANT_OVER, CONVERTED, FMA_REMAINDER, INVERSE, KEPT, LARGER, N_RESULTS, N_ROUNDED,
-    N_SAMPLES, N_WORDS, NARROWED, Outcome, PRODUCT, PRODUCT_SUM, QUOTIENT, ROOT, SCALED, SUM,
-    SUM_ERROR, Sample, SampledFloat, Sort, samples,
+    COMPARED, CONSTANT_OVER, CONVERTED, FMA_REMAINDER, INVERSE, KEPT, LARGER, LARGEST_RESULT,
+    N_RESULTS, N_ROUNDED, N_SAMPLES, N_WORDS, NARROWED, Outcome, PRODUCT, PRODUCT_SUM, QUOTIENT,
+    ROOT, SCALED, SUM, SUM_ERROR, Sample, SampledFloat, Sort, samples,
 };
 
 /// The self-test's findings for one float type. Numbers of steps are distances from the correctly
@@ -150,17 +149,8 @@ impl fmt::Display for Arithmetic {
 // The texels of all samples lie in one row.
 const _: () = assert!(N_SAMPLES <= TEXELS_PER_ROW as usize);
 
-/// Measures f32.
-pub fn test_f32(gpu: &OpenDevice) -> Result<Arithmetic> {
-    run::<f32>(gpu)
-}
-
-/// Measures f64, which the adapter must have.
-pub fn test_f64(gpu: &OpenDevice) -> Result<Arithmetic> {
-    run::<f64>(gpu)
-}
-
-fn run<F: SampledFloat>(gpu: &OpenDevice) -> Result<Arithmetic> {
+/// Measures a float type, which the adapter must have.
+pub fn measure<F: SampledFloat>(gpu: &Gpu) -> Result<Arithmetic> {
     let samples = samples::<F>();
     let outcomes = on_device(gpu, &samples)?;
     Ok(Arithmetic { passthrough: gpu.facts.passthrough, ..judge(&samples, &outcomes) })
@@ -193,8 +183,7 @@ fn judge<F: SampledFloat>(samples: &[Sample<F>], outcomes: &[Outcome<F>]) -> Ari
                 judge_rounded(&mut found, sample, operation, outcome, &expected);
             }
         }
-        judge_comparisons(&mut found, sample, outcome, &expected);
-        judge_words(&mut found, sample, &outcome.words, &expected.words);
+        judge_words(&mut found, sample, outcome, &expected);
         if sample.sort == Sort::Near {
             let (results, expected) = (&outcome.results, &expected.results);
             // Where the sum itself is rounded another way, its error is another one.
@@ -219,7 +208,7 @@ fn judge_rounded<F: SampledFloat>(
     let (result, nearest) = (outcome.results[operation], expected.results[operation]);
     let is_unary = matches!(operation, ROOT | INVERSE | CONSTANT_OVER);
     let operands_are_normal = sample.a.is_normal() && (is_unary || sample.b.is_normal());
-    if !(operands_are_normal && nearest.is_normal() && !nearest.is_large()) {
+    if !(operands_are_normal && nearest.is_normal() && !is_large(nearest.to_f64())) {
         found.subnormals &= result == nearest;
         found.safe_range &= is_safe(sample, operation, result);
         return;
@@ -245,23 +234,28 @@ fn judge_rounded<F: SampledFloat>(
 fn is_safe<F: SampledFloat>(sample: &Sample<F>, operation: usize, result: F) -> bool {
     let Sample { a, b, .. } = *sample;
     let mut readings = a.readings().into_iter().flat_map(|a| b.readings().map(|b| (a, b)));
+    let found = result.to_f64();
     readings.any(|(a, b)| {
-        let nearest = F::expected(&Sample { a, b, ..*sample }).results[operation];
-        let is_large = nearest.is_large()
-            && result.is_large()
-            && nearest.is_negative() == result.is_negative();
+        let expected = F::expected(&Sample { a, b, ..*sample }).results[operation];
+        let nearest = expected.to_f64();
         // 0/0, of two subnormals, is the only reading that is not a number.
-        result == nearest
-            || (result.is_nan() && nearest.is_nan())
-            || is_large
-            || (nearest.flushed().is_zero() && result.is_zero())
-            || (result.is_finite()
+        found == nearest
+            || (found.is_nan() && nearest.is_nan())
+            || (is_large(nearest) && is_large(found) && found * nearest > 0.0)
+            || (nearest.is_finite() && !expected.is_normal() && found == 0.0)
+            || (found.is_finite()
                 && nearest.is_finite()
-                && F::steps(result, nearest) <= MOST_STEPS[operation])
+                && F::steps(result, expected) <= MOST_STEPS[operation])
     })
 }
 
-fn judge_comparisons<F: SampledFloat>(
+/// True of numbers from [`LARGEST_RESULT`] on, of either sign.
+fn is_large(x: f64) -> bool {
+    x.abs() >= LARGEST_RESULT
+}
+
+/// Looks at the words, and at the larger of two numbers, which comes of a comparison too.
+fn judge_words<F: SampledFloat>(
     found: &mut Arithmetic,
     sample: &Sample<F>,
     outcome: &Outcome<F>,
@@ -271,17 +265,12 @@ fn judge_comparisons<F: SampledFloat>(
         && outcome.results[LARGER] == expected.results[LARGER];
     match sample.sort {
         Sort::Tiny => found.subnormals &= is_right,
-        _ if sample.a.is_finite() && sample.b.is_finite() => found.comparisons &= is_right,
+        _ if [sample.a, sample.b].iter().all(|x| x.to_f64().is_finite()) => {
+            found.comparisons &= is_right
+        }
         _ => found.infinities &= is_right,
     }
-}
-
-fn judge_words<F: SampledFloat>(
-    found: &mut Arithmetic,
-    sample: &Sample<F>,
-    words: &[u32; N_WORDS],
-    expected: &[u32; N_WORDS],
-) {
+    let (words, expected) = (&outcome.words, &expected.words);
     if matches!(sample.sort, Sort::Near | Sort::Wide) {
         found.narrows_to_nearest &= words[NARROWED] == expected[NARROWED];
     }
@@ -296,7 +285,7 @@ fn judge_words<F: SampledFloat>(
 }
 
 /// Runs the self-test's shader on the samples.
-fn on_device<F: SampledFloat>(gpu: &OpenDevice, samples: &[Sample<F>]) -> Result<Vec<Outcome<F>>> {
+fn on_device<F: SampledFloat>(gpu: &Gpu, samples: &[Sample<F>]) -> Result<Vec<Outcome<F>>> {
     let program = Program::new(gpu, &compile_self_test(F::WGSL)?, "self_test")?;
     let operands: Vec<[F; 2]> = samples.iter().map(|sample| [sample.a, sample.b]).collect();
     let texels: Vec<[u32; 4]> = samples.iter().map(|sample| sample.texel).collect();

@@ -1,6 +1,6 @@
 //! Textures that hold lists, row by row.
 
-use super::device::OpenDevice;
+use super::open::Gpu;
 use crate::error::{Error, Result};
 
 /// Texels of a row of the textures that hold lists, a power of two; each Vulkan device has as many.
@@ -16,7 +16,7 @@ pub const TEXEL_BYTES: usize = 16;
 pub const UPLOAD_BYTES: usize = 64 << 20;
 
 /// A texture that holds `bytes` row by row.
-pub fn texture(gpu: &OpenDevice, label: &str, bytes: &[u8]) -> Result<wgpu::TextureView> {
+pub fn texture(gpu: &Gpu, label: &str, bytes: &[u8]) -> Result<wgpu::TextureView> {
     let row_bytes = TEXELS_PER_ROW as usize * TEXEL_BYTES;
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
@@ -50,7 +50,7 @@ pub fn texture(gpu: &OpenDevice, label: &str, bytes: &[u8]) -> Result<wgpu::Text
             wgpu::Extent3d { width: width as u32, height: rows as u32, depth_or_array_layers: 1 },
         );
         let done = gpu.submit(gpu.encoder().finish());
-        gpu.wait(done).map_err(|reason| {
+        gpu.wait(Some(done)).map_err(|reason| {
             Error::Device(format!("`{}` did not take the spheres: {reason}", gpu.facts.name))
         })
     };

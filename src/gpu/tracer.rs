@@ -3,10 +3,11 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::compile::{MOST_TURNS_IN_SOFTWARE, turns_of_ray};
-use super::hierarchy::DeviceHierarchy;
+use super::clock::Clock;
+use super::compile::MOST_TURNS_IN_SOFTWARE;
+use super::hierarchy::{DeviceHierarchy, upload_hierarchy};
 use super::light::CertifiedLight;
-use super::objects::{check_limits, check_memory, object_bytes, storage};
+use super::objects::{check_limits, object_bytes, storage};
 use super::open::Gpu;
 use super::pass::Pass;
 use super::pipeline::{Named, Resource};
@@ -35,7 +36,7 @@ pub struct GpuTracer {
     /// Whether the device can't take the kernel's stage: its arithmetic doesn't suit the proof of `certified`, there
     /// is no way to the rays' many spheres, or it would stop on the way through a long list of them.
     leaves_to_cpu: bool,
-    has_clock: bool,
+    clock: Option<Clock>,
     /// Lights what rays of a kernel without a proof hit, made when that is first needed.
     plain_light: Option<PlainLight>,
     /// Lights what rays of `certified` hit, made when that is first needed.
@@ -56,13 +57,12 @@ impl GpuTracer {
     pub fn new(gpu: Arc<Gpu>, prepared: Arc<Prepared>, wants: Wants) -> Result<GpuTracer> {
         gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&gpu, &prepared)?;
-        check_memory(&gpu, &prepared)?;
         let start = Instant::now();
         let objects = storage(&gpu, prepared.objects.bytes());
-        let hierarchy = DeviceHierarchy::new(&gpu, &prepared)?;
+        let hierarchy = upload_hierarchy(&gpu, &prepared)?;
         let upload_time = start.elapsed();
         gpu.check()?;
-        let leaves_to_cpu = leaves_to_cpu(&gpu, &prepared, hierarchy.as_ref(), wants)?;
+        let leaves_to_cpu = leaves_to_cpu(&gpu, &prepared, hierarchy.as_ref())?;
         let mut tracer = GpuTracer {
             key: prepared.shader_key(wants),
             gpu,
@@ -72,7 +72,7 @@ impl GpuTracer {
             objects,
             hierarchy,
             leaves_to_cpu,
-            has_clock: false,
+            clock: None,
             plain_light: None,
             light: None,
             compile_time: Duration::ZERO,
@@ -99,18 +99,16 @@ impl GpuTracer {
 
 /// What a shader binds of a scene.
 fn bound(objects: &[Named], hierarchy: Option<&DeviceHierarchy>) -> Vec<Named> {
-    objects.iter().chain(hierarchy.iter().flat_map(|hierarchy| &hierarchy.bound)).cloned().collect()
+    objects.iter().chain(hierarchy.into_iter().flatten()).cloned().collect()
 }
 
 fn leaves_to_cpu(
     gpu: &Gpu,
     prepared: &Prepared,
     hierarchy: Option<&DeviceHierarchy>,
-    wants: Wants,
 ) -> Result<bool> {
     let has_no_way = prepared.hierarchy.is_some() && hierarchy.is_none();
-    let is_stopped = gpu.facts.is_software()
-        && turns_of_ray(&prepared.shader_key(wants)) > MOST_TURNS_IN_SOFTWARE;
+    let is_stopped = gpu.facts.is_software() && prepared.n_listed() > MOST_TURNS_IN_SOFTWARE;
     Ok(is_stopped
         || prepared.kernel == Kernel::Certified
             && (has_no_way || !gpu.arithmetic()?.suits_filter()))
@@ -153,12 +151,12 @@ impl Backend for GpuTracer {
             store(coordinates, rays, tile, arrays, hits);
             control.advance(tile.n_rays as u64);
         };
-        let mut pass = match self.pass.take() {
+        let pass = match self.pass.take() {
             Some(pass) => pass,
             None => self.make_pass()?,
         };
-        pass.use_clock(self.has_clock);
-        self.pass.insert(pass).run(&self.prepared, rays, control, &mut take).map(Some)
+        let (pass, clock) = (self.pass.insert(pass), self.clock.as_ref());
+        pass.run(&self.prepared, rays, control, clock, &mut take).map(Some)
     }
 
     fn light_plainly(
@@ -185,10 +183,6 @@ impl Backend for GpuTracer {
         Ok(true)
     }
 
-    fn lights(&self) -> bool {
-        !(self.prepared.starts_in_f64() || self.leaves_to_cpu) && self.gpu.lights()
-    }
-
     fn light(
         &mut self,
         lighting: &CertifiedLighting,
@@ -196,10 +190,10 @@ impl Backend for GpuTracer {
         control: &Control,
         codes: &mut Vec<u32>,
     ) -> Result<bool> {
-        if !self.lights() {
+        let GpuTracer { gpu, prepared, objects, hierarchy, light: kept, leaves_to_cpu, .. } = self;
+        if prepared.starts_in_f64() || *leaves_to_cpu || !gpu.lights() {
             return Ok(false);
         }
-        let GpuTracer { gpu, prepared, objects, hierarchy, light: kept, .. } = self;
         let objects = (&objects[..], hierarchy.as_ref());
         let made = CertifiedLight::renewed(kept.take(), gpu, prepared, objects, lighting);
         let lit = made.and_then(|made| {
@@ -220,13 +214,12 @@ impl Backend for GpuTracer {
         self.gpu.facts.check_kernel(prepared.kernel)?;
         if prepared.shader_key(self.wants) != self.key {
             let new = GpuTracer::new(Arc::clone(&self.gpu), Arc::clone(prepared), self.wants)?;
-            *self = GpuTracer { has_clock: self.has_clock, ..new };
+            *self = GpuTracer { clock: self.clock.take(), ..new };
             return Ok(());
         }
         check_limits(&self.gpu, prepared)?;
-        check_memory(&self.gpu, prepared)?;
-        let hierarchy = DeviceHierarchy::new(&self.gpu, prepared)?;
-        let leaves_to_cpu = leaves_to_cpu(&self.gpu, prepared, hierarchy.as_ref(), self.wants)?;
+        let hierarchy = upload_hierarchy(&self.gpu, prepared)?;
+        let leaves_to_cpu = leaves_to_cpu(&self.gpu, prepared, hierarchy.as_ref())?;
         self.gpu.check()?;
         let bytes = object_bytes(prepared.objects.bytes());
         for ((_, resource), (_, bytes)) in self.objects.iter().zip(bytes) {
@@ -252,7 +245,7 @@ impl Backend for GpuTracer {
     }
 
     fn use_clock(&mut self) {
-        self.has_clock = true;
+        self.clock = Clock::new(&self.gpu);
     }
 }
 

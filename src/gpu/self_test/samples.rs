@@ -3,7 +3,7 @@
 
 use bytemuck::Pod;
 
-use crate::num::ulp_distance;
+use crate::num::{Float, ulp_distance};
 use crate::random::SplitMix;
 
 /// A constant that is divided by numbers, for which a driver may take a reciprocal.
@@ -35,9 +35,9 @@ pub const N_SAMPLES: usize = Sort::ALL.len() * OF_EACH_SORT;
 /// Least and largest exponent of [`Sort::Wide`], for f64 too.
 const WIDE: [i32; 2] = [-104, 120];
 
-/// Quotients are looked at up to this power of two: beyond, Vulkan promises nothing of their
-/// denominators' neighbourhood.
-pub const LARGEST_RESULT_EXPONENT: i32 = 126;
+/// Quotients are looked at up to this: beyond, Vulkan promises nothing of their denominators'
+/// neighbourhood.
+pub const LARGEST_RESULT: f64 = (1u128 << 126) as f64;
 
 /// Operations that round, as places in [`SampledFloat::expected`].
 pub const SUM: usize = 0;
@@ -117,7 +117,7 @@ fn texel(random: &mut SplitMix) -> [u32; 4] {
 }
 
 /// A float type that the self-test can look at.
-pub trait SampledFloat: Pod + PartialOrd {
+pub trait SampledFloat: Float + Pod + PartialOrd {
     /// WGSL's name of the type.
     const WGSL: &'static str;
     /// Two operands, none of them 0 but for [`Sort::Large`].
@@ -129,19 +129,11 @@ pub trait SampledFloat: Pod + PartialOrd {
     /// True if `found` is a neighbour of the exact sum or product on the side where that result
     /// lies, or the `nearest` number itself. `remainder` is the exact result less that.
     fn is_faithful(found: Self, nearest: Self, remainder: Self) -> bool;
-    /// 0 for a subnormal.
-    fn flushed(self) -> Self;
     /// What an operand may count as: itself, and a subnormal as a 0 of either sign.
     fn readings(self) -> [Self; 3];
     fn is_normal(self) -> bool;
-    fn is_finite(self) -> bool;
-    fn is_nan(self) -> bool;
-    fn is_zero(self) -> bool;
-    /// True if the magnitude is at least `2^`[`LARGEST_RESULT_EXPONENT`].
-    fn is_large(self) -> bool;
     /// True if remainders of a product of this magnitude are themselves in range.
     fn has_remainder(self) -> bool;
-    fn is_negative(self) -> bool;
 }
 
 macro_rules! float {
@@ -235,10 +227,6 @@ macro_rules! float {
                     || (remainder < 0.0 && found == nearest.next_down())
             }
 
-            fn flushed(self) -> Self {
-                if self.is_subnormal() { 0.0 } else { self }
-            }
-
             fn readings(self) -> [Self; 3] {
                 if self.is_subnormal() { [self, 0.0, -0.0] } else { [self; 3] }
             }
@@ -247,29 +235,8 @@ macro_rules! float {
                 $float::is_normal(self)
             }
 
-            fn is_finite(self) -> bool {
-                $float::is_finite(self)
-            }
-
-            fn is_nan(self) -> bool {
-                $float::is_nan(self)
-            }
-
-            fn is_zero(self) -> bool {
-                self == 0.0
-            }
-
-            fn is_large(self) -> bool {
-                self.abs()
-                    >= $float::from_bits(((LARGEST_RESULT_EXPONENT + $bias) as $bits) << $mantissa)
-            }
-
             fn has_remainder(self) -> bool {
                 self.abs() >= $float::MIN_POSITIVE * (2.0 as $float).powi($mantissa + 1)
-            }
-
-            fn is_negative(self) -> bool {
-                self.is_sign_negative()
             }
         }
     };
