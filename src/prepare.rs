@@ -210,7 +210,7 @@ impl Prepared {
             .chain(planes.map(move |(index, p)| (id(index), Object::Plane(p))))
     }
 
-    /// The records of the objects that a device tests one after the other: of many spheres those of [`Hierarchy::rest`], and
+    /// The records of the objects that a device tests one after the other: of many spheres those of [`Leaves::rest`](crate::bvh::Leaves::rest), and
     /// behind them some that stand for none. None where f32 has no say.
     fn records(&self) -> ObjectRecords {
         let n_spheres = match &self.hierarchy {
@@ -236,7 +236,7 @@ impl Prepared {
         match &self.hierarchy {
             _ if !self.in_range => {}
             Some(hierarchy) => {
-                let all = self.beside(&hierarchy.rest);
+                let all = self.beside(&hierarchy.leaves.rest);
                 all.enumerate().for_each(|(place, (id, object))| put(place, id, object));
             }
             None => self.seen_objects().for_each(|(id, object)| put(id as usize - 1, id, object)),

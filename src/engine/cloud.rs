@@ -311,8 +311,8 @@ impl<'a> CloudSearch<'a> {
         let (bvh, samples) = (&*hierarchy.bvh, pixels.samples(n));
         let sight = |leaves: Arc<Leaves>, reach| {
             let eye = Eye::of_pixels(&samples, reach, f32::UNIT);
-            let spheres = hierarchy.rest_of(&leaves);
-            (leaves, Objects::new(prepared.beside(&spheres), &eye))
+            let beside = Objects::new(prepared.beside(&leaves.rest), &eye);
+            (leaves, beside)
         };
         let Reach { apart, turned } = Reach::of_samples(pixels, 1, n);
         let reach = Reach { apart: share * apart, turned: share * turned };

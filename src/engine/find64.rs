@@ -112,7 +112,7 @@ impl<'a> Find64<'a> {
                 let tree = tree.filter(|_| scene.n_objects() > FEW);
                 let objects = match (tree, &prepared.hierarchy) {
                     (Some(_), Some(hierarchy)) => {
-                        Objects::new(prepared.beside(&hierarchy.rest), &eye)
+                        Objects::new(prepared.beside(&hierarchy.leaves.rest), &eye)
                     }
                     _ => Objects::new(prepared.seen_objects(), &eye),
                 };
@@ -170,7 +170,7 @@ impl<'a> Find64<'a> {
                     self.walk(
                         bvh,
                         beam,
-                        Seek { bvh, beside: self.close(), ray, eye: *eye, candidates },
+                        Seek { bvh, beside: self.rest(), ray, eye: *eye, candidates },
                     );
                 }
                 1.0
@@ -202,9 +202,9 @@ impl<'a> Find64<'a> {
         candidates.say(scale)
     }
 
-    /// Ids of the spheres that are looked at beside the tree although it holds them, ascending.
-    fn close(&self) -> &[u32] {
-        self.prepared.hierarchy.as_ref().map_or(&[], |hierarchy| &hierarchy.leaves.close)
+    /// Ids of the spheres that are looked at beside the tree, ascending.
+    fn rest(&self) -> &[u32] {
+        self.prepared.hierarchy.as_ref().map_or(&[], |hierarchy| &hierarchy.leaves.rest)
     }
 
     fn walk(&self, bvh: &Bvh, beam: crate::bvh::Beam, seek: Seek) {

@@ -30,7 +30,7 @@ impl<'a> ListSearch<'a> {
         let (beside, tree) = match &prepared.hierarchy {
             None => (Objects::new(prepared.seen_objects(), eye), None),
             Some(hierarchy) => (
-                Objects::new(prepared.beside(&hierarchy.rest), eye),
+                Objects::new(prepared.beside(&hierarchy.leaves.rest), eye),
                 Some((&*hierarchy.bvh, &*hierarchy.leaves)),
             ),
         };

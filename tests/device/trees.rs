@@ -55,8 +55,8 @@ fn a_flight_through_a_cloud_needs_few_shaders() {
         let anew = renewed(None, &rays);
         assert_eq!(prepared.objects.bytes(), anew.objects.bytes());
         let hierarchy = prepared.hierarchy.as_ref().unwrap();
-        assert_eq!(hierarchy.rest, anew.hierarchy.as_ref().unwrap().rest);
-        numbers.insert(hierarchy.rest.len());
+        assert_eq!(hierarchy.leaves.rest, anew.hierarchy.as_ref().unwrap().leaves.rest);
+        numbers.insert(hierarchy.leaves.rest.len());
         keys.insert(prepared.shader_key(Wants::default()));
         assert_eq!(seen(prepared.clone(), &rays), seen(anew, &rays));
         if step % 20 == 0 {

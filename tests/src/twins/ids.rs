@@ -70,7 +70,7 @@ impl Twin<'_> {
         let ObjectRecords::Certified { lists, any_close } = &self.prepared.objects else {
             panic!("a kernel without a proof")
         };
-        let rest = self.prepared.hierarchy.as_ref().map(|hierarchy| &hierarchy.rest[..]);
+        let rest = self.prepared.hierarchy.as_ref().map(|hierarchy| &hierarchy.leaves.rest[..]);
         let id_at = |place: usize| match rest {
             Some(rest) => rest.get(place).copied().unwrap_or(0),
             None => place as u32 + 1,
