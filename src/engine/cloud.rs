@@ -21,7 +21,9 @@ use crate::seen::{Eye, Nearest, Objects, Ray};
 use crate::trace::Mixed;
 
 /// The beams of a picture's rays, relative to a tree.
-pub struct TreeAim {
+pub struct TreeAim<'a> {
+    /// The tree.
+    pub bvh: &'a Bvh,
     /// The camera's position.
     position: DVec3,
     forward: DVec3,
@@ -32,12 +34,13 @@ pub struct TreeAim {
     end: f64,
 }
 
-impl TreeAim {
+impl<'a> TreeAim<'a> {
     /// Makes what the beams of a picture's rays come from, for a tree.
-    pub fn new(bvh: &Bvh, pixels: &Pixels) -> TreeAim {
+    pub fn new(bvh: &'a Bvh, pixels: &Pixels) -> TreeAim<'a> {
         let view = &pixels.view;
         let step = view.h / f64::from(pixels.image_height);
         let mut aim = TreeAim {
+            bvh,
             position: view.position - bvh.reference,
             forward: view.forward,
             right_step: view.right * step,
@@ -86,7 +89,7 @@ struct Sight<'a> {
     bvh: &'a Bvh,
     leaves: &'a Leaves,
     beside: &'a Objects<f32>,
-    aim: &'a TreeAim,
+    aim: &'a TreeAim<'a>,
     camera: &'a Frame<f32>,
     /// How far the rays reach for which one stands, in half pixels.
     reach: f32,
@@ -291,7 +294,7 @@ pub struct CloudSearch<'a> {
     /// Samples across and down a pixel.
     n: u32,
     bvh: &'a Bvh,
-    aim: TreeAim,
+    aim: TreeAim<'a>,
     camera: Frame<f32>,
     /// As one ray a pixel stands for all its samples; not of one sample, nor where pixels are too large for the bounds.
     of_pixels: Option<Seen>,
@@ -311,7 +314,7 @@ impl<'a> CloudSearch<'a> {
         let (bvh, samples) = (&*hierarchy.bvh, pixels.samples(n));
         let sight = |leaves: Arc<Leaves>, reach| {
             let eye = Eye::of_pixels(&samples, reach, f32::UNIT);
-            let beside = Objects::new(prepared.beside(&leaves.rest), &eye);
+            let beside = Objects::new(prepared.listed(Some(&leaves.rest)), &eye);
             (leaves, beside)
         };
         let Reach { apart, turned } = Reach::of_samples(pixels, 1, n);
@@ -487,20 +490,10 @@ impl<'a> CloudSearch<'a> {
         mixed: &mut Vec<u32>,
         ids: &mut Vec<u32>,
     ) {
-        let (n, samples) = (self.n, pixels.samples(self.n));
-        let CloudScratch { tile, index, .. } = &mut *room;
-        tile.clear();
-        for &at in &*index {
-            let (x, y) = pixels.xy(at as usize);
-            for y in y * n..(y + 1) * n {
-                for x in x * n..(x + 1) * n {
-                    tile.push(samples.offset2(x, y));
-                }
-            }
-        }
+        room.tile.take_samples(pixels, self.n, &room.index);
         let sight = self.sight(&self.of_rays, 0.0);
         dispatch(Find { sight: &sight, room });
-        let n_each = (n * n) as usize;
+        let n_each = (self.n * self.n) as usize;
         for (&at, seen) in room.index.iter().zip(room.tile.ids.chunks_exact(n_each)) {
             let first = seen[0];
             if first != OPEN && seen.iter().all(|&id| id == first) {

@@ -20,7 +20,7 @@ const MOST_OPEN: f64 = 0.5;
 /// Whether f32 leaves too many of these rays open to be of use, for objects that are tested one after
 /// the other. Only the CPU's f32 is asked, so that all devices begin in the same stage.
 pub(super) fn is_left_open(prepared: &Prepared, rays: &Rays) -> bool {
-    let objects = Objects::new(prepared.seen_objects(), &prepared.eye);
+    let objects = Objects::new(prepared.listed(None), &prepared.eye);
     let n_open = match rays {
         Rays::Pixels(pixels) => n_open_pixels(&objects, pixels),
         Rays::List(rays) => n_open_of_list(&objects, &List::new(rays, prepared.reference)),
