@@ -121,7 +121,7 @@ impl Cost {
         let prepared =
             Prepared::renewed(None, Arc::clone(scene), Kernel::Certified, &rays, control)?;
         let hierarchy = prepared.hierarchy.as_ref().map(|hierarchy| Built {
-            spheres_outside: hierarchy.rest.len(),
+            spheres_outside: hierarchy.leaves.rest.len(),
             bytes: hierarchy.bytes(),
             ms_build: hierarchy.build_time.as_secs_f64() * 1e3,
         });

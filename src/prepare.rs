@@ -22,7 +22,7 @@ use crate::memory;
 use crate::num::Float as _;
 use crate::num::fields::words;
 use crate::rays::{Lens, Pixels, Rays, WorldRay, look_at_all};
-use crate::scene::{Object, Plane, Scene, Sphere};
+use crate::scene::{Object, Scene, Sphere};
 use crate::seen::{Eye, PlaneSeen, Record as _, Seen as _, SphereSeen};
 use crate::shape::PlanePlace;
 use crate::trace::Wants;
@@ -104,8 +104,9 @@ pub struct Prepared {
     /// the reference point than the eye's.
     picture: Option<Pixels>,
     starts_in_f64: bool,
-    /// By planes, made when it is first asked.
-    plane_repeats: OnceLock<Vec<bool>>,
+    /// Ids of the planes that a ray may see, found when they are first asked for: of those in one place, however long their normals
+    /// are, the first. No other is in the way of anything that the first is not in.
+    seen_planes: OnceLock<Vec<u32>>,
 }
 
 impl Prepared {
@@ -165,7 +166,7 @@ impl Prepared {
             eye,
             picture,
             starts_in_f64: false,
-            plane_repeats: OnceLock::new(),
+            seen_planes: OnceLock::new(),
         };
         if kernel == Kernel::Certified {
             prepared.objects = prepared.records();
@@ -175,88 +176,71 @@ impl Prepared {
         Ok(prepared)
     }
 
-    /// The objects that a ray may see: of equal ones the first, and none that no ray hits.
-    pub fn seen_objects(&self) -> impl Iterator<Item = (u32, Object<'_>)> {
-        let mut seen = HashSet::new();
-        let mut is_first = move |sphere: &Sphere| {
-            let [x, y, z] = sphere.center.to_array().map(f64::to_bits);
-            seen.insert([x, y, z, sphere.radius.to_bits()])
+    /// Ids of the spheres that each ray looks at where the others are in a tree, ascending.
+    pub(crate) fn rest(&self) -> Option<&[u32]> {
+        Some(&self.hierarchy.as_ref()?.leaves.rest)
+    }
+
+    /// Ids of the spheres that are in no tree where there is one, ascending.
+    pub(crate) fn outside(&self) -> Option<&[u32]> {
+        Some(&self.hierarchy.as_ref()?.bvh.outside)
+    }
+
+    /// The objects that a ray may see and their ids: the planes, and the spheres with these ids, or all where none are given. Of
+    /// equal ones only the first is among all, and none that no ray hits.
+    pub(crate) fn listed(&self, spheres: Option<&[u32]>) -> Vec<(u32, Object<'_>)> {
+        let all = &self.scene.spheres;
+        let seen_spheres = || {
+            let mut seen = HashSet::new();
+            let mut is_first = |sphere: &Sphere| {
+                let [x, y, z] = sphere.center.to_array().map(f64::to_bits);
+                seen.insert([x, y, z, sphere.radius.to_bits()])
+            };
+            let ids = (1..).zip(all.iter());
+            let ids = ids.filter(|(_, sphere)| sphere.radius != 0.0 && is_first(sphere));
+            ids.map(|(id, _)| id).collect()
         };
-        let spheres = (1..).zip(self.scene.spheres.iter());
-        let spheres = spheres.filter(move |(_, sphere)| sphere.radius != 0.0 && is_first(sphere));
-        spheres.map(|(id, sphere)| (id, Object::Sphere(sphere))).chain(self.beside(&[]))
+        let spheres = spheres.map_or_else(seen_spheres, <[u32]>::to_vec);
+        let planes = self.seen_planes.get_or_init(|| {
+            let mut seen = HashSet::new();
+            let mut is_first =
+                |plane| PlanePlace::new(plane).is_none_or(|place| seen.insert(place));
+            let ids = (all.len() as u32 + 1..).zip(&self.scene.planes);
+            let ids = ids.filter(|(_, plane)| plane.normal != DVec3::ZERO && is_first(plane));
+            ids.map(|(id, _)| id).collect()
+        });
+        let ids = spheres.into_iter().chain(planes.iter().copied());
+        ids.filter_map(|id| Some((id, self.scene.object(id)?))).collect()
     }
 
-    /// The objects that a ray may see and that are in no tree.
-    pub(crate) fn listed(&self) -> Vec<(u32, Object<'_>)> {
-        match &self.hierarchy {
-            Some(hierarchy) => self.beside(&hierarchy.bvh.outside).collect(),
-            None => self.seen_objects().collect(),
-        }
-    }
-
-    /// The planes that a ray may see, and the spheres with these ids.
-    pub fn beside<'a>(&'a self, spheres: &'a [u32]) -> impl Iterator<Item = (u32, Object<'a>)> {
-        let n_spheres = self.scene.spheres.len();
-        let sphere = |&id: &u32| (id, Object::Sphere(&self.scene.spheres[id as usize - 1]));
-        let is_seen = |&(index, plane): &(usize, &Plane)| {
-            plane.normal != DVec3::ZERO && !self.repeats_a_plane(index)
-        };
-        let planes = self.scene.planes.iter().enumerate().filter(is_seen);
-        let id = move |index: usize| (n_spheres + index) as u32 + 1;
-        spheres
-            .iter()
-            .map(sphere)
-            .chain(planes.map(move |(index, p)| (id(index), Object::Plane(p))))
-    }
-
-    /// The records of the objects that a device tests one after the other: of many spheres those of [`Hierarchy::rest`], and
-    /// behind them some that stand for none. None where f32 has no say.
+    /// The records of the objects that a device tests one after the other: of many spheres those of
+    /// [`Leaves::rest`](crate::bvh::Leaves::rest), and behind them some that stand for none. None where f32 has no say.
     fn records(&self) -> ObjectRecords {
         let n_spheres = match &self.hierarchy {
             Some(hierarchy) => hierarchy.n_places_of_rest(),
             None if self.in_range => self.scene.spheres.len(),
             None => 0,
         };
-        let spheres = vec![words(&SphereSeen::<f32>::nowhere()); n_spheres];
-        let planes = vec![words(&PlaneSeen::NEVER.round::<f32>()); self.scene.planes.len()];
-        let (mut lists, mut any_close) = (Lists { spheres, planes }, false);
-        let eye = &self.eye;
-        let mut put = |place: usize, id: u32, object: Object| match object {
-            Object::Sphere(sphere) => {
-                let seen = SphereSeen::new::<f32>(sphere, eye);
-                any_close |= seen.is_close();
-                lists.spheres[place] = words(&seen.round::<f32>());
+        let mut spheres = vec![words(&SphereSeen::<f32>::nowhere()); n_spheres];
+        let mut planes = vec![words(&PlaneSeen::NEVER.round::<f32>()); self.scene.planes.len()];
+        let mut any_close = false;
+        let listed = if self.in_range { self.listed(self.rest()) } else { Vec::new() };
+        for (place, (id, object)) in listed.into_iter().enumerate() {
+            let index = id as usize - 1;
+            match object {
+                Object::Sphere(sphere) => {
+                    let seen = SphereSeen::new::<f32>(sphere, &self.eye);
+                    any_close |= seen.is_close();
+                    let place = if self.hierarchy.is_some() { place } else { index };
+                    spheres[place] = words(&seen.round::<f32>());
+                }
+                Object::Plane(plane) => {
+                    let seen = PlaneSeen::new::<f32>(plane, &self.eye);
+                    planes[index - self.scene.spheres.len()] = words(&seen.round::<f32>());
+                }
             }
-            Object::Plane(plane) => {
-                let index = id as usize - 1 - self.scene.spheres.len();
-                lists.planes[index] = words(&PlaneSeen::new::<f32>(plane, eye).round::<f32>());
-            }
-        };
-        match &self.hierarchy {
-            _ if !self.in_range => {}
-            Some(hierarchy) => {
-                let all = self.beside(&hierarchy.rest);
-                all.enumerate().for_each(|(place, (id, object))| put(place, id, object));
-            }
-            None => self.seen_objects().for_each(|(id, object)| put(id as usize - 1, id, object)),
         }
-        ObjectRecords::Certified { lists, any_close }
-    }
-
-    /// Whether the plane with this index is in the place of an earlier one, however long their normals are: no ray sees it, and
-    /// it is in the way of nothing that the earlier one is not in.
-    fn repeats_a_plane(&self, index: usize) -> bool {
-        let planes = &self.scene.planes;
-        if planes.len() < 2 {
-            return false;
-        }
-        let repeats = self.plane_repeats.get_or_init(|| {
-            let mut seen = HashSet::new();
-            let places = planes.iter().map(PlanePlace::new);
-            places.map(|place| place.is_some_and(|place| !seen.insert(place))).collect()
-        });
-        repeats.get(index).copied().unwrap_or(false)
+        ObjectRecords::Certified { lists: Lists { spheres, planes }, any_close }
     }
 
     /// Checks that this was made for `rays`: pixels of the same picture and within it, or rays with origins no

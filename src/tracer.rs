@@ -11,7 +11,9 @@ use crate::trace::{Hits, Rays, SampleIds, Timing, Wants};
 
 /// What a device does of tracing a scene. The CPU does the rest, and all that a device leaves to it.
 pub trait Backend: Send {
-    /// [`Tracer::propose`]; `None` where the CPU has to.
+    /// Writes what the kernel itself sees of all `rays` into `hits`; `None` where the CPU has to. The kernel `certified` proposes
+    /// ids alone, in f32: an object, 0, or [`OPEN`](crate::num::OPEN); its `t` and normals mean nothing yet. Levels and counts
+    /// are not yet filled in.
     ///
     /// # Errors
     /// Those of [`Tracer::trace`].
@@ -94,21 +96,6 @@ impl Tracer {
     /// The outputs.
     pub fn wants(&self) -> Wants {
         self.wants
-    }
-
-    /// Writes what the kernel itself sees of all `rays` into `hits`. The kernel `certified` proposes ids
-    /// alone, in f32: an object, 0, or [`OPEN`](crate::num::OPEN); its `t` and
-    /// normals mean nothing yet. Levels and counts are not yet filled in.
-    ///
-    /// # Errors
-    /// Those of [`Tracer::trace`].
-    pub fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
-        if let Some(backend) = &mut self.backend
-            && let Some(timing) = backend.propose(rays, control, hits)?
-        {
-            return Ok(timing);
-        }
-        cpu::propose(&self.prepared, self.wants, rays, control, hits)
     }
 
     /// Traces all `rays` into `hits`, whose values mean nothing after an error. Nothing is proposed where

@@ -28,8 +28,9 @@ struct Leaf {
 /// The spheres of a tree as an eye sees them in f32, by place.
 pub struct Leaves {
     blocks: Vec<[Leaf; BLOCK]>,
-    /// Ids of those that the eye is so close to that a leaf says too little. Their leaves are nowhere.
-    pub close: Vec<u32>,
+    /// Ids of the spheres that each ray looks at beside the leaves, ascending: those that f32 has no box for, and those that the
+    /// eye is so close to that a leaf says too little. The leaves of these are nowhere.
+    pub rest: Vec<u32>,
 }
 
 impl Leaves {
@@ -38,21 +39,21 @@ impl Leaves {
 
     /// Makes the leaves of a tree for an eye.
     pub fn new(bvh: &Bvh, eye: &Eye) -> Leaves {
-        let close = Mutex::new(Vec::new());
+        let rest = Mutex::new(bvh.outside.clone());
         let see = |(spheres, ids): (&[Sphere], &[u32])| {
             let (block, is_close) = dispatch(See { spheres, ids, eye });
             if is_close.contains(&true) {
                 let some = ids.iter().zip(is_close).filter(|&(_, is_close)| is_close);
-                let mut close = close.lock().unwrap_or_else(PoisonError::into_inner);
-                close.extend(some.map(|(&id, _)| id));
+                let mut rest = rest.lock().unwrap_or_else(PoisonError::into_inner);
+                rest.extend(some.map(|(&id, _)| id));
             }
             block
         };
         let blocks =
             bvh.spheres.par_chunks(BLOCK).zip(bvh.ids.par_chunks(BLOCK)).map(see).collect();
-        let mut close = close.into_inner().unwrap_or_else(PoisonError::into_inner);
-        close.sort_unstable();
-        Leaves { blocks, close }
+        let mut rest = rest.into_inner().unwrap_or_else(PoisonError::into_inner);
+        rest.sort_unstable();
+        Leaves { blocks, rest }
     }
 
     /// Bytes of all.
@@ -90,7 +91,7 @@ impl Leaves {
 
 impl std::fmt::Debug for Leaves {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.debug_struct("Leaves").field("close", &self.close).finish_non_exhaustive()
+        f.debug_struct("Leaves").field("rest", &self.rest).finish_non_exhaustive()
     }
 }
 

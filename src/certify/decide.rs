@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::{Decided, Stage};
 use crate::control::Control;
-use crate::engine::{Candidates, Said, Tile};
+use crate::engine::Scratch64;
 use crate::error::Result;
 use crate::exact::nearest;
 use crate::host;
@@ -29,13 +29,13 @@ impl Stage<'_> {
 
         let start = Instant::now();
         let mut exactly: Vec<usize> = (0..ids.len()).filter(|&at| ids[at] == OPEN).collect();
-        let settle = |candidates: &mut Candidates, &at: &usize| {
+        let settle = |scratch: &mut Scratch64, &at: &usize| {
             host::check()?;
             control.check()?;
-            Ok(self.settle(rays[at] as usize, candidates))
+            Ok(self.settle(rays[at] as usize, scratch))
         };
         let open = exactly.par_iter();
-        let settled = open.map_init(Candidates::default, settle).collect::<Result<Vec<_>>>()?;
+        let settled = open.map_init(Scratch64::default, settle).collect::<Result<Vec<_>>>()?;
         for (&at, &(id, _)) in exactly.iter().zip(&settled) {
             ids[at] = id;
         }
@@ -48,31 +48,17 @@ impl Stage<'_> {
     /// The ids of some rays in f64, [`OPEN`] where they are left open.
     pub fn decide_f64(&self, rays: &[u32], control: &Control, ids: &mut [u32]) -> Result<()> {
         let parts = rays.par_chunks(RAYS_PER_PART).zip(ids.par_chunks_mut(RAYS_PER_PART));
-        let begin = || (Tile::default(), Candidates::default());
-        parts.try_for_each_init(begin, |(tile, candidates), (rays, ids)| {
+        parts.try_for_each_init(Scratch64::default, |scratch, (rays, ids)| {
             host::check()?;
-            if self.find.is_listed() {
-                control.check()?;
-                self.find.decide(rays, tile, ids);
-                return Ok(());
-            }
-            for (&ray, id) in rays.iter().zip(ids) {
-                // A ray may have millions of spheres to look at.
-                control.check()?;
-                *id = match self.find.look(ray as usize, candidates) {
-                    Said::Sees(id) => id,
-                    Said::Open(_) => OPEN,
-                };
-            }
-            Ok(())
+            self.find.decide(rays, control, scratch, ids)
         })
     }
 
     /// What a ray sees, exactly where f64 leaves it open.
-    fn settle(&self, index: usize, candidates: &mut Candidates) -> (u32, Level) {
-        let found = match self.find.look(index, candidates) {
-            Said::Sees(id) => return (id, Level::F64),
-            Said::Open(found) => found,
+    fn settle(&self, index: usize, scratch: &mut Scratch64) -> (u32, Level) {
+        let found = match self.find.look(index, scratch) {
+            Ok(id) => return (id, Level::F64),
+            Err(found) => found,
         };
         let object = |&(id, _): &(u32, f64)| Some((id, self.scene.object(id)?));
         let seen = nearest(&self.rays.ray(index), found.iter().filter_map(object));

@@ -35,10 +35,11 @@ pub struct Decided {
 }
 
 impl Decided {
-    /// How many rays each stage decided.
-    pub fn counts(&self) -> StageCounts {
-        let exact = self.exactly.len() as u64;
-        StageCounts { f64: self.ids.len() as u64 - exact, exact, ..StageCounts::default() }
+    /// How many of `n_rays` each stage decided, where f32 left none but these.
+    pub fn counts(&self, n_rays: usize) -> StageCounts {
+        let [n_left, n_exact] = [self.ids.len(), self.exactly.len()];
+        let [f32, f64, exact] = [n_rays - n_left, n_left - n_exact, n_exact].map(|n| n as u64);
+        StageCounts { f32, f64, exact }
     }
 }
 

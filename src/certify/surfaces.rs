@@ -268,7 +268,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
             };
             found.spheres = match stage.hierarchy {
                 None => (1..=spheres.len() as u32).map(seen).collect(),
-                Some(hierarchy) => hierarchy.rest.iter().copied().map(seen).collect(),
+                Some(hierarchy) => hierarchy.leaves.rest.iter().copied().map(seen).collect(),
             };
             found.spheres.sort_unstable_by_key(|&(id, ..)| id);
             let plane = |plane| PlaneSeen::new::<F>(plane, &eye).round();

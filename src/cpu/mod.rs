@@ -71,63 +71,10 @@ enum First<'a> {
     Skipped,
 }
 
-impl<'a> First<'a> {
-    fn new(prepared: &'a Prepared, rays: &'a Rays) -> First<'a> {
-        match rays {
-            _ if rays.is_empty() => First::Skipped,
-            Rays::Pixels(pixels) => {
-                First::Pixels(Box::new(Search::new(prepared, pixels, 1)), pixels)
-            }
-            Rays::List(rays) => First::List(ListSearch::new(prepared), rays),
-        }
-    }
-
-    fn look(&self, first: usize, ids: &mut [u32], room: &mut engine::SearchScratch) {
-        match self {
-            First::Pixels(search, pixels) => {
-                search.look(&rows_of(pixels, first, ids.len()), ids, room);
-            }
-            First::List(search, all) => search.look(&all[first..][..ids.len()], ids),
-            First::Proposed => {}
-            First::Skipped => ids.fill(OPEN),
-        }
-    }
-}
-
-/// What a kernel itself sees: [`Tracer::propose`](crate::tracer::Tracer::propose).
-///
-/// # Errors
-/// Those of [`Prepared::check`]; [`crate::Error::Interrupted`].
-pub fn propose(
-    prepared: &Prepared,
-    wants: Wants,
-    rays: &Rays,
-    control: &Control,
-    hits: &mut Hits,
-) -> Result<Timing> {
-    let start = Instant::now();
-    prepared.check(rays)?;
-    hits.make_room(rays.len(), wants);
-    if prepared.kernel == Kernel::Certified {
-        let first = First::new(prepared, rays);
-        let parts = parts(rays, LARGEST, hits).into_par_iter();
-        parts.try_for_each_init(engine::SearchScratch::default, |room, part| -> Result<()> {
-            control.check()?;
-            host::check()?;
-            first.look(part.first, part.ids, room);
-            control.advance(part.ids.len() as u64);
-            Ok(())
-        })?;
-    } else {
-        plain::trace(prepared, rays, control, hits)?;
-    }
-    Ok(Timing { trace: start.elapsed(), ..Timing::default() })
-}
-
 /// What is known of all rays, after a device has `proposed` their ids, or without one: [`Tracer::trace`](crate::tracer::Tracer::trace).
 ///
 /// # Errors
-/// Those of [`propose`].
+/// Those of [`Prepared::check`]; [`crate::Error::Interrupted`].
 pub fn trace(
     prepared: &Prepared,
     wants: Wants,
@@ -136,27 +83,31 @@ pub fn trace(
     control: &Control,
     hits: &mut Hits,
 ) -> Result<Timing> {
+    let is_proposed = proposed.is_some();
+    if !is_proposed {
+        prepared.check(rays)?;
+        hits.make_room(rays.len(), wants);
+    }
+    let (start, mut timing) = (Instant::now(), proposed.unwrap_or_default());
     if prepared.kernel != Kernel::Certified {
-        let timing = match proposed {
-            Some(timing) => timing,
-            None => propose(prepared, wants, rays, control, hits)?,
-        };
+        if !is_proposed {
+            plain::trace(prepared, rays, control, hits)?;
+            timing.trace = start.elapsed();
+        }
         let level = Level::of(prepared.kernel);
         hits.level.fill(level as u8);
         hits.counts = StageCounts::of(rays.len() as u64, level);
         return Ok(timing);
     }
-    if proposed.is_none() {
-        prepared.check(rays)?;
-        hits.make_room(rays.len(), wants);
-    }
-    let start = Instant::now();
     let stage = Stage::new(prepared, rays);
     let stages = Stages {
-        first: match proposed {
-            Some(_) => First::Proposed,
-            None if prepared.starts_in_f64() => First::Skipped,
-            None => First::new(prepared, rays),
+        first: match rays {
+            _ if is_proposed => First::Proposed,
+            _ if prepared.starts_in_f64() => First::Skipped,
+            Rays::Pixels(pixels) => {
+                First::Pixels(Box::new(Search::new(prepared, pixels, 1)), pixels)
+            }
+            Rays::List(rays) => First::List(ListSearch::new(prepared), rays),
         },
         surfaces: wants.surface.then(|| Surfaces::to_be_rounded(&stage)),
         stage: &stage,
@@ -167,7 +118,6 @@ pub fn trace(
     let done = parts.map_init(Room::default, |room, part| stages.run(part, room));
     let done = done.try_reduce(Done::default, Done::and)?;
     hits.counts = done.counts;
-    let mut timing = proposed.unwrap_or_default();
     timing.add(done.timing.within(start.elapsed()));
     Ok(timing)
 }
@@ -214,7 +164,14 @@ impl Stages<'_> {
         control.check()?;
         host::check()?;
         let start = Instant::now();
-        self.first.look(first, ids, search);
+        match &self.first {
+            First::Pixels(of_pixels, pixels) => {
+                of_pixels.look(&rows_of(pixels, first, ids.len()), ids, search);
+            }
+            First::List(of_list, all) => of_list.look(&all[first..][..ids.len()], ids),
+            First::Proposed => {}
+            First::Skipped => ids.fill(OPEN),
+        }
         let is_proposed = matches!(self.first, First::Proposed);
         if !is_proposed {
             timing.trace = start.elapsed();
@@ -235,18 +192,14 @@ impl Stages<'_> {
             open.sort_unstable();
             open.dedup();
         }
-        let mut counts = StageCounts::of((ids.len() - open.len()) as u64, Level::F32);
-        if !open.is_empty() {
-            let decided = self.stage.decide(open, control, &mut timing)?;
-            for (&ray, &id) in open.iter().zip(&decided.ids) {
-                ids[ray as usize - first] = id;
-            }
-            if !level.is_empty() {
-                open.iter().for_each(|&ray| level[ray as usize - first] = Level::F64 as u8);
-                let exactly = decided.exactly.iter().map(|&at| open[at] as usize - first);
-                exactly.for_each(|at| level[at] = Level::Exact as u8);
-            }
-            counts.add(decided.counts());
+        let decided = self.stage.decide(open, control, &mut timing)?;
+        for (&ray, &id) in open.iter().zip(&decided.ids) {
+            ids[ray as usize - first] = id;
+        }
+        if !level.is_empty() {
+            open.iter().for_each(|&ray| level[ray as usize - first] = Level::F64 as u8);
+            let exactly = decided.exactly.iter().map(|&at| open[at] as usize - first);
+            exactly.for_each(|at| level[at] = Level::Exact as u8);
         }
         if let Some(surfaces) = &self.surfaces {
             let start = Instant::now();
@@ -256,7 +209,7 @@ impl Stages<'_> {
         if !is_proposed {
             control.advance(ids.len() as u64);
         }
-        Ok(Done { counts, timing })
+        Ok(Done { counts: decided.counts(ids.len()), timing })
     }
 }
 
@@ -264,7 +217,7 @@ impl Stages<'_> {
 /// [`crate::guard::Reach`]), and only those that are left are sampled. `None` where samples are better traced each.
 ///
 /// # Errors
-/// Those of [`propose`].
+/// Those of [`trace`].
 pub fn trace_samples(
     prepared: &Prepared,
     pixels: &Pixels,
@@ -297,12 +250,11 @@ pub fn trace_samples(
             (y * width * n + x) as u32
         };
         let open: Vec<u32> = places.iter().map(ray).collect();
-        let mut counts = StageCounts::of((whole.len() * n * n - open.len()) as u64, Level::F32);
         let decided = stage.decide(&open, control, &mut timing)?;
         places.iter().zip(&decided.ids).for_each(|(&at, &id)| ids[at] = id);
-        counts.add(decided.counts());
-        control.advance((whole.len() * n * n) as u64);
-        Ok(((mixed, ids), Done { counts, timing }))
+        let n_samples = whole.len() * n * n;
+        control.advance(n_samples as u64);
+        Ok(((mixed, ids), Done { counts: decided.counts(n_samples), timing }))
     };
     resize(&mut samples.whole, pixels.len());
     let parts = samples.whole.par_chunks_mut(LARGEST as usize * width).enumerate();

@@ -6,9 +6,11 @@ use super::cloud::TreeAim;
 use super::list::beam_of;
 use super::tile::Tile;
 use crate::bvh::{Bvh, Enter, Node, Visitor, WIDTH, Walk, above};
+use crate::control::Control;
+use crate::error::Result;
 use crate::guard::{self, Reach};
-use crate::num::{Float, V3};
-use crate::prepare::{Prepared, Scaled, power_of_two};
+use crate::num::{Float, OPEN, V3};
+use crate::prepare::{Hierarchy, Prepared, Scaled, power_of_two};
 use crate::rays::{self, Frame, Pixels, Rays};
 use crate::scene::Object;
 use crate::seen::{Bounds, Eye, Objects, Ray, bounds_from};
@@ -17,15 +19,13 @@ use crate::seen::{Bounds, Eye, Objects, Ray, bounds_from};
 pub struct Find64<'a> {
     prepared: &'a Prepared,
     rays: Rays64<'a>,
-    tree: Option<&'a Bvh>,
-    /// For lists, whose rays have eyes of their own: the objects beside the tree, or all where there is none.
-    listed: Vec<(u32, Object<'a>)>,
 }
 
 /// The rays in f64.
 enum Rays64<'a> {
     Pixels(Box<OfPixels<'a>>),
-    List(&'a [rays::WorldRay]),
+    /// The rays of a list have eyes of their own. The objects beside the tree, or all where there is none.
+    List(&'a [rays::WorldRay], Vec<(u32, Object<'a>)>),
     /// The bounds don't hold for them.
     Unknown,
 }
@@ -38,37 +38,30 @@ struct OfPixels<'a> {
     /// The objects beside the tree, or all where they are few.
     objects: Objects<f64>,
     /// Where there is a tree.
-    aim: Option<TreeAim>,
+    aim: Option<TreeAim<'a>>,
 }
 
 /// Up to so many objects are looked at one after the other also where there is a tree.
 const FEW: usize = 64;
 
+/// Memory for the rays in f64.
+#[derive(Default)]
+pub struct Scratch64 {
+    tile: Tile,
+    candidates: Candidates,
+    walk: Walk,
+}
+
 /// The objects that a ray may see.
 #[derive(Default)]
-pub struct Candidates {
+struct Candidates {
     /// By ids, with lower bounds of `t`.
     roots: Vec<(u32, f64)>,
     /// One of them is certainly hit no later.
     least_high: f64,
-    walk: Walk,
-}
-
-/// What f64 says of a ray.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Said<'a> {
-    /// The object, 0 for the background.
-    Sees(u32),
-    /// One of these, ascending, or none.
-    Open(&'a [(u32, f64)]),
 }
 
 impl Candidates {
-    fn clear(&mut self) {
-        self.roots.clear();
-        self.least_high = f64::BEYOND;
-    }
-
     #[inline(always)]
     fn add(&mut self, id: u32, bounds: Option<Bounds<f64>>) {
         if let Some(Bounds { low, high }) = bounds
@@ -80,18 +73,18 @@ impl Candidates {
         }
     }
 
-    /// `scale` is what `t` is multiplied with.
-    fn say(&mut self, scale: f64) -> Said<'_> {
-        let Candidates { roots, least_high, .. } = self;
+    /// What [`Find64::look`] says of a ray whose `t` is multiplied with `scale`.
+    fn say(&mut self, scale: f64) -> Result<u32, &[(u32, f64)]> {
+        let Candidates { roots, least_high } = self;
         roots.retain(|&(_, low)| low <= *least_high);
         // A `t` beyond f32's range is only left open.
         let in_range = scale.is_normal() && *least_high * scale < power_of_two(127);
         match roots[..] {
-            [] => Said::Sees(0),
-            [(id, _)] if *least_high < f64::BEYOND && in_range => Said::Sees(id),
+            [] => Ok(0),
+            [(id, _)] if *least_high < f64::BEYOND && in_range => Ok(id),
             _ => {
                 roots.sort_unstable_by_key(|&(id, _)| id);
-                Said::Open(roots)
+                Err(roots)
             }
         }
     }
@@ -100,32 +93,26 @@ impl Candidates {
 impl<'a> Find64<'a> {
     /// For the rays that a scene is prepared for.
     pub fn new(prepared: &'a Prepared, rays: &'a Rays) -> Find64<'a> {
-        let scene = &*prepared.scene;
-        let tree = prepared.hierarchy.as_ref().map(|hierarchy| &*hierarchy.bvh);
-        let mut listed = Vec::new();
         let rays = match rays {
             Rays::Pixels(pixels) if !pixels.is_in_range() || pixels.spread() > f64::FARTHEST => {
                 Rays64::Unknown
             }
             Rays::Pixels(pixels) => {
                 let eye = Eye::of_pixels(pixels, Reach::default(), f64::UNIT);
-                let tree = tree.filter(|_| scene.n_objects() > FEW);
-                let objects = match (tree, &prepared.hierarchy) {
-                    (Some(_), Some(hierarchy)) => {
-                        Objects::new(prepared.beside(&hierarchy.rest), &eye)
-                    }
-                    _ => Objects::new(prepared.seen_objects(), &eye),
-                };
-                let aim = tree.map(|bvh| TreeAim::new(bvh, pixels));
-                let camera = Frame::of_pixels(pixels);
-                Rays64::Pixels(Box::new(OfPixels { pixels, camera, eye, objects, aim }))
+                let is_many = prepared.scene.n_objects() > FEW;
+                let objects = prepared.listed(prepared.rest().filter(|_| is_many));
+                let hierarchy = prepared.hierarchy.as_ref().filter(|_| is_many);
+                Rays64::Pixels(Box::new(OfPixels {
+                    pixels,
+                    camera: Frame::of_pixels(pixels),
+                    eye,
+                    objects: Objects::new(objects, &eye),
+                    aim: hierarchy.map(|hierarchy| TreeAim::new(&hierarchy.bvh, pixels)),
+                }))
             }
-            Rays::List(rays) => {
-                listed = prepared.listed();
-                Rays64::List(rays)
-            }
+            Rays::List(rays) => Rays64::List(rays, prepared.listed(prepared.outside())),
         };
-        Find64 { prepared, rays, tree, listed }
+        Find64 { prepared, rays }
     }
 
     /// Whether the bounds hold for these rays.
@@ -133,30 +120,49 @@ impl<'a> Find64<'a> {
         !matches!(self.rays, Rays64::Unknown)
     }
 
-    /// Whether [`Find64::decide`] finds rays side by side.
-    pub fn is_listed(&self) -> bool {
-        matches!(&self.rays, Rays64::Pixels(rays) if rays.aim.is_none())
-    }
-
-    /// The ids of some rays, [`crate::num::OPEN`] where f64 leaves them so; where all objects are listed.
-    pub fn decide(&self, rays: &[u32], tile: &mut Tile, ids: &mut [u32]) {
-        let Rays64::Pixels(all) = &self.rays else { return };
-        let OfPixels { pixels, camera, objects, .. } = &**all;
-        tile.clear();
-        for &ray in rays {
-            let (x, y) = pixels.xy(ray as usize);
-            tile.push(pixels.offset2(x, y));
+    /// Finds the ids of some rays, [`OPEN`] where f64 leaves them so: side by side where all objects are listed.
+    ///
+    /// # Errors
+    /// [`crate::Error::Interrupted`] when `control` was cancelled.
+    pub fn decide(
+        &self,
+        rays: &[u32],
+        control: &Control,
+        scratch: &mut Scratch64,
+        ids: &mut [u32],
+    ) -> Result<()> {
+        if let Rays64::Pixels(all) = &self.rays
+            && let OfPixels { pixels, camera, objects, aim: None, .. } = &**all
+        {
+            control.check()?;
+            let tile = &mut scratch.tile;
+            tile.take_samples(pixels, 1, rays);
+            tile.find_f64(camera, objects);
+            ids.copy_from_slice(&tile.ids);
+            return Ok(());
         }
-        tile.find_f64(camera, objects);
-        ids.copy_from_slice(&tile.ids);
+        for (&ray, id) in rays.iter().zip(ids) {
+            // A ray may have millions of spheres to look at.
+            control.check()?;
+            *id = self.look(ray as usize, scratch).unwrap_or(OPEN);
+        }
+        Ok(())
     }
 
-    /// What a ray sees, or may see.
-    pub fn look<'c>(&self, index: usize, candidates: &'c mut Candidates) -> Said<'c> {
-        candidates.clear();
+    /// The id of what a ray sees, 0 for the background; or those of the objects of which one may be it, ascending, with lower
+    /// bounds of `t`.
+    pub fn look<'s>(
+        &self,
+        index: usize,
+        scratch: &'s mut Scratch64,
+    ) -> Result<u32, &'s [(u32, f64)]> {
+        let Scratch64 { candidates, walk, .. } = scratch;
+        candidates.roots.clear();
+        candidates.least_high = f64::BEYOND;
         let scale = match &self.rays {
             Rays64::Unknown => {
-                candidates.roots.extend(self.prepared.seen_objects().map(|(id, _)| (id, 0.0)));
+                let all = self.prepared.listed(None);
+                candidates.roots.extend(all.into_iter().map(|(id, _)| (id, 0.0)));
                 0.0
             }
             Rays64::Pixels(all) => {
@@ -165,20 +171,18 @@ impl<'a> Find64<'a> {
                 let (i, j) = pixels.offset2(x, y);
                 let ray = camera.ray(i as f64, j as f64);
                 objects.each(&ray, |id, bounds| candidates.add(id, bounds));
-                if let (Some(bvh), Some(aim)) = (self.tree, aim) {
-                    let beam = aim.beam([i as f32; 2], [j as f32; 2]);
-                    self.walk(
-                        bvh,
-                        beam,
-                        Seek { bvh, beside: self.close(), ray, eye: *eye, candidates },
-                    );
+                if let Some(aim) = aim {
+                    let (bvh, beam) = (aim.bvh, aim.beam([i as f32; 2], [j as f32; 2]));
+                    let beside = self.prepared.rest().unwrap_or_default();
+                    let mut seek = Seek { bvh, beside, ray, eye: *eye, candidates };
+                    walk.all(bvh, bvh.root(), beam, &mut seek);
                 }
                 1.0
             }
-            Rays64::List(rays) => {
+            Rays64::List(rays, listed) => {
                 let rays::WorldRay { origin, direction } = rays[index];
                 if direction == DVec3::ZERO {
-                    return Said::Sees(0);
+                    return Ok(0);
                 }
                 let scaled = Scaled::new(direction);
                 let eye = Eye {
@@ -189,30 +193,18 @@ impl<'a> Find64<'a> {
                     unit: f64::UNIT,
                 };
                 let ray = Ray::new(V3([0.0; 3]), V3(scaled.rounded().to_array()));
-                for &(id, object) in &self.listed {
+                for &(id, object) in listed {
                     candidates.add(id, bounds_from(&eye, object, &ray));
                 }
-                if let Some(bvh) = self.tree {
+                if let Some(Hierarchy { bvh, .. }) = &self.prepared.hierarchy {
                     let beam = beam_of(bvh, origin, scaled.rounded());
-                    self.walk(bvh, beam, Seek { bvh, beside: &[], ray, eye, candidates });
+                    let mut seek = Seek { bvh, beside: &[], ray, eye, candidates };
+                    walk.all(bvh, bvh.root(), beam, &mut seek);
                 }
                 power_of_two(-scaled.exponent())
             }
         };
         candidates.say(scale)
-    }
-
-    /// Ids of the spheres that are looked at beside the tree although it holds them, ascending.
-    fn close(&self) -> &[u32] {
-        self.prepared.hierarchy.as_ref().map_or(&[], |hierarchy| &hierarchy.leaves.close)
-    }
-
-    fn walk(&self, bvh: &Bvh, beam: crate::bvh::Beam, seek: Seek) {
-        let mut walk = std::mem::take(&mut seek.candidates.walk);
-        let mut seek = seek;
-        walk.begin_at_root(bvh, beam);
-        while walk.step(bvh, &mut seek) {}
-        seek.candidates.walk = walk;
     }
 }
 

@@ -7,7 +7,7 @@ use pulp::{Simd, WithSimd};
 
 use crate::bvh::{Beam, Bvh, Enter, Leaves, Node, Visitor, WIDTH, Walk};
 use crate::num::{Bits, V3, dispatch};
-use crate::prepare::Prepared;
+use crate::prepare::{Hierarchy, Prepared};
 use crate::rays::{self, List};
 use crate::seen::{Nearest, Objects, Ray};
 
@@ -16,30 +16,21 @@ const LANES: usize = 16;
 
 /// The objects as the rays of a list see them in f32.
 pub struct ListSearch<'a> {
-    reference: DVec3,
+    prepared: &'a Prepared,
     /// The objects beside the tree, or all where there is none.
     beside: Objects<f32>,
-    /// The tree over many spheres, and its leaves.
-    tree: Option<(&'a Bvh, &'a Leaves)>,
 }
 
 impl<'a> ListSearch<'a> {
     /// For the rays that a scene is prepared for.
     pub fn new(prepared: &'a Prepared) -> ListSearch<'a> {
-        let eye = &prepared.eye;
-        let (beside, tree) = match &prepared.hierarchy {
-            None => (Objects::new(prepared.seen_objects(), eye), None),
-            Some(hierarchy) => (
-                Objects::new(prepared.beside(&hierarchy.rest), eye),
-                Some((&*hierarchy.bvh, &*hierarchy.leaves)),
-            ),
-        };
-        ListSearch { reference: prepared.reference, beside, tree }
+        let beside = Objects::new(prepared.listed(prepared.rest()), &prepared.eye);
+        ListSearch { prepared, beside }
     }
 
     /// Finds what rays see in f32: ids, or [`OPEN`](crate::num::OPEN).
     pub fn look(&self, rays: &[rays::WorldRay], ids: &mut [u32]) {
-        let list = List::new(rays, self.reference);
+        let list = List::new(rays, self.prepared.reference);
         dispatch(FindList { search: self, list, ids });
     }
 }
@@ -56,8 +47,8 @@ impl WithSimd for FindList<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let FindList { search: ListSearch { beside, tree, .. }, list, ids } = self;
-        match tree {
+        let FindList { search: ListSearch { beside, prepared }, list, ids } = self;
+        match &prepared.hierarchy {
             None => {
                 for (first, ids) in (0..).step_by(LANES).zip(ids.chunks_mut(LANES)) {
                     let (found, _) = beside.nearest(&list.load::<LANES>(first)).decide();
@@ -66,9 +57,9 @@ impl WithSimd for FindList<'_> {
                     }
                 }
             }
-            Some((bvh, leaves)) => {
-                let tree = OfTree { bvh, leaves, beside, list };
-                match bvh.bytes() {
+            Some(hierarchy) => {
+                let tree = OfTree { hierarchy, beside, list };
+                match hierarchy.bvh.bytes() {
                     ..CACHED_BYTES => tree.find::<1>(ids),
                     _ => tree.find::<ABREAST>(ids),
                 }
@@ -87,8 +78,7 @@ const CACHED_BYTES: u64 = 4 << 20;
 
 #[derive(Clone, Copy)]
 struct OfTree<'a> {
-    bvh: &'a Bvh,
-    leaves: &'a Leaves,
+    hierarchy: &'a Hierarchy,
     beside: &'a Objects<f32>,
     list: List<'a>,
 }
@@ -126,7 +116,7 @@ impl Visitor for Alone<'_> {
 impl<'a> OfTree<'a> {
     #[inline(always)]
     fn begin(&self, index: usize, walk: &mut Walk) -> Alone<'a> {
-        let OfTree { bvh, leaves, beside, list } = *self;
+        let OfTree { hierarchy: Hierarchy { bvh, leaves, .. }, beside, list } = *self;
         let (from, way) = list.ray(index);
         let ray = Ray::new(V3::near(from), V3::near(way));
         walk.begin_at_root(bvh, beam_of(bvh, list.rays[index].origin, way));
@@ -135,6 +125,7 @@ impl<'a> OfTree<'a> {
 
     #[inline(always)]
     fn find<const N: usize>(&self, ids: &mut [u32]) {
+        let bvh = &*self.hierarchy.bvh;
         let mut walks: [Walk; N] = std::array::from_fn(|_| Walk::default());
         let mut next = 0;
         let mut slots: [Option<(usize, Alone)>; N] = std::array::from_fn(|_| None);
@@ -149,7 +140,7 @@ impl<'a> OfTree<'a> {
         while n_walking > 0 {
             for (slot, walk) in slots.iter_mut().zip(&mut walks) {
                 let Some((at, alone)) = slot else { continue };
-                if walk.step(self.bvh, alone) {
+                if walk.step(bvh, alone) {
                     continue;
                 }
                 (ids[*at], _) = alone.best.decide();

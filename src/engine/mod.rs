@@ -7,7 +7,7 @@ mod list;
 mod search;
 mod tile;
 
-pub use find64::{Candidates, Find64, Said};
+pub use find64::{Find64, Scratch64};
 pub use list::ListSearch;
 pub use search::{LARGEST, Search, SearchScratch};
 pub use tile::Tile;

@@ -69,7 +69,7 @@ impl<'a> Search<'a> {
         }
         let samples = pixels.samples(n);
         let objects = |reach| {
-            Objects::new(prepared.seen_objects(), &Eye::of_pixels(&samples, reach, f32::UNIT))
+            Objects::new(prepared.listed(None), &Eye::of_pixels(&samples, reach, f32::UNIT))
         };
         let level = |side| {
             let Reach { apart, turned } = Reach::of_samples(pixels, side, n);
@@ -177,19 +177,10 @@ impl SquareSearch {
         whole: &[u32],
         room: &mut SearchScratch,
     ) -> Mixed {
-        let samples = pixels.samples(self.n);
         let tile = &mut room.tile;
-        tile.clear();
         let places = 0..whole.len() as u32;
         let mixed: Vec<u32> = places.filter(|&at| whole[at as usize] == OPEN).collect();
-        for &pixel in &mixed {
-            let (x, y) = pixels.xy(pixel as usize);
-            for y in y * self.n..(y + 1) * self.n {
-                for x in x * self.n..(x + 1) * self.n {
-                    tile.push(samples.offset2(x, y));
-                }
-            }
-        }
+        tile.take_samples(pixels, self.n, &mixed);
         tile.find_f32(&self.camera, objects);
         (mixed, std::mem::take(&mut tile.ids))
     }

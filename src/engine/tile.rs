@@ -3,7 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use crate::num::{Bits, Float, Lanes, dispatch};
-use crate::rays::Frame;
+use crate::rays::{Frame, Pixels};
 use crate::seen::Objects;
 
 /// Rays that go side by side in f32, and in f64: as many bytes as the widest registers have.
@@ -41,6 +41,20 @@ impl Tile {
     pub fn push(&mut self, (across, up): (i64, i64)) {
         self.across.push(across as f32);
         self.up.push(up as f32);
+    }
+
+    /// Takes the samples of the pixels with these indices instead, `n` × `n` of each.
+    pub fn take_samples(&mut self, pixels: &Pixels, n: u32, indices: &[u32]) {
+        let samples = pixels.samples(n);
+        self.clear();
+        for &index in indices {
+            let (x, y) = pixels.xy(index as usize);
+            for y in y * n..(y + 1) * n {
+                for x in x * n..(x + 1) * n {
+                    self.push(samples.offset2(x, y));
+                }
+            }
+        }
     }
 
     /// Adds some, as far from the middle.

@@ -21,7 +21,7 @@ pub type DeviceHierarchy = [Named; 3];
 /// for.
 pub fn upload_hierarchy(gpu: &Gpu, prepared: &Prepared) -> Result<Option<DeviceHierarchy>> {
     let Some(hierarchy) = &prepared.hierarchy else { return Ok(None) };
-    let mut rest = hierarchy.rest.clone();
+    let mut rest = hierarchy.leaves.rest.clone();
     rest.resize(hierarchy.n_places_of_rest(), 0);
     check_limits(gpu, hierarchy.bvh.spheres.len(), rest.len())?;
     let Some(InSpace { boxes, beside }) = prepared.in_space()? else { return Ok(None) };

@@ -21,9 +21,6 @@ pub struct Hierarchy {
     pub leaves: Arc<Leaves>,
     /// The tree's spheres as one ray sees them that stands for all samples of a pixel, for the last eye that asked.
     squares: Arc<Mutex<Option<OfSquares>>>,
-    /// Ids of the spheres that each ray looks at: out of range, or so close to a perspective camera's eye that f32 needs more
-    /// numbers of them.
-    pub rest: Vec<u32>,
     /// Time that it took to build the tree, where that was needed, and to see its spheres.
     pub build_time: Duration,
 }
@@ -55,23 +52,7 @@ impl Hierarchy {
         )?;
         let leaves = Arc::new(Leaves::new(&bvh, eye));
         control.check()?;
-        let mut hierarchy = Hierarchy {
-            bvh,
-            leaves,
-            squares: Arc::default(),
-            rest: Vec::new(),
-            build_time: Duration::ZERO,
-        };
-        hierarchy.rest = hierarchy.rest_of(&hierarchy.leaves);
-        hierarchy.build_time = start.elapsed();
-        Ok(hierarchy)
-    }
-
-    /// Ids of the spheres that each ray looks at beside these leaves, ascending.
-    pub(crate) fn rest_of(&self, leaves: &Leaves) -> Vec<u32> {
-        let mut rest = [&self.bvh.outside[..], &leaves.close].concat();
-        rest.sort_unstable();
-        rest
+        Ok(Hierarchy { bvh, leaves, squares: Arc::default(), build_time: start.elapsed() })
     }
 
     /// The tree's spheres as an eye sees them whose rays stand for all samples of a pixel each.
@@ -85,10 +66,10 @@ impl Hierarchy {
         leaves
     }
 
-    /// Places of a device for the rest: few different numbers while they are few. So a moved camera,
+    /// Places of a device for the [rest](Leaves::rest): few different numbers while they are few. So a moved camera,
     /// which is close to some more spheres or some less, hardly ever needs another shader.
     pub fn n_places_of_rest(&self) -> usize {
-        let n = self.rest.len();
+        let n = self.leaves.rest.len();
         [0, 1, 4, 16, 64, LISTED_SPHERES].into_iter().find(|&places| n <= places).unwrap_or(n)
     }
 

@@ -46,7 +46,7 @@ impl<'a> Occluders<'a> {
             Some(hierarchy) => prepared.reference - hierarchy.bvh.reference,
             None => DVec3::ZERO,
         };
-        let listed = prepared.listed();
+        let listed = prepared.listed(prepared.outside());
         let met = met_from(&listed, prepared.reference);
         let some = prepared.hierarchy.as_ref().map_or(Vec::new(), |hierarchy| {
             let spheres = &hierarchy.bvh.spheres;

@@ -42,9 +42,10 @@ fn a_flight_through_a_cloud_needs_few_shaders() {
     };
     let seen = |prepared: Prepared, rays: &Rays| {
         let mut hits = Hits::default();
-        let mut tracer = Tracer::on_cpu(Arc::new(prepared), Wants::default());
-        tracer.propose(rays, &Control::default(), &mut hits).unwrap();
-        hits.id
+        let wants = Wants { level: true, ..Wants::default() };
+        let mut tracer = Tracer::on_cpu(Arc::new(prepared), wants);
+        tracer.trace(rays, &Control::default(), &mut hits).unwrap();
+        (hits.id, hits.level)
     };
     let (mut last, mut numbers, mut keys) = (None, HashSet::new(), HashSet::new());
     for step in 0..60 {
@@ -55,8 +56,8 @@ fn a_flight_through_a_cloud_needs_few_shaders() {
         let anew = renewed(None, &rays);
         assert_eq!(prepared.objects.bytes(), anew.objects.bytes());
         let hierarchy = prepared.hierarchy.as_ref().unwrap();
-        assert_eq!(hierarchy.rest, anew.hierarchy.as_ref().unwrap().rest);
-        numbers.insert(hierarchy.rest.len());
+        assert_eq!(hierarchy.leaves.rest, anew.hierarchy.as_ref().unwrap().leaves.rest);
+        numbers.insert(hierarchy.leaves.rest.len());
         keys.insert(prepared.shader_key(Wants::default()));
         assert_eq!(seen(prepared.clone(), &rays), seen(anew, &rays));
         if step % 20 == 0 {
@@ -159,7 +160,8 @@ fn rays_into_nested_spheres_come_to_an_end() {
     let prepared = Arc::new(prepared);
     let mut tracer = Device::Gpu(gpu()).tracer(&prepared, Wants::default()).unwrap().tracer;
     let (mut hits, corner, middle) = (Hits::default(), 0, 8 * 4 + 4);
-    tracer.propose(&rays, &Control::default(), &mut hits).unwrap();
+    let backend = tracer.backend().unwrap();
+    assert!(backend.propose(&rays, &Control::default(), &mut hits).unwrap().is_some());
     let twin = propose_alone(&prepared, &rays).unwrap();
     assert_eq!([hits.id[corner], twin[corner]], [OPEN; 2]);
     let [on_cpu, on_gpu] =

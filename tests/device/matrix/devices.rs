@@ -13,7 +13,7 @@ use kugelblitz::prepare::{CertifiedLighting, Prepared, exponent_of};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::Samples;
 use kugelblitz::shade::{Background, Encoding, Pixel as _, Style, certified_lighting};
-use kugelblitz::trace::{Hits, Kernel, Rays, Wants, WorldRay};
+use kugelblitz::trace::{Hits, Kernel, Level, Rays, Wants, WorldRay};
 use kugelblitz::tracer::Tracer;
 use kugelblitz_tests::twins::{light_alone, propose_alone};
 use kugelblitz_tests::{broken, gpu, spoiled, text_of};
@@ -47,11 +47,13 @@ pub fn replay(case: &Case) -> String {
 // ---------------------------------------------------------------------------------------------
 // Proposals
 
-/// Ids before anything is repaired.
-fn proposed(tracer: &mut Tracer, rays: &Rays) -> Vec<u32> {
-    let mut hits = Hits::default();
-    tracer.propose(rays, &Control::default(), &mut hits).unwrap();
-    hits.id
+/// Ids that the CPU decides in f32.
+fn of_cpu(prepared: &Arc<Prepared>, rays: &Rays) -> Vec<u32> {
+    let (mut hits, wants) = (Hits::default(), Wants { level: true, ..Wants::default() });
+    let mut tracer = Tracer::on_cpu(Arc::clone(prepared), wants);
+    tracer.trace(rays, &Control::default(), &mut hits).unwrap();
+    let of_f32 = |(&id, &level)| if level == Level::F32 as u8 { id } else { OPEN };
+    hits.id.iter().zip(&hits.level).map(of_f32).collect()
 }
 
 /// Leaves those open as well whose proposals count for nothing, as numbers leave f32's range.
@@ -67,11 +69,9 @@ pub fn counted(prepared: &Prepared, rays: &Rays, mut ids: Vec<u32>) -> Vec<u32> 
     ids
 }
 
-/// What a device proposes by its Rust twin; where it finds no way, what the CPU does in its stead.
-fn of_twin(prepared: &Arc<Prepared>, rays: &Rays) -> Vec<u32> {
-    propose_alone(prepared, rays).unwrap_or_else(|| {
-        proposed(&mut Tracer::on_cpu(Arc::clone(prepared), Wants::default()), rays)
-    })
+/// What a device proposes by its Rust twin; where it finds no way, all is open.
+fn of_twin(prepared: &Prepared, rays: &Rays) -> Vec<u32> {
+    propose_alone(prepared, rays).unwrap_or_else(|| vec![OPEN; rays.len()])
 }
 
 fn n_open(ids: &[u32]) -> usize {
@@ -128,8 +128,13 @@ impl Proposal {
         })
     }
 
-    fn found(&self, mut tracer: Tracer) -> Vec<u32> {
-        counted(&self.prepared, &self.rays, proposed(&mut tracer, &self.rays))
+    /// What a device proposes, before anything is repaired; `None` where it leaves all to the CPU.
+    fn found(&self, gpu: &Arc<Gpu>) -> Option<Vec<u32>> {
+        let device = Device::Gpu(Arc::clone(gpu));
+        let mut tracer = device.tracer(&self.prepared, Wants::default()).unwrap().tracer;
+        let (backend, mut hits) = (tracer.backend().unwrap(), Hits::default());
+        backend.propose(&self.rays, &Control::default(), &mut hits).unwrap()?;
+        Some(counted(&self.prepared, &self.rays, hits.id))
     }
 }
 
@@ -143,15 +148,13 @@ fn propose(case: &Case, gpu: &Arc<Gpu>, tally: &mut Tally) -> Vec<Failure> {
             let command = replay(case);
             failures.push(case.failure(&format!("{who} proposes, {way}"), what, command));
         };
-        let wants = Wants::default();
-        let on_cpu = proposal.found(Tracer::on_cpu(Arc::clone(prepared), wants));
-        let device = Device::Gpu(Arc::clone(gpu));
-        let found = proposal.found(device.tracer(prepared, wants).unwrap().tracer);
-        // Where a device has no way for so many objects, the CPU proposes.
-        if found != on_cpu || on_cpu == *twin {
+        let (on_cpu, found) = (of_cpu(prepared, rays), proposal.found(gpu));
+        if let Some(found) = &found {
             tally.on_device += found.len();
-            compare(twin, &found, is_ieee).into_iter().for_each(|what| fail("the device", what));
+            compare(twin, found, is_ieee).into_iter().for_each(|what| fail("the device", what));
         }
+        // Where a device has no way for so many objects, the CPU decides.
+        let found = found.unwrap_or_else(|| on_cpu.clone());
         // Rays side by side may leave more open, or see more.
         differing(twin, &on_cpu, false).into_iter().for_each(|what| fail("the CPU", what));
         tally.rays += found.len();
@@ -417,13 +420,8 @@ type Look<'a> = Box<dyn Fn(&Arc<Gpu>) -> bool + 'a>;
 fn looks_at_certified(case: &Case) -> Vec<Look<'static>> {
     let mut looks: Vec<Look> = Vec::new();
     for proposal in Proposal::all(case) {
-        let wants = Wants::default();
-        let on_cpu = proposal.found(Tracer::on_cpu(Arc::clone(&proposal.prepared), wants));
         looks.push(Box::new(move |gpu| {
-            let device = Device::Gpu(Arc::clone(gpu));
-            let found = proposal.found(device.tracer(&proposal.prepared, wants).unwrap().tracer);
-            // Where a device has no way for so many objects, the CPU proposes.
-            found != proposal.twin && found != on_cpu
+            proposal.found(gpu).is_some_and(|found| found != proposal.twin)
         }));
     }
     for lit in LitPixels::all(case) {

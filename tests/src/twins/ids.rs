@@ -49,8 +49,8 @@ impl Twin<'_> {
                 Frame::of_pixels(pixels).ray(R::splat(i as f32), R::splat(j as f32))
             }
             Rays::List(rays) => {
-                let Ray { origin, direction, .. } =
-                    List::new(rays, self.prepared.reference).one(index);
+                let (origin, direction) = List::new(rays, self.prepared.reference).ray(index);
+                let [origin, direction] = [origin, direction].map(V3::<f32>::near);
                 Ray::new(V3::splat(origin), V3::splat(direction))
             }
         }
@@ -70,7 +70,7 @@ impl Twin<'_> {
         let ObjectRecords::Certified { lists, any_close } = &self.prepared.objects else {
             panic!("a kernel without a proof")
         };
-        let rest = self.prepared.hierarchy.as_ref().map(|hierarchy| &hierarchy.rest[..]);
+        let rest = self.prepared.hierarchy.as_ref().map(|hierarchy| &hierarchy.leaves.rest[..]);
         let id_at = |place: usize| match rest {
             Some(rest) => rest.get(place).copied().unwrap_or(0),
             None => place as u32 + 1,
