@@ -319,6 +319,11 @@ impl Prepared {
         }
     }
 
+    /// Objects that a device tests one after the other.
+    pub fn n_listed(&self) -> usize {
+        self.n_listed_spheres() + self.scene.planes.len()
+    }
+
     /// Bytes of what the CPU looks at: the objects' records, and the hierarchy.
     pub fn bytes(&self) -> u64 {
         let (spheres, planes) = self.objects.bytes();

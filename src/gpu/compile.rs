@@ -244,7 +244,7 @@ fn constants(key: &ShaderKey) -> String {
         ]),
         Some(LightKey::Certified { .. }) => parts.extend([
             unsigned("N_SAMPLES", n_samples(key)),
-            unsigned("N_COLORS", 1 + turns_of_ray(key)),
+            unsigned("N_COLORS", 1 + key.n_spheres + key.n_planes),
             unsigned("OPEN", OPEN),
             real("KNOWN", f32::KNOWN),
             real("BEYOND", f32::BEYOND),
@@ -304,11 +304,6 @@ const LAMP_BYTES: usize = 64;
 /// Turns of loops after which a shader may be stopped: llvmpipe ends all loops of an invocation after 65 535
 /// (`LP_MAX_TGSI_LOOP_ITERATIONS`), without a word, and goes on behind them.
 pub(super) const MOST_TURNS_IN_SOFTWARE: usize = 65_000;
-
-/// Turns of loops in which a ray looks at the listed objects once.
-pub(super) fn turns_of_ray(key: &ShaderKey) -> usize {
-    n_listed(key).iter().sum()
-}
 
 /// A block that a `//#` directive opens.
 enum Block {

@@ -57,11 +57,10 @@ impl CertifiedLight {
     ) -> Result<Option<CertifiedLight>> {
         let most =
             if gpu.facts.is_software() { MOST_TURNS_IN_SOFTWARE } else { MOST_TESTS_OF_PIXEL };
-        let n_listed = prepared.n_listed_spheres() + prepared.scene.planes.len();
         let n_boxes = hierarchy.map_or(0, |_| MOST_BOXES_TO_LIGHT as usize);
         // To find what a sample sees, where it meets that, and its colour, each takes a turn an object. Of a tree's two loops the
         // outer one turns for each sphere that is found.
-        let n_turns = 3 * n_listed
+        let n_turns = 3 * prepared.n_listed()
             + 2 * n_boxes
             + lighting.lamps.len() * (lighting.occluders.len() + 1 + n_boxes);
         if (lighting.n_samples as usize).pow(2) * (n_turns + 1) > most {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::compile::{MOST_TURNS_IN_SOFTWARE, turns_of_ray};
+use super::compile::MOST_TURNS_IN_SOFTWARE;
 use super::layout::{self, Layout};
 use super::open::Gpu;
 use super::pass::Pass;
@@ -38,11 +38,9 @@ impl PlainLight {
     /// Whether a device lights this: one in software only where it is quicker than the CPU, which is where it
     /// has lamps and objects at hand.
     pub fn is_wanted(gpu: &Gpu, prepared: &Prepared, lighting: &Lighting) -> bool {
-        let n_lamps = lighting.lamps.len();
-        let key = prepared.light_key(LightKey::Plain { n_lamps });
-        let n_tests = prepared.scene.n_objects().saturating_mul(n_lamps);
-        let n_turns = (turns_of_ray(&key) + 1).saturating_mul(n_lamps + 1);
-        n_tests <= MOST_TESTS_OF_RAY
+        let (n_objects, n_lamps) = (prepared.scene.n_objects(), lighting.lamps.len());
+        let n_turns = (n_objects + 1).saturating_mul(n_lamps + 1);
+        n_objects.saturating_mul(n_lamps) <= MOST_TESTS_OF_RAY
             && (n_turns <= MOST_TURNS_IN_SOFTWARE || !gpu.facts.is_software())
             && (are_at_hand(&prepared.scene, n_lamps) || gpu.lights())
     }

@@ -127,7 +127,7 @@ pub struct TileSize {
 impl TileSize {
     /// That of the first one, where each ray looks at all objects so many times.
     pub fn first(prepared: &Prepared, n_times: usize, is_software: bool) -> TileSize {
-        let n_objects = (prepared.n_listed_spheres() + prepared.scene.planes.len()).max(32);
+        let n_objects = prepared.n_listed().max(32);
         let most = match prepared.hierarchy {
             Some(_) if is_software => TILE_MAX_RAYS_IN_SOFTWARE,
             _ => TILE_MAX_RAYS,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::compile::{MOST_TURNS_IN_SOFTWARE, turns_of_ray};
+use super::compile::MOST_TURNS_IN_SOFTWARE;
 use super::hierarchy::{DeviceHierarchy, upload_hierarchy};
 use super::light::CertifiedLight;
 use super::objects::{check_limits, object_bytes, storage};
@@ -61,7 +61,7 @@ impl GpuTracer {
         let hierarchy = upload_hierarchy(&gpu, &prepared)?;
         let upload_time = start.elapsed();
         gpu.check()?;
-        let leaves_to_cpu = leaves_to_cpu(&gpu, &prepared, hierarchy.as_ref(), wants)?;
+        let leaves_to_cpu = leaves_to_cpu(&gpu, &prepared, hierarchy.as_ref())?;
         let mut tracer = GpuTracer {
             key: prepared.shader_key(wants),
             gpu,
@@ -105,11 +105,9 @@ fn leaves_to_cpu(
     gpu: &Gpu,
     prepared: &Prepared,
     hierarchy: Option<&DeviceHierarchy>,
-    wants: Wants,
 ) -> Result<bool> {
     let has_no_way = prepared.hierarchy.is_some() && hierarchy.is_none();
-    let is_stopped = gpu.facts.is_software()
-        && turns_of_ray(&prepared.shader_key(wants)) > MOST_TURNS_IN_SOFTWARE;
+    let is_stopped = gpu.facts.is_software() && prepared.n_listed() > MOST_TURNS_IN_SOFTWARE;
     Ok(is_stopped
         || prepared.kernel == Kernel::Certified
             && (has_no_way || !gpu.arithmetic()?.suits_filter()))
@@ -224,7 +222,7 @@ impl Backend for GpuTracer {
         }
         check_limits(&self.gpu, prepared)?;
         let hierarchy = upload_hierarchy(&self.gpu, prepared)?;
-        let leaves_to_cpu = leaves_to_cpu(&self.gpu, prepared, hierarchy.as_ref(), self.wants)?;
+        let leaves_to_cpu = leaves_to_cpu(&self.gpu, prepared, hierarchy.as_ref())?;
         self.gpu.check()?;
         let bytes = object_bytes(prepared.objects.bytes());
         for ((_, resource), (_, bytes)) in self.objects.iter().zip(bytes) {
