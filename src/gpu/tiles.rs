@@ -6,7 +6,7 @@ use super::compile::WORKGROUP;
 use super::layout::Params;
 use crate::kernel::FloatType;
 use crate::prepare::Prepared;
-use crate::rays::{Frame, Pixels};
+use crate::rays::Frame;
 use crate::trace::Rays;
 
 /// Aim for the time of a dispatch: long enough to hide its overhead, short enough for every driver's
@@ -65,19 +65,6 @@ impl DeviceTile {
         }
     }
 
-    /// Picture column and row of its first pixel.
-    pub fn first_pixel<'a>(&self, rays: &'a Rays) -> Option<(&'a Pixels, [u32; 2])> {
-        rays.pixels().zip(rays.pixel(self.first))
-    }
-
-    /// Twice the offset of its first pixel's first sample from the picture's centre, right and up. A picture of samples has
-    /// at most 2^31 columns and rows, so the doubled offsets fit.
-    fn offsets(&self, rays: &Rays, n: u32) -> [i32; 2] {
-        let Some((pixels, [x, y])) = self.first_pixel(rays) else { return [0; 2] };
-        let (offset_i, offset_j) = pixels.samples(n).offset2(x * n, y * n);
-        [offset_i as i32, offset_j as i32]
-    }
-
     /// Workgroups that cover it.
     pub fn workgroups(&self) -> [u32; 2] {
         let [width, height] = WORKGROUP;
@@ -86,19 +73,20 @@ impl DeviceTile {
 
     /// What a shader has to know of it, with `n` × `n` samples a pixel.
     pub fn params(&self, prepared: &Prepared, rays: &Rays, n: u32) -> Params {
-        let [offset_i, offset_j] = self.offsets(rays, n);
         let common = Params {
             n_spheres: prepared.scene.spheres.len() as u32,
             n_planes: prepared.scene.planes.len() as u32,
             infinity: f64::INFINITY,
             n_rays: self.n_rays as u32,
-            offset_i,
-            offset_j,
             width: self.width as u32,
             ..Params::default()
         };
-        let Some((pixels, _)) = self.first_pixel(rays) else { return common };
-        let half_pixel = pixels.samples(n).step();
+        let first_pixel = rays.pixels().zip(rays.pixel(self.first));
+        let Some((pixels, [x, y])) = first_pixel else { return common };
+        let samples = pixels.samples(n);
+        // A picture of samples has at most 2^31 columns and rows, so the doubled offsets fit.
+        let (offset_i, offset_j) = samples.offset2(x * n, y * n);
+        let half_pixel = samples.step();
         // In f64 the shader multiplies, as the kernel does on the CPU.
         let (of_frame, step) = match prepared.kernel.about().float {
             FloatType::F32 => (half_pixel, 1.0),
@@ -111,6 +99,8 @@ impl DeviceTile {
             true_up: camera.true_up.0,
             step,
             origin: prepared.coordinates().of(pixels.view.position).to_array(),
+            offset_i: offset_i as i32,
+            offset_j: offset_j as i32,
             ..common
         }
     }
