@@ -140,11 +140,6 @@ pub fn has_software_alone() -> bool {
     !adapters.is_empty() && adapters.iter().all(|(_, facts)| facts.is_software())
 }
 
-/// There is no adapter at all.
-pub(super) fn no_device() -> Error {
-    Error::NoAdapter(format!("no Vulkan device found: {INSTALL_HINT}"))
-}
-
 /// The best adapter with `name` in its name, case ignored: of all where that is empty. The best one is discrete, then
 /// integrated, virtual, software.
 ///
@@ -156,7 +151,7 @@ pub(super) fn choose(
 ) -> Result<(wgpu::Adapter, AdapterFacts)> {
     let names: Vec<String> = adapters.iter().map(|(_, f)| format!("`{}`", f.name)).collect();
     if adapters.is_empty() {
-        return Err(no_device());
+        return Err(Error::NoAdapter(format!("no Vulkan device found: {INSTALL_HINT}")));
     }
     let wanted = name.to_lowercase();
     let fits = |facts: &AdapterFacts| facts.name.to_lowercase().contains(&wanted);
