@@ -48,7 +48,6 @@ pub struct Pass {
     rays: Option<wgpu::Buffer>,
     room: Option<Room>,
     tile_size: TileSize,
-    clock: Option<Clock>,
 }
 
 impl Pass {
@@ -84,7 +83,6 @@ impl Pass {
             rays: None,
             room: None,
             tile_size: TileSize::first(prepared, n_times, gpu.facts.is_software()),
-            clock: None,
             gpu: Arc::clone(gpu),
         };
         let room = pass.make_room(64)?;
@@ -101,13 +99,6 @@ impl Pass {
         (self.bound, self.room) = (bound, None);
     }
 
-    /// Gives [`Timing::on_device`] from now on, or not; a device without a clock leaves it out.
-    pub fn use_clock(&mut self, is_wanted: bool) {
-        if is_wanted != self.clock.is_some() {
-            self.clock = Clock::new(&self.gpu).filter(|_| is_wanted);
-        }
-    }
-
     /// Bytes on the device, beside what is bound.
     pub fn bytes(&self) -> u64 {
         self.params.size()
@@ -115,7 +106,8 @@ impl Pass {
             + self.room.as_ref().map_or(0, Room::bytes)
     }
 
-    /// Runs the shader for rays that the scene is prepared for, or for pixels of whose samples it is.
+    /// Runs the shader for rays that the scene is prepared for, or for pixels of whose samples it is. A clock gives
+    /// [`Timing::on_device`].
     ///
     /// # Errors
     /// [`Error::Usage`] for other rays, [`Error::Device`] when the device fails or takes too long, [`Error::Interrupted`].
@@ -124,6 +116,7 @@ impl Pass {
         prepared: &Prepared,
         rays: &Rays,
         control: &Control,
+        clock: Option<&Clock>,
         take: Take,
     ) -> Result<Timing> {
         match rays {
@@ -141,7 +134,7 @@ impl Pass {
                 Some(room) => room,
                 None => self.make_room(tile.n_rays)?,
             };
-            timing.add(self.run_tile(prepared, rays, &tile, &room, take)?);
+            timing.add(self.run_tile(prepared, rays, &tile, &room, clock, take)?);
             self.room = Some(room);
             self.tile_size.adapt(tile.n_rays, start.elapsed());
             first += tile.n_rays;
@@ -155,6 +148,7 @@ impl Pass {
         rays: &Rays,
         tile: &DeviceTile,
         room: &Room,
+        clock: Option<&Clock>,
         take: Take,
     ) -> Result<Timing> {
         let start = Instant::now();
@@ -167,7 +161,6 @@ impl Pass {
             }
             self.gpu.queue.write_buffer(buffer, 0, &bytes);
         }
-        let clock = self.clock.as_ref();
         let encoder = room.dispatch(&self.gpu, &self.program, tile.workgroups(), clock);
         let (n, take) = (tile.n_rays, &mut |arrays: &[&[u8]]| take(tile, arrays));
         let made = room.read(&self.gpu, encoder, n, |reason| self.lost(n, reason), take)?;
@@ -189,10 +182,9 @@ impl Pass {
         let gpu = &self.gpu;
         let rays = |bytes| gpu.buffer("rays", n_rays * bytes, Usage::STORAGE | Usage::COPY_DST);
         self.rays = self.ray_bytes.map(rays);
-        let of_tile = [("params", Some(&self.params)), ("rays", self.rays.as_ref())];
-        let of_tile =
-            of_tile.into_iter().filter_map(|(name, buffer)| Some((name, buffer?.clone().into())));
-        let bound = self.bound.iter().cloned().chain(of_tile).collect();
+        let mut bound = self.bound.clone();
+        bound.push(("params", self.params.clone().into()));
+        bound.extend(self.rays.iter().map(|rays| ("rays", rays.clone().into())));
         Room::new(gpu, &self.program, n_rays, &self.results, bound)
     }
 }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::clock::Clock;
 use super::compile::MOST_TURNS_IN_SOFTWARE;
 use super::hierarchy::{DeviceHierarchy, upload_hierarchy};
 use super::light::CertifiedLight;
@@ -35,7 +36,7 @@ pub struct GpuTracer {
     /// Whether the device can't take the kernel's stage: its arithmetic doesn't suit the proof of `certified`, there
     /// is no way to the rays' many spheres, or it would stop on the way through a long list of them.
     leaves_to_cpu: bool,
-    has_clock: bool,
+    clock: Option<Clock>,
     /// Lights what rays of a kernel without a proof hit, made when that is first needed.
     plain_light: Option<PlainLight>,
     /// Lights what rays of `certified` hit, made when that is first needed.
@@ -71,7 +72,7 @@ impl GpuTracer {
             objects,
             hierarchy,
             leaves_to_cpu,
-            has_clock: false,
+            clock: None,
             plain_light: None,
             light: None,
             compile_time: Duration::ZERO,
@@ -150,12 +151,12 @@ impl Backend for GpuTracer {
             store(coordinates, rays, tile, arrays, hits);
             control.advance(tile.n_rays as u64);
         };
-        let mut pass = match self.pass.take() {
+        let pass = match self.pass.take() {
             Some(pass) => pass,
             None => self.make_pass()?,
         };
-        pass.use_clock(self.has_clock);
-        self.pass.insert(pass).run(&self.prepared, rays, control, &mut take).map(Some)
+        let (pass, clock) = (self.pass.insert(pass), self.clock.as_ref());
+        pass.run(&self.prepared, rays, control, clock, &mut take).map(Some)
     }
 
     fn light_plainly(
@@ -217,7 +218,7 @@ impl Backend for GpuTracer {
         self.gpu.facts.check_kernel(prepared.kernel)?;
         if prepared.shader_key(self.wants) != self.key {
             let new = GpuTracer::new(Arc::clone(&self.gpu), Arc::clone(prepared), self.wants)?;
-            *self = GpuTracer { has_clock: self.has_clock, ..new };
+            *self = GpuTracer { clock: self.clock.take(), ..new };
             return Ok(());
         }
         check_limits(&self.gpu, prepared)?;
@@ -248,7 +249,7 @@ impl Backend for GpuTracer {
     }
 
     fn use_clock(&mut self) {
-        self.has_clock = true;
+        self.clock = Clock::new(&self.gpu);
     }
 }
 
