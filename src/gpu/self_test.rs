@@ -183,8 +183,7 @@ fn judge<F: SampledFloat>(samples: &[Sample<F>], outcomes: &[Outcome<F>]) -> Ari
                 judge_rounded(&mut found, sample, operation, outcome, &expected);
             }
         }
-        judge_comparisons(&mut found, sample, outcome, &expected);
-        judge_words(&mut found, sample, &outcome.words, &expected.words);
+        judge_words(&mut found, sample, outcome, &expected);
         if sample.sort == Sort::Near {
             let (results, expected) = (&outcome.results, &expected.results);
             // Where the sum itself is rounded another way, its error is another one.
@@ -255,7 +254,8 @@ fn is_large(x: f64) -> bool {
     x.abs() >= LARGEST_RESULT
 }
 
-fn judge_comparisons<F: SampledFloat>(
+/// Looks at the words, and at the larger of two numbers, which comes of a comparison too.
+fn judge_words<F: SampledFloat>(
     found: &mut Arithmetic,
     sample: &Sample<F>,
     outcome: &Outcome<F>,
@@ -270,14 +270,7 @@ fn judge_comparisons<F: SampledFloat>(
         }
         _ => found.infinities &= is_right,
     }
-}
-
-fn judge_words<F: SampledFloat>(
-    found: &mut Arithmetic,
-    sample: &Sample<F>,
-    words: &[u32; N_WORDS],
-    expected: &[u32; N_WORDS],
-) {
+    let (words, expected) = (&outcome.words, &expected.words);
     if matches!(sample.sort, Sort::Near | Sort::Wide) {
         found.narrows_to_nearest &= words[NARROWED] == expected[NARROWED];
     }
