@@ -183,10 +183,6 @@ impl Backend for GpuTracer {
         Ok(true)
     }
 
-    fn lights(&self) -> bool {
-        !(self.prepared.starts_in_f64() || self.leaves_to_cpu) && self.gpu.lights()
-    }
-
     fn light(
         &mut self,
         lighting: &CertifiedLighting,
@@ -194,10 +190,10 @@ impl Backend for GpuTracer {
         control: &Control,
         codes: &mut Vec<u32>,
     ) -> Result<bool> {
-        if !self.lights() {
+        let GpuTracer { gpu, prepared, objects, hierarchy, light: kept, leaves_to_cpu, .. } = self;
+        if prepared.starts_in_f64() || *leaves_to_cpu || !gpu.lights() {
             return Ok(false);
         }
-        let GpuTracer { gpu, prepared, objects, hierarchy, light: kept, .. } = self;
         let objects = (&objects[..], hierarchy.as_ref());
         let made = CertifiedLight::renewed(kept.take(), gpu, prepared, objects, lighting);
         let lit = made.and_then(|made| {

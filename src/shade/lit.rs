@@ -260,7 +260,6 @@ impl<'a> Certified<'a> {
         let counts_all = self.job.lit.style.background != Background::LeftOut;
         if counts_all
             && let Some(backend) = tracer.backend()
-            && backend.lights()
             && let Some(lighting) = self.in_f32.as_ref().and_then(LightPass::lighting)
         {
             match backend.light(&lighting, pixels, control, &mut self.codes)? {
