@@ -211,7 +211,7 @@ fn constants(key: &ShaderKey) -> String {
     fn unsigned(name: &str, value: impl Display) -> String {
         format!("const {name} = {value}u;\n")
     }
-    let real = |name, value| format!("const {name} = {};\n", FloatType::F32.literal(value));
+    let real = |name, value: f64| format!("const {name} = {:?}f;\n", value as f32);
     let [width, height] = WORKGROUP;
     let mut parts = vec![
         aliases(key.kernel.about().float.name()),

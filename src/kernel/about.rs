@@ -33,14 +33,6 @@ impl FloatType {
             FloatType::F64 => "f64",
         }
     }
-
-    /// A number of the type in WGSL.
-    pub fn literal(self, x: f64) -> String {
-        match self {
-            FloatType::F32 => format!("{:?}f", x as f32),
-            FloatType::F64 => format!("{x:?}lf"),
-        }
-    }
 }
 
 /// The origin of a kernel's coordinates.
