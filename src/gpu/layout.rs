@@ -248,7 +248,7 @@ mod tests {
             light: (!is_certified && lens.is_some()).then_some(LightKey::Plain { n_lamps: 2 }),
             unrolls: true,
         };
-        let shader = compile(&key).expect("the shader compiles");
+        let shader = compile(&key, None).expect("the shader compiles");
         for (_, ty) in shader.module.types.iter() {
             if let (Some(found), naga::TypeInner::Struct { members, span }) = (&ty.name, &ty.inner)
                 && found == name
