@@ -23,10 +23,7 @@ impl Member for f64 {
         "Real"
     }
     fn align(&self, real: FloatType) -> usize {
-        match real {
-            FloatType::F32 => size_of::<f32>(),
-            FloatType::F64 => size_of::<f64>(),
-        }
+        real.size()
     }
     fn put(&self, real: FloatType, bytes: &mut Vec<u8>) {
         match real {

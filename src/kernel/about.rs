@@ -33,6 +33,14 @@ impl FloatType {
             FloatType::F64 => "f64",
         }
     }
+
+    /// Bytes of a number of the type.
+    pub fn size(self) -> usize {
+        match self {
+            FloatType::F32 => size_of::<f32>(),
+            FloatType::F64 => size_of::<f64>(),
+        }
+    }
 }
 
 /// The origin of a kernel's coordinates.
