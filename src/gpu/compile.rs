@@ -35,19 +35,14 @@ pub struct Shader {
     pub info: ModuleInfo,
 }
 
-/// Puts together and validates a scene's shader.
-///
-/// # Errors
-/// [`Error::Shader`] names the `.wgsl` file and line; that is a defect of the program.
-pub fn compile(key: &ShaderKey) -> Result<Shader> {
-    compile_edited(key, None)
-}
-
 /// A test's change of the WGSL text of every scene's shader.
 pub type Edit = Box<dyn Fn(&str) -> String + Send + Sync>;
 
-/// [`compile`], with the text edited where that is wanted.
-pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Shader> {
+/// Puts together and validates a scene's shader, with the text edited where a test wants that.
+///
+/// # Errors
+/// [`Error::Shader`] names the `.wgsl` file and line; that is a defect of the program.
+pub fn compile(key: &ShaderKey, edit: Option<&Edit>) -> Result<Shader> {
     let mut parts = SHARED_PARTS.to_vec();
     parts.extend(key.kernel.about().wgsl.parts);
     match key.light {
@@ -211,7 +206,7 @@ fn constants(key: &ShaderKey) -> String {
     fn unsigned(name: &str, value: impl Display) -> String {
         format!("const {name} = {value}u;\n")
     }
-    let real = |name, value| format!("const {name} = {};\n", FloatType::F32.literal(value));
+    let real = |name, value: f64| format!("const {name} = {:?}f;\n", value as f32);
     let [width, height] = WORKGROUP;
     let mut parts = vec![
         aliases(key.kernel.about().float.name()),

@@ -28,18 +28,18 @@ impl Gpu {
     /// [`Error::Device`], [`Error::TooLarge`]
     pub(crate) fn check(&self) -> Result<()> {
         let mut errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(Failure::OutOfMemory) = errors.first() {
-            errors.clear();
-            return Err(Error::TooLarge(format!(
-                "`{}` has too little memory for this; use fewer objects or `--device cpu`",
-                self.facts.name
-            )));
-        }
         match errors.first() {
+            Some(Failure::OutOfMemory) => {
+                errors.clear();
+                Err(Error::TooLarge(format!(
+                    "`{}` has too little memory for this; use fewer objects or `--device cpu`",
+                    self.facts.name
+                )))
+            }
             Some(Failure::Other(error)) => {
                 Err(Error::Device(format!("`{}`: {error}", self.facts.name)))
             }
-            Some(Failure::OutOfMemory) | None => Ok(()),
+            None => Ok(()),
         }
     }
 

@@ -23,10 +23,7 @@ impl Member for f64 {
         "Real"
     }
     fn align(&self, real: FloatType) -> usize {
-        match real {
-            FloatType::F32 => size_of::<f32>(),
-            FloatType::F64 => size_of::<f64>(),
-        }
+        real.size()
     }
     fn put(&self, real: FloatType, bytes: &mut Vec<u8>) {
         match real {
@@ -248,7 +245,7 @@ mod tests {
             light: (!is_certified && lens.is_some()).then_some(LightKey::Plain { n_lamps: 2 }),
             unrolls: true,
         };
-        let shader = compile(&key).expect("the shader compiles");
+        let shader = compile(&key, None).expect("the shader compiles");
         for (_, ty) in shader.module.types.iter() {
             if let (Some(found), naga::TypeInner::Struct { members, span }) = (&ty.name, &ty.inner)
                 && found == name

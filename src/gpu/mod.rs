@@ -21,7 +21,6 @@ mod tracer;
 
 pub use adapter::{AdapterFacts, has_software_alone, list_adapters};
 pub use compile::{Shader, compile};
-pub use layout::{Layout, Params, RayRecord, Walk};
 pub use open::Gpu;
 pub(crate) use plain_light::are_at_hand;
 pub use self_test::Arithmetic;

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use super::adapter::{AdapterFacts, INSTALL_HINT, adapters, choose};
-use super::compile::{Edit, compile_edited};
+use super::compile::{Edit, compile};
 use super::device::Failure;
 use super::pipeline::Program;
 use super::self_test::{self, Arithmetic};
@@ -137,7 +137,7 @@ impl Gpu {
         if let Some(program) = self.kept_program(key) {
             return Ok(program);
         }
-        let shader = compile_edited(key, self.edit.as_ref())?;
+        let shader = compile(key, self.edit.as_ref())?;
         let program = Arc::new(Program::new(self, &shader, "render")?);
         let mut programs = self.programs();
         if programs.len() == MOST_PROGRAMS {

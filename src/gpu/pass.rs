@@ -17,12 +17,8 @@ use crate::trace::{Rays, Timing};
 
 /// What a shader makes of each ray, in the order in which it comes to the host.
 fn results_of(key: &ShaderKey) -> Vec<PerRay> {
-    let light = match key.kernel.about().float {
-        FloatType::F64 => size_of::<[f64; 3]>(),
-        FloatType::F32 => size_of::<[f32; 3]>(),
-    };
     match (key.light, key.surface) {
-        (Some(LightKey::Plain { .. }), _) => vec![("lights", light)],
+        (Some(LightKey::Plain { .. }), _) => vec![("lights", 3 * key.kernel.about().float.size())],
         (Some(LightKey::Certified { .. }), _) => vec![("codes", 4)],
         (None, true) => vec![("ids", 4), ("ts", 4), ("normals", 12)],
         (None, false) => vec![("ids", 4)],

@@ -4,9 +4,8 @@ use std::time::Duration;
 
 use super::compile::WORKGROUP;
 use super::layout::Params;
-use crate::kernel::FloatType;
+use crate::kernel::plain::PlainRays;
 use crate::prepare::Prepared;
-use crate::rays::Frame;
 use crate::trace::Rays;
 
 /// Aim for the time of a dispatch: long enough to hide its overhead, short enough for every driver's
@@ -86,19 +85,15 @@ impl DeviceTile {
         let samples = pixels.samples(n);
         // A picture of samples has at most 2^31 columns and rows, so the doubled offsets fit.
         let (offset_i, offset_j) = samples.offset2(x * n, y * n);
-        let half_pixel = samples.step();
         // In f64 the shader multiplies, as the kernel does on the CPU.
-        let (of_frame, step) = match prepared.kernel.about().float {
-            FloatType::F32 => (half_pixel, 1.0),
-            FloatType::F64 => (1.0, half_pixel),
-        };
-        let camera = Frame::<f64>::new(&pixels.view, of_frame);
+        let on_cpu = PlainRays::<f64>::of_pixels(prepared.coordinates(), &samples);
+        let PlainRays::Pixels { camera, step, origin, .. } = on_cpu else { return common };
         Params {
             forward: camera.forward.0,
             right: camera.right.0,
             true_up: camera.true_up.0,
             step,
-            origin: prepared.coordinates().of(pixels.view.position).to_array(),
+            origin: origin.0,
             offset_i: offset_i as i32,
             offset_j: offset_j as i32,
             ..common

@@ -34,11 +34,11 @@ impl FloatType {
         }
     }
 
-    /// A number of the type in WGSL.
-    pub fn literal(self, x: f64) -> String {
+    /// Bytes of a number of the type.
+    pub fn size(self) -> usize {
         match self {
-            FloatType::F32 => format!("{:?}f", x as f32),
-            FloatType::F64 => format!("{x:?}lf"),
+            FloatType::F32 => size_of::<f32>(),
+            FloatType::F64 => size_of::<f64>(),
         }
     }
 }

@@ -175,7 +175,7 @@ fn keys_of_certified_light() -> Vec<ShaderKey> {
 }
 
 fn spirv(key: &ShaderKey) -> Vec<u32> {
-    compile(key).unwrap_or_else(|error| panic!("{error}: {key:?}")).spirv().unwrap()
+    compile(key, None).unwrap_or_else(|error| panic!("{error}: {key:?}")).spirv().unwrap()
 }
 
 /// A module that lacks one decoration is noticed, whichever it is.

@@ -137,9 +137,9 @@ pub trait SampledFloat: Float + Pod + PartialOrd {
 }
 
 macro_rules! float {
-    ($float:ident, $bits:ident, $wgsl:literal, $mantissa:literal, $bias:literal, $steps:path) => {
+    ($float:ident, $bits:ident, $mantissa:literal, $bias:literal, $steps:path) => {
         impl SampledFloat for $float {
-            const WGSL: &'static str = $wgsl;
+            const WGSL: &'static str = stringify!($float);
 
             fn operands(random: &mut SplitMix, sort: Sort) -> [Self; 2] {
                 let mut number = |low: i32, high: i32| {
@@ -241,8 +241,8 @@ macro_rules! float {
         }
     };
 }
-float!(f32, u32, "f32", 23, 127, ulp_distance);
-float!(f64, u64, "f64", 52, 1023, steps_f64);
+float!(f32, u32, 23, 127, ulp_distance);
+float!(f64, u64, 52, 1023, steps_f64);
 
 fn steps_f64(a: f64, b: f64) -> u64 {
     if a == b { 0 } else { a.to_bits().abs_diff(b.to_bits()) }
