@@ -85,12 +85,9 @@ impl<'a> TreeAim<'a> {
 }
 
 /// The objects as the rays of a picture see them: in the tree, and beside it.
-struct Sight<'a> {
-    bvh: &'a Bvh,
-    leaves: &'a Leaves,
-    beside: &'a Objects<f32>,
-    aim: &'a TreeAim<'a>,
-    camera: &'a Frame<f32>,
+struct Sight {
+    leaves: Arc<Leaves>,
+    beside: Objects<f32>,
     /// How far the rays reach for which one stands, in half pixels.
     reach: f32,
 }
@@ -98,17 +95,6 @@ struct Sight<'a> {
 /// Lanes of a pack: pixels of a square of four by four.
 const LANES: usize = 16;
 const SIDE: u32 = 4;
-
-/// Columns and rows of a pack's pixels, one after the other: in rows, which are written quickly,
-const BY_ROWS: [[u32; LANES]; 2] = [
-    [0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3],
-    [0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3],
-];
-/// or in squares of two by two, so that four pixels with their samples are a square, too.
-const BY_SQUARES: [[u32; LANES]; 2] = [
-    [0, 1, 0, 1, 2, 3, 2, 3, 0, 1, 0, 1, 2, 3, 2, 3],
-    [0, 0, 1, 1, 0, 0, 1, 1, 2, 2, 3, 3, 2, 2, 3, 3],
-];
 
 /// Packs that walk together, a square as well.
 const TOGETHER: usize = 4;
@@ -157,7 +143,8 @@ fn extent(all: &[f32; LANES]) -> [f32; 2] {
 
 /// Packs on their way together.
 struct Packs<'a> {
-    sight: &'a Sight<'a>,
+    search: &'a CloudSearch<'a>,
+    sight: &'a Sight,
     across: &'a [[f32; LANES]],
     up: &'a [[f32; LANES]],
     /// None before something is met.
@@ -168,7 +155,8 @@ struct Packs<'a> {
 impl Packs<'_> {
     #[inline(always)]
     fn begin(&mut self) {
-        let Sight { beside, camera, reach, aim, .. } = self.sight;
+        let (Sight { beside, reach, .. }, CloudSearch { camera, aim, .. }) =
+            (self.sight, self.search);
         for (across, up) in self.across.iter().zip(self.up) {
             let ray = camera.ray(Lanes(*across), Lanes(*up));
             let best = beside.nearest(&ray);
@@ -229,7 +217,8 @@ pub struct CloudScratch {
 
 /// A tile, compiled for each instruction set that the processor may have.
 struct Find<'a> {
-    sight: &'a Sight<'a>,
+    search: &'a CloudSearch<'a>,
+    sight: &'a Sight,
     room: &'a mut CloudScratch,
 }
 
@@ -238,7 +227,7 @@ impl WithSimd for Find<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Find { sight, room: CloudScratch { tile, cut, walk, packs, .. } } = self;
+        let Find { search, sight, room: CloudScratch { tile, cut, walk, packs, .. } } = self;
         let tile::Packs { across, up, ids } = tile.packs::<LANES>();
         let together = across.chunks(TOGETHER).zip(up.chunks(TOGETHER));
         for ((across, up), ids) in together.zip(ids.chunks_mut(TOGETHER)) {
@@ -250,13 +239,13 @@ impl WithSimd for Find<'_> {
                 }
                 wider(hull, sight.reach)
             };
-            let beam = sight.aim.beam(hull(across), hull(up));
+            let beam = search.aim.beam(hull(across), hull(up));
             packs.clear();
-            let mut seek = Packs { sight, across, up, packs, last: f32::BEYOND as f32 };
+            let mut seek = Packs { search, sight, across, up, packs, last: f32::BEYOND as f32 };
             if !sight.beside.is_empty() {
                 seek.begin();
             }
-            walk.all(sight.bvh, cut.nodes(), beam, &mut seek);
+            walk.all(search.aim.bvh, cut.nodes(), beam, &mut seek);
             for ids in ids.iter_mut() {
                 *ids = [0; LANES];
             }
@@ -286,19 +275,17 @@ impl WithSimd for MakeCut<'_> {
     }
 }
 
-/// The leaves of a tree, and the objects beside it.
-type Seen = (Arc<Leaves>, Objects<f32>);
-
 /// Pixels of a picture of many spheres.
 pub struct CloudSearch<'a> {
     /// Samples across and down a pixel.
     n: u32,
-    bvh: &'a Bvh,
+    /// How far they are from a pixel's middle, in half steps between them.
+    reach: f32,
     aim: TreeAim<'a>,
     camera: Frame<f32>,
     /// As one ray a pixel stands for all its samples; not of one sample, nor where pixels are too large for the bounds.
-    of_pixels: Option<Seen>,
-    of_rays: Seen,
+    of_pixels: Option<Sight>,
+    of_rays: Sight,
 }
 
 impl<'a> CloudSearch<'a> {
@@ -311,31 +298,27 @@ impl<'a> CloudSearch<'a> {
         share: f64,
     ) -> Option<CloudSearch<'a>> {
         let hierarchy = prepared.hierarchy.as_ref()?;
-        let (bvh, samples) = (&*hierarchy.bvh, pixels.samples(n));
-        let sight = |leaves: Arc<Leaves>, reach| {
-            let eye = Eye::of_pixels(&samples, reach, f32::UNIT);
-            let beside = Objects::new(prepared.listed(Some(&leaves.rest)), &eye);
-            (leaves, beside)
+        let samples = pixels.samples(n);
+        let sight = |leaves: Arc<Leaves>, eye: &Eye, reach| {
+            let beside = Objects::new(prepared.listed(Some(&leaves.rest)), eye);
+            Sight { leaves, beside, reach }
         };
+        let reach = (n - 1) as f32;
         let Reach { apart, turned } = Reach::of_samples(pixels, 1, n);
-        let reach = Reach { apart: share * apart, turned: share * turned };
         let of_pixels = (n > 1 && turned <= LARGEST_TURN).then(|| {
-            let leaves = hierarchy.of_squares(&Eye::of_pixels(&samples, reach, f32::UNIT));
-            sight(leaves, reach)
+            let of_square = Reach { apart: share * apart, turned: share * turned };
+            let eye = Eye::of_pixels(&samples, of_square, f32::UNIT);
+            sight(hierarchy.of_squares(&eye), &eye, reach)
         });
+        let eye = Eye::of_pixels(&samples, Reach::default(), f32::UNIT);
         Some(CloudSearch {
             n,
-            bvh,
-            aim: TreeAim::new(bvh, &samples),
+            reach,
+            aim: TreeAim::new(&hierarchy.bvh, &samples),
             camera: Frame::of_pixels(&samples),
             of_pixels,
-            of_rays: sight(Arc::clone(&hierarchy.leaves), Reach::default()),
+            of_rays: sight(Arc::clone(&hierarchy.leaves), &eye, 0.0),
         })
-    }
-
-    fn sight<'s>(&'s self, (leaves, beside): &'s Seen, reach: f32) -> Sight<'s> {
-        let CloudSearch { bvh, aim, camera, .. } = self;
-        Sight { bvh, leaves, beside, aim, camera, reach }
     }
 
     /// [`Search::look`](super::Search::look)
@@ -368,13 +351,11 @@ impl<'a> CloudSearch<'a> {
             }
         }
         // By rows, as they were found by squares.
-        let n_each = (self.n * self.n) as usize;
-        let mut order: Vec<u32> = (0..mixed.len() as u32).collect();
-        order.sort_unstable_by_key(|&at| mixed[at as usize]);
-        let in_order = order.iter().flat_map(|&at| &ids[at as usize * n_each..][..n_each]);
-        let ids = in_order.copied().collect();
-        mixed.sort_unstable();
-        (mixed, ids)
+        let samples = ids.chunks_exact((self.n * self.n) as usize);
+        let mut all: Vec<(u32, &[u32])> = mixed.into_iter().zip(samples).collect();
+        all.sort_unstable_by_key(|&(at, _)| at);
+        let (mixed, ids): (Vec<u32>, Vec<&[u32]>) = all.into_iter().unzip();
+        (mixed, ids.concat())
     }
 
     /// Finds what the pixels of a square see; of several samples those that are left are in [`CloudScratch::index`].
@@ -383,19 +364,18 @@ impl<'a> CloudSearch<'a> {
         pixels: &Pixels,
         corner: [u32; 2],
         size: [u32; 2],
-        of_pixels: Option<&Seen>,
+        of_pixels: Option<&Sight>,
         whole: &mut [u32],
         room: &mut CloudScratch,
     ) {
         let ([left, top], [columns, rows], width) = (corner, size, pixels.width as usize);
-        let reach = (self.n - 1) as f32;
         let [(across, up), (right, bottom)] = [[left, top], [left + columns - 1, top + rows - 1]]
             .map(|[x, y]| self.middle(pixels, x, y));
+        let reach = self.reach;
         let beam = self.aim.beam(wider([across, right], reach), wider([bottom, up], reach));
-        dispatch(MakeCut { bvh: self.bvh, beam, cut: &mut room.cut });
-        let (_, beside) = &self.of_rays;
+        dispatch(MakeCut { bvh: self.aim.bvh, beam, cut: &mut room.cut });
         room.index.clear();
-        if room.cut.nodes().is_empty() && beside.is_empty() {
+        if room.cut.nodes().is_empty() && self.of_rays.beside.is_empty() {
             for row in whole.chunks_mut(width).skip(top as usize).take(rows as usize) {
                 row[left as usize..][..columns as usize].fill(0);
             }
@@ -403,11 +383,11 @@ impl<'a> CloudSearch<'a> {
         }
         self.place(pixels, corner, size, room);
         let sight = match of_pixels {
-            Some(of_pixels) => self.sight(of_pixels, reach),
-            None if self.n == 1 => self.sight(&self.of_rays, 0.0),
+            Some(of_pixels) => of_pixels,
+            None if self.n == 1 => &self.of_rays,
             None => return room.index.iter().for_each(|&at| whole[at as usize] = OPEN),
         };
-        dispatch(Find { sight: &sight, room });
+        dispatch(Find { search: self, sight, room });
         let side = SIDE as usize;
         for (places, ids) in room.index.chunks(side).zip(room.tile.ids.chunks(side)) {
             if places.iter().zip(places[0]..).all(|(&at, next)| at == next) {
@@ -441,12 +421,15 @@ impl<'a> CloudSearch<'a> {
     ) {
         let CloudScratch { tile, index, .. } = room;
         let (width, step) = (pixels.width, 2.0 * self.n as f32);
-        let in_order = if self.n == 1 { &BY_ROWS } else { &BY_SQUARES };
+        // In rows, which are written quickly; or in Morton order, so that four pixels with their samples are a square, too.
+        let all: [u32; LANES] = std::array::from_fn(|k| k as u32);
+        let even_bits = |k: u32| k & 1 | k >> 1 & 2;
+        let in_order = match self.n {
+            1 => [all.map(|k| k % SIDE), all.map(|k| k / SIDE)],
+            _ => [all.map(even_bits), all.map(|k| even_bits(k >> 1))],
+        };
+        let packs: [[u32; 2]; TOGETHER] = [[0, 0], [SIDE, 0], [0, SIDE], [SIDE, SIDE]];
         tile.clear();
-        let mut packs: [[u32; 2]; TOGETHER] = [[0; 2]; TOGETHER];
-        for (k, pack) in (0..).zip(&mut packs) {
-            *pack = [k % 2 * SIDE, k / 2 * SIDE];
-        }
         for y in (0..rows).step_by(2 * SIDE as usize) {
             for x in (0..columns).step_by(2 * SIDE as usize) {
                 for [right, down] in packs {
@@ -491,8 +474,7 @@ impl<'a> CloudSearch<'a> {
         ids: &mut Vec<u32>,
     ) {
         room.tile.take_samples(pixels, self.n, &room.index);
-        let sight = self.sight(&self.of_rays, 0.0);
-        dispatch(Find { sight: &sight, room });
+        dispatch(Find { search: self, sight: &self.of_rays, room });
         let n_each = (self.n * self.n) as usize;
         for (&at, seen) in room.index.iter().zip(room.tile.ids.chunks_exact(n_each)) {
             let first = seen[0];
