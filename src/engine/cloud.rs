@@ -116,29 +116,28 @@ struct Pack {
     last: f32,
 }
 
-/// The largest of all lanes.
+/// Joins the numbers of all lanes, by halves.
 #[inline(always)]
-fn farthest(all: &Lanes<f32, LANES>) -> f32 {
-    let mut all = all.0;
+fn joined(all: &[f32; LANES], join: impl Fn(f32, f32) -> f32) -> f32 {
+    let mut all = *all;
     for n in [8, 4, 2, 1] {
         for k in 0..n {
-            all[k] = Real::max(all[k], all[k + n]);
+            all[k] = join(all[k], all[k + n]);
         }
     }
     all[0]
 }
 
+/// The largest of all lanes.
+#[inline(always)]
+fn farthest(all: &Lanes<f32, LANES>) -> f32 {
+    joined(&all.0, Real::max)
+}
+
 /// The least and the most of some numbers.
 #[inline(always)]
 fn extent(all: &[f32; LANES]) -> [f32; 2] {
-    let (mut low, mut high) = (*all, *all);
-    for n in [8, 4, 2, 1] {
-        for k in 0..n {
-            low[k] = Real::min(low[k], low[k + n]);
-            high[k] = Real::max(high[k], high[k + n]);
-        }
-    }
-    [low[0], high[0]]
+    [joined(all, Real::min), joined(all, Real::max)]
 }
 
 /// Packs on their way together.
