@@ -238,7 +238,7 @@ mod tests {
             hits: &mut Hits,
         ) -> Result<Option<Timing>> {
             self.n_calls += 1;
-            hits.reset(rays.len(), Wants::default());
+            hits.make_room(rays.len(), Wants::default());
             hits.id.fill(1);
             if self.n_calls == self.cancel_at {
                 control.cancel();

@@ -95,16 +95,7 @@ pub struct Hits {
 }
 
 impl Hits {
-    /// Makes room for `n` rays and forgets what was there.
-    pub fn reset(&mut self, n: usize, wants: Wants) {
-        self.make_room(n, wants);
-        self.id.fill(0);
-        self.t.fill(f32::INFINITY);
-        self.normal.fill([0.0; 3]);
-    }
-
-    /// Makes room for `n` rays. Their levels and counts are as after [`Hits::reset`], all else is yet
-    /// to be written.
+    /// Makes room for `n` rays, whose levels are those of f32. All else is yet to be written.
     pub(crate) fn make_room(&mut self, n: usize, wants: Wants) {
         let n_surface = if wants.surface { n } else { 0 };
         resize(&mut self.id, n);

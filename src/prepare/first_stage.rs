@@ -5,9 +5,9 @@
 //! its rays are tried.
 
 use super::Prepared;
-use crate::engine::Tile;
+use crate::engine::{ListSearch, Tile};
 use crate::num::OPEN;
-use crate::rays::{Frame, List, Pixels, Rays};
+use crate::rays::{Frame, Rays, WorldRay};
 use crate::seen::Objects;
 
 /// Columns and rows of a picture's rays that are tried; of a list, their product.
@@ -20,35 +20,34 @@ const MOST_OPEN: f64 = 0.5;
 /// Whether f32 leaves too many of these rays open to be of use, for objects that are tested one after
 /// the other. Only the CPU's f32 is asked, so that all devices begin in the same stage.
 pub(super) fn is_left_open(prepared: &Prepared, rays: &Rays) -> bool {
-    let objects = Objects::new(prepared.listed(None), &prepared.eye);
-    let n_open = match rays {
-        Rays::Pixels(pixels) => n_open_pixels(&objects, pixels),
-        Rays::List(rays) => n_open_of_list(&objects, &List::new(rays, prepared.reference)),
-    };
-    n_open as f64 > MOST_OPEN * f64::from(TRIED * TRIED)
-}
-
-/// How many pixels f32 leaves open, of those in the middle of each of the parts that a picture's sides are cut into.
-fn n_open_pixels(objects: &Objects<f32>, pixels: &Pixels) -> usize {
-    let middle = |k: u32, side: u32| {
-        ((2 * u64::from(k) + 1) * u64::from(side) / (2 * u64::from(TRIED))) as u32
-    };
-    let mut tile = Tile::default();
-    for y in 0..TRIED {
-        for x in 0..TRIED {
-            let [x, y] = [middle(x, pixels.image_width), middle(y, pixels.image_height)];
-            tile.push(pixels.offset2(x, y));
+    let n_tried = (TRIED * TRIED) as usize;
+    let ids = match rays {
+        Rays::Pixels(pixels) => {
+            let mut tile = Tile::default();
+            for y in 0..TRIED {
+                for x in 0..TRIED {
+                    let [x, y] = [middle(x, pixels.image_width), middle(y, pixels.image_height)];
+                    tile.push(pixels.offset2(x, y));
+                }
+            }
+            let objects = Objects::new(prepared.listed(None), &prepared.eye);
+            tile.find_f32(&Frame::of_pixels(pixels), &objects);
+            tile.ids
         }
-    }
-    tile.find_f32(&Frame::of_pixels(pixels), objects);
-    tile.ids.iter().filter(|&&id| id == OPEN).count()
+        Rays::List(rays) => {
+            // As far apart as they can be.
+            let places = (0..n_tried).map(|k| k * rays.len() / n_tried);
+            let tried: Vec<WorldRay> = places.filter_map(|at| rays.get(at).copied()).collect();
+            let mut ids = vec![OPEN; tried.len()];
+            ListSearch::new(prepared).look(&tried, &mut ids);
+            ids
+        }
+    };
+    let n_open = ids.iter().filter(|&&id| id == OPEN).count();
+    n_open as f64 > MOST_OPEN * n_tried as f64
 }
 
-/// How many rays f32 leaves open, of some that are as far apart in a list as they can be.
-fn n_open_of_list(objects: &Objects<f32>, list: &List) -> usize {
-    let n = (TRIED * TRIED) as usize;
-    let places = (0..n).map(|k| k * list.rays.len() / n);
-    let is_open =
-        |&at: &usize| at < list.rays.len() && objects.nearest(&list.one(at)).decide().0 == OPEN;
-    places.filter(is_open).count()
+/// The middle of the `k`-th of [`TRIED`] parts that a picture's side is cut into.
+fn middle(k: u32, side: u32) -> u32 {
+    ((2 * u64::from(k) + 1) * u64::from(side) / (2 * u64::from(TRIED))) as u32
 }

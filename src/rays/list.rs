@@ -29,13 +29,6 @@ impl<'a> List<'a> {
         (origin - self.reference, Scaled::new(direction).rounded())
     }
 
-    /// One of them.
-    #[inline(always)]
-    pub fn one(&self, index: usize) -> num::Ray<f32> {
-        let (from, way) = self.ray(index);
-        num::Ray::new(V3::near(from), V3::near(way))
-    }
-
     /// Some of them side by side; the last one stands for lanes that don't count.
     #[inline(always)]
     pub fn load<const N: usize>(&self, first: usize) -> num::Ray<Lanes<f32, N>> {

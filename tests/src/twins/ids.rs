@@ -49,8 +49,8 @@ impl Twin<'_> {
                 Frame::of_pixels(pixels).ray(R::splat(i as f32), R::splat(j as f32))
             }
             Rays::List(rays) => {
-                let Ray { origin, direction, .. } =
-                    List::new(rays, self.prepared.reference).one(index);
+                let (origin, direction) = List::new(rays, self.prepared.reference).ray(index);
+                let [origin, direction] = [origin, direction].map(V3::<f32>::near);
                 Ray::new(V3::splat(origin), V3::splat(direction))
             }
         }
