@@ -11,7 +11,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use pulp::{Simd, WithSimd};
 
-use super::tile::{self, Tile};
+use super::tile::Tile;
 use crate::bvh::{Beam, Bvh, Cut, Enter, Leaves, Node, Visitor, Walk};
 use crate::guard::{LARGEST_TURN, Reach};
 use crate::num::{Bits, Float, Lanes, OPEN, Real, dispatch};
@@ -227,7 +227,7 @@ impl WithSimd for Find<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Find { search, sight, room: CloudScratch { tile, cut, walk, packs, .. } } = self;
-        let tile::Packs { across, up, ids } = tile.packs::<LANES>();
+        let (across, up, ids) = tile.packs::<LANES>();
         let together = across.chunks(TOGETHER).zip(up.chunks(TOGETHER));
         for ((across, up), ids) in together.zip(ids.chunks_mut(TOGETHER)) {
             let hull = |all: &[[f32; LANES]]| {
