@@ -123,11 +123,6 @@ impl Bvh {
         })
     }
 
-    /// Number of nodes.
-    pub fn n_nodes(&self) -> usize {
-        self.nodes.len()
-    }
-
     /// The root, for walks that begin there; nothing over no spheres.
     #[inline(always)]
     pub fn root(&self) -> &[Node] {

@@ -51,7 +51,7 @@ fn boxes_hold_what_is_below_them() {
                 }
             }
         }
-        assert_eq!(n_nodes, bvh.n_nodes());
+        assert_eq!(n_nodes, bvh.nodes.len());
         assert!(seen.iter().all(|&times| times == 1));
     }
 }
@@ -63,7 +63,7 @@ fn flat_boxes_hold_what_is_behind_them() {
         let spheres = spheres(n);
         let bvh = tree(&spheres);
         let boxes = bvh.boxes_from(DVec3::new(0.1, -3.0, 7e3), |middle| -middle.x).unwrap();
-        assert!(boxes.len() >= n + bvh.n_nodes() - 1 && 2 * boxes.len() <= 3 * n, "{n}");
+        assert!(boxes.len() >= n + bvh.nodes.len() - 1 && 2 * boxes.len() <= 3 * n, "{n}");
         let mut seen = vec![0; n];
         // Where the boxes around the next one end, and their corners.
         let mut around: Vec<(usize, FlatBox)> = Vec::new();

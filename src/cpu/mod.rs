@@ -16,7 +16,7 @@ use crate::host;
 use crate::kernel::Kernel;
 use crate::num::OPEN;
 use crate::prepare::Prepared;
-use crate::rays::{Pixels, Rays, WorldRay};
+use crate::rays::{Pixels, Rays};
 use crate::trace::{Hits, Level, Mixed, SampleIds, StageCounts, Timing, Wants, resize};
 
 /// Rays among which open ones are looked for at once.
@@ -61,14 +61,42 @@ fn rows_of(pixels: &Pixels, first: usize, n_pixels: usize) -> Pixels {
     pixels.rows(first, n_rows)
 }
 
-/// The certified kernel's f32 stage.
-enum First<'a> {
-    Pixels(Box<Search<'a>>, &'a Pixels),
-    List(ListSearch<'a>, &'a [WorldRay]),
-    /// A device's proposals are there already.
-    Proposed,
-    /// All is left open.
-    Skipped,
+/// The f32 stage of the kernel `certified`: finds what consecutive rays see, the first of which has this index.
+type FirstStage<'a> = dyn Fn(usize, &mut [u32], &mut engine::SearchScratch) + Sync + 'a;
+
+/// Makes the f32 stage for some rays. It leaves all open where f64 begins.
+fn first_stage<'a>(prepared: &'a Prepared, rays: &'a Rays) -> Box<FirstStage<'a>> {
+    match rays {
+        _ if prepared.starts_in_f64() || rays.is_empty() => Box::new(|_, ids, _| ids.fill(OPEN)),
+        Rays::Pixels(pixels) => {
+            let search = Search::new(prepared, pixels, 1);
+            Box::new(move |first, ids, room| {
+                search.look(&rows_of(pixels, first, ids.len()), ids, room);
+            })
+        }
+        Rays::List(rays) => {
+            let search = ListSearch::new(prepared);
+            Box::new(move |first, ids, _| search.look(&rays[first..][..ids.len()], ids))
+        }
+    }
+}
+
+/// Replaces `open` by those of some consecutive rays that f32 leaves to the stages after it.
+fn find_open(rays: &Rays, first: usize, ids: &[u32], open: &mut Vec<u32>) {
+    open.clear();
+    // Hardly a part of a picture has one.
+    for (start, ids) in (first..).step_by(LOOKED_AT).zip(ids.chunks(LOOKED_AT)) {
+        if ids.contains(&OPEN) {
+            let rays = (start..).zip(ids).filter(|&(_, &id)| id == OPEN);
+            open.extend(rays.map(|(ray, _)| ray as u32));
+        }
+    }
+    if let Rays::List(all) = rays {
+        let left = (first..).zip(&all[first..][..ids.len()]).filter(|(_, ray)| !is_ordinary(ray));
+        open.extend(left.map(|(ray, _)| ray as u32));
+        open.sort_unstable();
+        open.dedup();
+    }
 }
 
 /// What is known of all rays, after a device has `proposed` their ids, or without one: [`Tracer::trace`](crate::tracer::Tracer::trace).
@@ -100,23 +128,41 @@ pub fn trace(
         return Ok(timing);
     }
     let stage = Stage::new(prepared, rays);
-    let stages = Stages {
-        first: match rays {
-            _ if is_proposed => First::Proposed,
-            _ if prepared.starts_in_f64() => First::Skipped,
-            Rays::Pixels(pixels) => {
-                First::Pixels(Box::new(Search::new(prepared, pixels, 1)), pixels)
-            }
-            Rays::List(rays) => First::List(ListSearch::new(prepared), rays),
-        },
-        surfaces: wants.surface.then(|| Surfaces::to_be_rounded(&stage)),
-        stage: &stage,
-        rays,
-        control,
+    let look = (!is_proposed).then(|| first_stage(prepared, rays));
+    let surfaces = wants.surface.then(|| Surfaces::to_be_rounded(&stage));
+    let of_part = |room: &mut Room, part: Part| {
+        let Part { first, ids, t, normal, level } = part;
+        let Room { search, open, packs } = room;
+        let mut timing = Timing::default();
+        control.check()?;
+        host::check()?;
+        if let Some(look) = &look {
+            let start = Instant::now();
+            look(first, ids, search);
+            timing.trace = start.elapsed();
+        }
+        find_open(rays, first, ids, open);
+        let decided = stage.decide(open, control, &mut timing)?;
+        for (&ray, &id) in open.iter().zip(&decided.ids) {
+            ids[ray as usize - first] = id;
+        }
+        if !level.is_empty() {
+            open.iter().for_each(|&ray| level[ray as usize - first] = Level::F64 as u8);
+            let exactly = decided.exactly.iter().map(|&at| open[at] as usize - first);
+            exactly.for_each(|at| level[at] = Level::Exact as u8);
+        }
+        if let Some(surfaces) = &surfaces {
+            let start = Instant::now();
+            stage.complete(surfaces, (first, ids), (t, normal), control, packs)?;
+            timing.refine += start.elapsed();
+        }
+        if !is_proposed {
+            control.advance(ids.len() as u64);
+        }
+        Ok(Done { counts: decided.counts(ids.len()), timing })
     };
     let parts = parts(rays, LARGEST, hits).into_par_iter();
-    let done = parts.map_init(Room::default, |room, part| stages.run(part, room));
-    let done = done.try_reduce(Done::default, Done::and)?;
+    let done = parts.map_init(Room::default, of_part).try_reduce(Done::default, Done::and)?;
     hits.counts = done.counts;
     timing.add(done.timing.within(start.elapsed()));
     Ok(timing)
@@ -144,73 +190,6 @@ struct Room {
     /// Rays that are left open.
     open: Vec<u32>,
     packs: Vec<PackF64>,
-}
-
-/// The stages that rays go through.
-struct Stages<'a> {
-    first: First<'a>,
-    stage: &'a Stage<'a>,
-    /// Where `t` and normals are wanted.
-    surfaces: Option<Surfaces<'a, f64>>,
-    rays: &'a Rays,
-    control: &'a Control,
-}
-
-impl Stages<'_> {
-    fn run(&self, part: Part, room: &mut Room) -> Result<Done> {
-        let Part { first, ids, t, normal, level } = part;
-        let Room { search, open, packs } = room;
-        let (mut timing, control) = (Timing::default(), self.control);
-        control.check()?;
-        host::check()?;
-        let start = Instant::now();
-        match &self.first {
-            First::Pixels(of_pixels, pixels) => {
-                of_pixels.look(&rows_of(pixels, first, ids.len()), ids, search);
-            }
-            First::List(of_list, all) => of_list.look(&all[first..][..ids.len()], ids),
-            First::Proposed => {}
-            First::Skipped => ids.fill(OPEN),
-        }
-        let is_proposed = matches!(self.first, First::Proposed);
-        if !is_proposed {
-            timing.trace = start.elapsed();
-        }
-
-        open.clear();
-        // Hardly a part of a picture has one.
-        for (start, ids) in (first..).step_by(LOOKED_AT).zip(ids.chunks(LOOKED_AT)) {
-            if ids.contains(&OPEN) {
-                let rays = (start..).zip(ids).filter(|&(_, &id)| id == OPEN);
-                open.extend(rays.map(|(ray, _)| ray as u32));
-            }
-        }
-        if let Rays::List(all) = self.rays {
-            let left =
-                (first..).zip(&all[first..][..ids.len()]).filter(|(_, ray)| !is_ordinary(ray));
-            open.extend(left.map(|(ray, _)| ray as u32));
-            open.sort_unstable();
-            open.dedup();
-        }
-        let decided = self.stage.decide(open, control, &mut timing)?;
-        for (&ray, &id) in open.iter().zip(&decided.ids) {
-            ids[ray as usize - first] = id;
-        }
-        if !level.is_empty() {
-            open.iter().for_each(|&ray| level[ray as usize - first] = Level::F64 as u8);
-            let exactly = decided.exactly.iter().map(|&at| open[at] as usize - first);
-            exactly.for_each(|at| level[at] = Level::Exact as u8);
-        }
-        if let Some(surfaces) = &self.surfaces {
-            let start = Instant::now();
-            self.stage.complete(surfaces, (first, ids), (t, normal), control, packs)?;
-            timing.refine += start.elapsed();
-        }
-        if !is_proposed {
-            control.advance(ids.len() as u64);
-        }
-        Ok(Done { counts: decided.counts(ids.len()), timing })
-    }
 }
 
 /// What samples of pixels see, `n` × `n` of each: pixels that show one object alone are proven to be such (see

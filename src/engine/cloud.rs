@@ -11,7 +11,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use pulp::{Simd, WithSimd};
 
-use super::tile::{self, Tile};
+use super::tile::Tile;
 use crate::bvh::{Beam, Bvh, Cut, Enter, Leaves, Node, Visitor, Walk};
 use crate::guard::{LARGEST_TURN, Reach};
 use crate::num::{Bits, Float, Lanes, OPEN, Real, dispatch};
@@ -227,7 +227,7 @@ impl WithSimd for Find<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Find { search, sight, room: CloudScratch { tile, cut, walk, packs, .. } } = self;
-        let tile::Packs { across, up, ids } = tile.packs::<LANES>();
+        let (across, up, ids) = tile.packs::<LANES>();
         let together = across.chunks(TOGETHER).zip(up.chunks(TOGETHER));
         for ((across, up), ids) in together.zip(ids.chunks_mut(TOGETHER)) {
             let hull = |all: &[[f32; LANES]]| {
@@ -278,6 +278,8 @@ impl WithSimd for MakeCut<'_> {
 pub struct CloudSearch<'a> {
     /// Samples across and down a pixel.
     n: u32,
+    /// How far they are from a pixel's middle, in half steps between them.
+    reach: f32,
     aim: TreeAim<'a>,
     camera: Frame<f32>,
     /// As one ray a pixel stands for all its samples; not of one sample, nor where pixels are too large for the bounds.
@@ -300,15 +302,17 @@ impl<'a> CloudSearch<'a> {
             let beside = Objects::new(prepared.listed(Some(&leaves.rest)), eye);
             Sight { leaves, beside, reach }
         };
+        let reach = (n - 1) as f32;
         let Reach { apart, turned } = Reach::of_samples(pixels, 1, n);
-        let reach = Reach { apart: share * apart, turned: share * turned };
         let of_pixels = (n > 1 && turned <= LARGEST_TURN).then(|| {
-            let eye = Eye::of_pixels(&samples, reach, f32::UNIT);
-            sight(hierarchy.of_squares(&eye), &eye, (n - 1) as f32)
+            let of_square = Reach { apart: share * apart, turned: share * turned };
+            let eye = Eye::of_pixels(&samples, of_square, f32::UNIT);
+            sight(hierarchy.of_squares(&eye), &eye, reach)
         });
         let eye = Eye::of_pixels(&samples, Reach::default(), f32::UNIT);
         Some(CloudSearch {
             n,
+            reach,
             aim: TreeAim::new(&hierarchy.bvh, &samples),
             camera: Frame::of_pixels(&samples),
             of_pixels,
@@ -364,9 +368,9 @@ impl<'a> CloudSearch<'a> {
         room: &mut CloudScratch,
     ) {
         let ([left, top], [columns, rows], width) = (corner, size, pixels.width as usize);
-        let reach = (self.n - 1) as f32;
         let [(across, up), (right, bottom)] = [[left, top], [left + columns - 1, top + rows - 1]]
             .map(|[x, y]| self.middle(pixels, x, y));
+        let reach = self.reach;
         let beam = self.aim.beam(wider([across, right], reach), wider([bottom, up], reach));
         dispatch(MakeCut { bvh: self.aim.bvh, beam, cut: &mut room.cut });
         room.index.clear();

@@ -15,18 +15,8 @@ const LANES_F64: usize = 8;
 pub struct Tile {
     across: Vec<f32>,
     up: Vec<f32>,
-    /// As many as there are rays, after [`Tile::find_f32`] or [`Tile::find_f64`].
+    /// What they see, as many as there are rays, after [`Tile::find_f32`] or [`Tile::find_f64`].
     pub ids: Vec<u32>,
-}
-
-/// A tile's rays, some of them together.
-pub struct Packs<'a, const N: usize> {
-    /// Twice their offsets from the picture's centre, to the right,
-    pub across: &'a [[f32; N]],
-    /// and to the top.
-    pub up: &'a [[f32; N]],
-    /// What they see.
-    pub ids: &'a mut [[u32; N]],
 }
 
 impl Tile {
@@ -64,9 +54,10 @@ impl Tile {
         self.up.extend_from_slice(up);
     }
 
-    /// Their offsets and ids, `N` of them together. The last ones stand for lanes that don't count.
+    /// Twice their offsets from the picture's centre, to the right and to the top, and what they see, `N` of them together. The
+    /// last ones stand for lanes that don't count.
     #[inline(always)]
-    pub fn packs<const N: usize>(&mut self) -> Packs<'_, N> {
+    pub fn packs<const N: usize>(&mut self) -> (&[[f32; N]], &[[f32; N]], &mut [[u32; N]]) {
         let Tile { across, up, ids } = self;
         let padded = across.len().next_multiple_of(N);
         for numbers in [&mut *across, &mut *up] {
@@ -74,7 +65,7 @@ impl Tile {
             numbers.resize(padded, last);
         }
         ids.resize(padded, 0);
-        Packs { across: across.as_chunks().0, up: up.as_chunks().0, ids: ids.as_chunks_mut().0 }
+        (across.as_chunks().0, up.as_chunks().0, ids.as_chunks_mut().0)
     }
 
     /// Finds what they see in f32: ids, or [`crate::num::OPEN`].
@@ -102,7 +93,7 @@ impl<F: Float, const N: usize> WithSimd for Find<'_, F, N> {
     fn with_simd<S: Simd>(self, _: S) {
         let Find { camera, objects, tile } = self;
         let len = tile.across.len();
-        let Packs { across, up, ids } = tile.packs::<N>();
+        let (across, up, ids) = tile.packs::<N>();
         for ((across, up), ids) in across.iter().zip(up).zip(ids) {
             let (mut i, mut j) = ([F::default(); N], [F::default(); N]);
             for lane in 0..N {
@@ -113,9 +104,6 @@ impl<F: Float, const N: usize> WithSimd for Find<'_, F, N> {
             for (id, found) in ids.iter_mut().zip(found.0) {
                 *id = found.to_id();
             }
-        }
-        for numbers in [&mut tile.across, &mut tile.up] {
-            numbers.truncate(len);
         }
         tile.ids.truncate(len);
     }
