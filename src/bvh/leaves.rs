@@ -80,7 +80,7 @@ impl Leaves {
     #[inline(always)]
     pub fn add<R: Real<One = f32>>(&self, place: u32, ray: &Ray<R>, best: &mut Nearest<R>) -> bool {
         let Leaf { seen, id } = self.leaf(place);
-        let next = <SphereLeaf<f64> as Record>::splat::<R>(seen).bounds(ray);
+        let next = seen.map(R::splat).bounds(ray);
         if let Some(next) = next {
             *best = best.with(next, R::splat_id(*id));
         }

@@ -376,7 +376,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
     #[inline(always)]
     fn keep_of_sphere<const N: usize>(&self, pack: &mut Pack<F, N>) {
         let Some((seen, is_close)) = self.sphere_of(pack) else { return };
-        let (seen, lengths) = (SphereSeen::splat(seen), self.lengths.splat());
+        let (seen, lengths) = (SphereSeen::splat(seen), self.lengths.map(Lanes::splat));
         match is_close {
             false => pack.surface = SphereSeen::surface(&seen, &pack.ray, &lengths),
             true => pack.surface = SphereSeen::surface_close(&seen, &pack.ray, &lengths),
@@ -386,7 +386,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
     #[inline(always)]
     fn keep_of_plane<const N: usize>(&self, pack: &mut Pack<F, N>) {
         let Some(seen) = self.plane_of(pack) else { return };
-        let (seen, lengths) = (PlaneSeen::splat(seen), self.lengths.splat());
+        let (seen, lengths) = (PlaneSeen::splat(seen), self.lengths.map(Lanes::splat));
         pack.surface = PlaneSeen::surface(&seen, &pack.ray, &lengths);
     }
 
@@ -418,8 +418,8 @@ impl<'a, F: Float> Surfaces<'a, F> {
         let is_close = is_close || Lanes::lit(0.0).lt(seen.is_close).any();
         let seen = SphereSeen::round_lanes(&seen);
         match is_close {
-            false => SphereSeen::surface(&seen, &pack.ray, &self.lengths.splat()),
-            true => SphereSeen::surface_close(&seen, &pack.ray, &self.lengths.splat()),
+            false => SphereSeen::surface(&seen, &pack.ray, &self.lengths.map(Lanes::splat)),
+            true => SphereSeen::surface_close(&seen, &pack.ray, &self.lengths.map(Lanes::splat)),
         }
     }
 
@@ -446,7 +446,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
             // Undecided.
             (None, None) => return Surface::unknown(),
         };
-        PlaneSeen::surface(&seen, &pack.ray, &self.lengths.splat())
+        PlaneSeen::surface(&seen, &pack.ray, &self.lengths.map(Lanes::splat))
     }
 }
 

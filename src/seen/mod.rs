@@ -18,7 +18,7 @@ use glam::DVec3;
 
 pub use light::LightBounds;
 pub use plane::{PlaneMet, PlaneSeen};
-pub use shadow::{Met, Occluder, ShadowRay, Verdict};
+pub use shadow::{Met, ShadowRay, Verdict};
 pub use sphere::{SphereLeaf, SphereMet, SphereSeen, is_near_surface};
 
 use crate::guard::{self, InputError, ROOM, Reach, rows, steps};
@@ -185,12 +185,6 @@ impl<F: Float> Lengths<F> {
             rounding: F::up(ROOM * eye.unit),
             of_quotient: F::up(eye.unit * rows::INVERSE),
         }
-    }
-
-    /// These lengths in all lanes.
-    #[inline(always)]
-    pub fn splat<R: Real<One = F>>(&self) -> Lengths<R> {
-        self.map(R::splat)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::shadow::{OF_PLANE, OF_SLOPE, Occluder, ShadowRay, Verdict};
+use super::shadow::{OF_PLANE, OF_SLOPE, ShadowRay, Verdict};
 use super::{Bounds, Eye, Lengths, Seen, Surface, record};
 use crate::exact::{ExactRay, plane_numbers};
 use crate::guard::{self, ROOM, length_bound, length_bounds, rows, steps};
@@ -195,16 +195,18 @@ impl PlaneMet<f64> {
     }
 }
 
-impl Occluder for PlaneMet<f64> {
+impl<R: Real> PlaneMet<R> {
+    /// Whether it is in the way of a shadow ray that does not start on it.
+    ///
     /// `N = n·(a − p)` at the start and `N₁ = n·(a − L)` at the end; it is in the
     /// way where their signs differ. They are off by `|n|·E`, without the end's part at the start, and `3ε` of the
     /// product of the lengths for the dot product. A sun's end has the sign of `−n·w`, off by `3ε|n||w|` alone, and their
     /// zeros are exact; so its ray surely runs along a plane where each product is one with 0, and then misses it.
     #[inline(always)]
-    fn occlude<R: Real>(met: &PlaneMet<R>, ray: &ShadowRay<R>) -> Verdict<R> {
+    pub fn occlude(&self, ray: &ShadowRay<R>) -> Verdict<R> {
         // No test sees the 2 halved: in f32 ½ is for the normal, and ½ is room.
         let (lit, zero, more) = (R::lit, R::lit(0.0), 2.0 * R::One::ROUNDED);
-        let &PlaneMet { point, normal, length: n, place } = met;
+        let &PlaneMet { point, normal, length: n, place } = self;
         let l = point - ray.start;
         let (of_lengths, unit) = (lit(OF_PLANE + more), ray.unit);
         // Below that squares underflow.

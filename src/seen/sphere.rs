@@ -1,7 +1,7 @@
 //! Spheres. The formula starts from the point of the line closest to the centre: an error of its place counts only squared,
 //! as it is moved across the way to the centre. [`crate::guard`] has the bounds.
 
-use super::shadow::{OF_OFFSET, OF_PLACE, OF_SQUARES, Occluder, ShadowRay, Verdict};
+use super::shadow::{OF_OFFSET, OF_PLACE, OF_SQUARES, ShadowRay, Verdict};
 use super::{Bounds, Eye, Lengths, Ray, Record, Seen, Surface, record};
 use glam::DVec3;
 
@@ -525,26 +525,26 @@ impl SphereMet<f64> {
     }
 }
 
-impl Occluder for SphereMet<f64> {
-    /// [`super::shadow`] has the bounds.
+impl<R: Real> SphereMet<R> {
+    /// Whether it is in the way of a shadow ray that does not start on it: [`super::shadow`] has the bounds.
     #[inline(always)]
-    fn occlude<R: Real>(met: &SphereMet<R>, ray: &ShadowRay<R>) -> Verdict<R> {
+    pub fn occlude(&self, ray: &ShadowRay<R>) -> Verdict<R> {
         let (lit, zero) = (R::lit, R::lit(0.0));
         let rounded = R::One::ROUNDED;
-        let l = met.center - ray.start;
+        let l = self.center - ray.start;
         let l2 = l.dot(l);
         let foot = (l.dot(ray.way) * ray.inv_square).max(zero).min(ray.last);
         let q = l - ray.way * foot;
         let distance = l2.sqrt();
-        let here = ray.error + ray.unit * (met.place + lit(OF_OFFSET + rounded) * distance);
+        let here = ray.error + ray.unit * (self.place + lit(OF_OFFSET + rounded) * distance);
         let e = here + (ray.bend * distance).min(ray.end_error);
         let in_range = e.max(distance).lt(lit(R::One::LARGEST_ROOT));
         let e = R::select(in_range, e, lit(R::One::UNKNOWN));
         let least2 = q.dot(q);
-        let (inner2, outer2) = squares(met.r, e);
+        let (inner2, outer2) = squares(self.r, e);
         let end = l - ray.way;
         let end2 = end.dot(end).max(ray.end2);
-        let (end_inner2, end_outer2) = squares(met.r, here + ray.end_error);
+        let (end_inner2, end_outer2) = squares(self.r, here + ray.end_error);
         let (end_inside, end_outside) = (end_inner2 - end2, end2 - end_outer2);
         Verdict {
             clear: (least2 - outer2).max(end_inside.min(inner2 - l2)),

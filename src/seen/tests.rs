@@ -559,7 +559,8 @@ fn light<T: Object>(
     object: &T,
     (is_hit, is_close): (bool, bool),
 ) {
-    let (lengths, met) = (lengths.splat(), Met::<f32>::new(object.in_scene(), DVec3::ZERO));
+    let (lengths, met) =
+        (lengths.map(Finite::splat), Met::<f32>::new(object.in_scene(), DVec3::ZERO));
     let far = T::Seen::surface(numbers, ray, &lengths);
     let close = T::Seen::surface_close(numbers, ray, &lengths);
     let (surface, zero) = (if is_close { close } else { far }, V3([Finite(0.0); 3]));

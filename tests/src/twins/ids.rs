@@ -7,7 +7,7 @@ use kugelblitz::num::{OPEN, Real, V3};
 use kugelblitz::prepare::{InSpace, ObjectRecords, Prepared};
 use kugelblitz::rays::{Frame, List, Rays};
 use kugelblitz::seen::{
-    Nearest, Occluder as _, PlaneSeen, Ray, Seen as _, ShadowRay, SphereMet, SphereSeen, Verdict,
+    Nearest, PlaneSeen, Ray, Seen as _, ShadowRay, SphereMet, SphereSeen, Verdict,
 };
 use rayon::prelude::*;
 
