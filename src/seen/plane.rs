@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::shadow::{OF_PLANE, OF_SLOPE, ShadowRay, Verdict};
-use super::{Bounds, Eye, Lengths, Seen, Surface, record};
+use super::{Bounds, Eye, Lengths, Record, Seen, Surface, record};
 use crate::exact::{ExactRay, plane_numbers};
 use crate::guard::{self, ROOM, length_bound, length_bounds, rows, steps};
 use crate::num::{Float, Real, V3};
@@ -182,16 +182,17 @@ record! {
     }
 }
 
-impl PlaneMet<f64> {
-    /// For arithmetic of `F`, with a point from the reference point and a normal that is [`Scaled`]; all is left open where its
-    /// range is left.
-    pub fn new<F: Float>(point: DVec3, normal: DVec3) -> PlaneMet<f64> {
+impl<F: Float> PlaneMet<F> {
+    /// A plane from a reference point; all is left open where the range of `F` is left.
+    pub fn new(plane: &Plane, reference: DVec3) -> PlaneMet<F> {
+        let (point, normal) = (plane.point - reference, Scaled::new(plane.normal).rounded());
         let (length, place) = (length_bound(normal), length_bound(point));
         let (point, place) = match place < F::LARGEST_ROOT {
             true => (point, place),
             false => (DVec3::ZERO, F::UNKNOWN / F::UNIT),
         };
-        PlaneMet { point: V3(point.to_array()), normal: V3(normal.to_array()), length, place }
+        let (point, normal) = (V3(point.to_array()), V3(normal.to_array()));
+        PlaneMet { point, normal, length, place }.round()
     }
 }
 

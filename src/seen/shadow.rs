@@ -45,11 +45,11 @@
 
 use glam::DVec3;
 
-use super::{PlaneMet, Record, SphereMet};
+use super::{PlaneMet, SphereMet};
 use crate::guard::{ROOM, length_bound, steps};
 use crate::num::fields::{numbers, words};
-use crate::num::{Float, Real, Scaled, V3};
-use crate::scene::{Object, Plane};
+use crate::num::{Float, Real, V3};
+use crate::scene::Object;
 
 /// What a squared distance and the square that it is compared with are off by together, in units. No test sees it cut: as a
 /// length it is less than a third of what [`OF_OFFSET`] grants, as no object is nearer to a ray than to the ray's start.
@@ -247,11 +247,8 @@ impl<F: Float> Met<F> {
     /// For arithmetic of `F`, from a reference point.
     pub fn new(object: Object, reference: DVec3) -> Met<F> {
         match object {
-            Object::Sphere(sphere) => Met::Sphere(SphereMet::met_from::<F>(sphere, reference)),
-            Object::Plane(Plane { point, normal, .. }) => {
-                let normal = Scaled::new(*normal).rounded();
-                Met::Plane(PlaneMet::new::<F>(*point - reference, normal).round())
-            }
+            Object::Sphere(sphere) => Met::Sphere(SphereMet::new(sphere, reference)),
+            Object::Plane(plane) => Met::Plane(PlaneMet::new(plane, reference)),
         }
     }
 

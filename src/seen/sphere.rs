@@ -505,23 +505,20 @@ record! {
     }
 }
 
-impl SphereMet<f64> {
-    /// For arithmetic of `F`, with a centre from the reference point; all is left open where its range is left. No test sees the
-    /// rounding of the radius left out: `OF_OFFSET` grants more of at least as long a way.
-    pub fn new<F: Float>(center: DVec3, radius: f64) -> SphereMet<f64> {
-        let r = radius.abs();
-        let largest = center.abs().max_element();
-        if !(1.0 / F::LARGEST_ROOT < r && r.max(largest) < F::LARGEST_ROOT) {
-            return SphereMet { center: V3([0.0; 3]), r: 1.0, place: F::UNKNOWN / F::UNIT };
-        }
-        let place = OF_PLACE * largest + F::ROUNDED * r;
-        SphereMet { center: V3(center.to_array()), r, place }
-    }
-
-    /// A sphere of a scene from a reference point, in numbers of `F`.
+impl<F: Float> SphereMet<F> {
+    /// A sphere from a reference point; all is left open where the range of `F` is left. No test sees the rounding of the radius
+    /// left out: `OF_OFFSET` grants more of at least as long a way.
     #[inline(always)]
-    pub fn met_from<F: Float>(sphere: &Sphere, reference: DVec3) -> SphereMet<F> {
-        SphereMet::new::<F>(sphere.center - reference, sphere.radius).round()
+    pub fn new(sphere: &Sphere, reference: DVec3) -> SphereMet<F> {
+        let (center, r) = (sphere.center - reference, sphere.radius.abs());
+        let largest = center.abs().max_element();
+        let met = if 1.0 / F::LARGEST_ROOT < r && r.max(largest) < F::LARGEST_ROOT {
+            let place = OF_PLACE * largest + F::ROUNDED * r;
+            SphereMet { center: V3(center.to_array()), r, place }
+        } else {
+            SphereMet { center: V3([0.0; 3]), r: 1.0, place: F::UNKNOWN / F::UNIT }
+        };
+        met.round()
     }
 }
 

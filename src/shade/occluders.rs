@@ -119,7 +119,7 @@ impl<'a> Occluders<'a> {
     /// A sphere in numbers of `F`.
     #[inline(always)]
     pub fn met<F: Float>(&self, sphere: &Sphere) -> SphereMet<F> {
-        SphereMet::met_from::<F>(sphere, self.prepared.reference)
+        SphereMet::new(sphere, self.prepared.reference)
     }
 
     /// The tree over many spheres.
