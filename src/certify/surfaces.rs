@@ -411,10 +411,8 @@ impl<'a, F: Float> Surfaces<'a, F> {
                 r.0[lane] = sphere.radius.abs();
             }
         }
-        let (l2, r2) = (center.dot(center), r * r);
-        let k_error = Lanes::lit(guard::K_ERROR * f64::UNIT) * (l2 + r2);
         let eye = &self.eye;
-        let seen = SphereSeen::of::<F>(center, r, l2 - r2, k_error, eye.input, eye);
+        let seen = SphereSeen::of::<F>(center, r, guard::k_in_f64(center, r), eye.input, eye);
         let is_close = is_close || Lanes::lit(0.0).lt(seen.is_close).any();
         let seen = SphereSeen::round_lanes(&seen);
         match is_close {

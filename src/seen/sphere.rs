@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use crate::exact::{ExactRay, sphere_numbers};
 use crate::guard::rows::{CHORD, LEAST_WIDTHS};
-use crate::guard::{self, Guard, InputError, ROOM, Reach, length_bound, length_bounds, steps};
+use crate::guard::{self, Guard, InputError, ROOM, length_bound, length_bounds, steps};
 use crate::num::{Float, Mask, Real, V3};
 use crate::scene::Sphere;
 
@@ -104,13 +104,13 @@ impl<R: Real<One = f64>> SphereLeaf<R> {
         r: R,
         l: R,
         is_outside: R::Mask,
-        errors: (R, f64),
+        input: InputError<R>,
         eye: &Eye,
     ) -> SphereLeaf<R> {
         let (lit, far) = (R::lit, F::FARTHEST);
         let in_range = is_in_range::<F, R>(r, l);
         let or = |number: R, open: f64| R::select(in_range, number, lit(open));
-        let Guard { inner2, outer2, slack } = Guard::new(r, l, eye.unit, errors);
+        let Guard { inner2, outer2, slack } = Guard::new(r, l, eye.unit, input);
         let near_most = match eye.spread > 0.0 {
             true => lit(F::BEYOND),
             false => R::select(is_outside, lit(F::BEYOND), lit(0.0)),
@@ -129,16 +129,10 @@ impl<R: Real<One = f64>> SphereLeaf<R> {
     #[inline(always)]
     pub fn at<F: Float>(center: V3<R>, r: R, eye: &Eye) -> SphereLeaf<R> {
         let l = length_bounds(center) + R::lit(eye.spread);
-        let (l2, r2) = (center.dot(center), r * r);
-        let k_error = R::lit(guard::K_ERROR * f64::UNIT) * (l2 + r2);
-        let is_outside = R::lit(0.0).lt((l2 - r2) + k_error);
-        let (InputError { offset, direction }, Reach { apart, turned }) = (eye.input, eye.reach);
-        // As `Reach::widen` has it.
-        let offset = match apart > 0.0 {
-            true => R::lit(offset) + R::lit(apart / eye.unit) / l,
-            false => R::lit(offset),
-        };
-        SphereLeaf::of::<F>(center, r, l, is_outside, (offset, direction + turned / eye.unit), eye)
+        let (k, k_error) = guard::k_in_f64(center, r);
+        let is_outside = R::lit(0.0).lt(k + k_error);
+        let input = eye.reach.widen(eye.input, l, eye.unit);
+        SphereLeaf::of::<F>(center, r, l, is_outside, input, eye)
     }
 }
 
@@ -186,9 +180,8 @@ impl SphereSeen<f64> {
     /// With bounds for arithmetic of `F`; all is left open where its range is left.
     pub fn new<F: Float>(sphere: &Sphere, eye: &Eye) -> SphereSeen<f64> {
         let (r, center) = (sphere.radius.abs(), sphere.center - eye.reference);
-        let (k, k_error) = k_of(center, sphere, eye);
         let input = eye.reach.widen(eye.input, length_bound(center) + eye.spread, eye.unit);
-        SphereSeen::of::<F>(V3(center.to_array()), r, k, k_error, input, eye)
+        SphereSeen::of::<F>(V3(center.to_array()), r, k_of(center, sphere, eye), input, eye)
     }
 }
 
@@ -199,8 +192,7 @@ impl<R: Real<One = f64>> SphereSeen<R> {
     pub fn of<F: Float>(
         center: V3<R>,
         r: R,
-        k: R,
-        k_error: R,
+        (k, k_error): (R, R),
         input: InputError,
         eye: &Eye,
     ) -> SphereSeen<R> {
@@ -210,9 +202,8 @@ impl<R: Real<One = f64>> SphereSeen<R> {
         let in_range = is_in_range::<F, R>(r, l);
         let or = |number: R, open: f64| R::select(in_range, number, lit(open));
         let InputError { offset, direction } = input;
-        let errors = (lit(offset), direction);
+        let errors = InputError { offset: lit(offset), direction };
         let leaf = SphereLeaf::of::<F>(center, r, l, lit(0.0).lt(k), errors, eye);
-        let Guard { inner2, outer2, .. } = Guard::new(r, l, eye.unit, errors);
         // Rounded, ½, and moved to an origin: `o·(c + l)` is off by `2(λ − 1)` of `|o|ℓ` for `o`, `λ + 3` for `c + l`, 6 for the
         // dot product; and the difference by one of `|k|` and 2 of `|o|ℓ`.
         let roundings_of_k = if eye.spread > 0.0 { 1.5 } else { 0.5 };
@@ -241,7 +232,7 @@ impl<R: Real<One = f64>> SphereSeen<R> {
         // a normal is granted more.
         let offset_error = lit(ROOM * eye.unit * offset) * l;
         let r2 = r * r;
-        let width2 = outer2 - inner2;
+        let width2 = leaf.outer2 - leaf.inner2;
         let least2 = (lit(LEAST) * r2).max(lit(LEAST_WIDTHS * ROOM) * width2);
         let far = F::FARTHEST;
         SphereSeen {
@@ -269,10 +260,15 @@ impl<R: Real<One = f64>> SphereSeen<R> {
     }
 }
 
+/// Relative error of `k` that still lets nearly every `t` be rounded to f32. No bound: it weighs an
+/// exact `k` once a sphere against an exact `t` for one ray in `2⁴²/2²⁸`.
+const K_TOLERANCE: f64 = 1.0 / (1u64 << 42) as f64;
+
 /// `k` with its exact sign, and what it is off by: in f64 where that tells it, else exactly and rounded once.
 fn k_of(center: DVec3, sphere: &Sphere, eye: &Eye) -> (f64, f64) {
-    if let Some(known) = guard::k_f64(center, sphere.radius) {
-        return known;
+    let (k, error) = guard::k_in_f64(V3(center.to_array()), sphere.radius);
+    if error <= K_TOLERANCE * k.abs() {
+        return (k, error);
     }
     let ray = ExactRay::new(&crate::rays::WorldRay { origin: eye.reference, direction: DVec3::X });
     match sphere_numbers(&ray, sphere) {

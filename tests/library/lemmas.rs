@@ -366,7 +366,7 @@ fn part_of_guard(x: &[f64], choices: u64, within: bool) -> Option<f64> {
     set_choices(choices, true);
     let (_, m) = closest_approach(d, ray(d).inv_a, l);
     let m = f64::from(m.0);
-    let guard = Guard::new(r, l_bound, UNIT_F32, (input.offset, input.direction));
+    let guard = Guard::new(r, l_bound, UNIT_F32, input);
     match within {
         true => (guard.inner2 > 0.0).then(|| (r * r - m) / (r * r - guard.inner2)),
         false => Some((m - r * r) / (guard.outer2 - r * r)),
@@ -408,12 +408,7 @@ fn the_slack() {
                 return None;
             }
             let r = distance(exact_l, exact_d) + x[12].abs();
-            let guard = Guard::new(
-                r,
-                guard::length_bound(exact_l),
-                UNIT_F32,
-                (input.offset, input.direction),
-            );
+            let guard = Guard::new(r, guard::length_bound(exact_l), UNIT_F32, input);
             let radius2 = match above {
                 true => round_up(guard.outer2),
                 false => round_down(guard.inner2),
@@ -675,12 +670,7 @@ fn roots_of_rows() {
             let exact_l = moved(rounded_l, &x[9..], error);
             let a = exact_d.length_squared();
             let (r, exact_r) = number(distance(exact_l, exact_d) + x[12].abs());
-            let guard = Guard::new(
-                exact_r,
-                guard::length_bound(exact_l),
-                UNIT_F32,
-                (input.offset, input.direction),
-            );
+            let guard = Guard::new(exact_r, guard::length_bound(exact_l), UNIT_F32, input);
             set_choices(choices, true);
             let (s, m) = closest_approach(d, ray(d).inv_a, l);
             let chord2 = r * r - m;

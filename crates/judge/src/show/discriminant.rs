@@ -80,8 +80,7 @@ impl<'a> Discriminants<'a> {
         let sphere = &self.prepared.scene.spheres[i];
         let View { position, lens, .. } = self.pixels.view;
         let distance = guard::length_bound(sphere.center - position) + self.spread;
-        let input = guard::input_of(lens);
-        let guard = Guard::new(sphere.radius, distance, f64::UNIT, (input.offset, input.direction));
+        let guard = Guard::new(sphere.radius, distance, f64::UNIT, guard::input_of(lens));
         if m < guard.inner2 {
             return 1;
         }
