@@ -33,7 +33,7 @@ impl<'a> List<'a> {
     #[inline(always)]
     pub fn one(&self, index: usize) -> num::Ray<f32> {
         let (from, way) = self.ray(index);
-        num::Ray::new(V3::near(from), V3::near(way))
+        num::Ray::new(V3::lit(from), V3::lit(way))
     }
 
     /// Some of them side by side; the last one stands for lanes that don't count.

@@ -124,7 +124,7 @@ fn statements<F: Float>(n: usize, part: f64) -> (Vec<String>, usize) {
     for _ in 0..n {
         let (from, lamp, shape) = case(&mut rng, F::UNIT);
         // The computed point is the true one.
-        let start = V3::near(from);
+        let start = V3::lit(from);
         let from = DVec3::from_array(start.0.map(F::to_f64));
         let ray = ShadowRay::new(&Aim::<F>::new(lamp.origin()), start, F::default());
         let ray = ShadowRay { unit: ray.unit * F::near(part), ..ray };
@@ -295,7 +295,7 @@ fn wrong_cosines<F: Float>(n: usize, part: f64) -> usize {
     let mut rng = ChaCha8Rng::seed_from_u64(1438);
     let mut n_wrong = 0;
     for _ in 0..n {
-        let start = V3::<F>::near(vector(&mut rng));
+        let start = V3::<F>::lit(vector(&mut rng));
         let from = DVec3::from_array(start.0.map(F::to_f64));
         // Close to a lamp its own rounding counts.
         let at = match rng.random_range(0..3) {
@@ -305,7 +305,7 @@ fn wrong_cosines<F: Float>(n: usize, part: f64) -> usize {
         let lamp = Lamp { at, is_sun: rng.random_bool(0.5) };
         let normal = vector(&mut rng);
         // The rounding of a unit normal.
-        let unit = V3::<F>::near(normal.normalize());
+        let unit = V3::<F>::lit(normal.normalize());
         let normal_error = F::near(F::UNIT);
         let ray = ShadowRay::new(&Aim::<F>::new(lamp.origin()), start, F::default());
         let (low, high) = ray.cosine(unit, normal_error);
