@@ -78,7 +78,7 @@ pub struct Pack<F: Float, const N: usize> {
     n_spheres: u32,
     /// Twice the offset of pixels from the picture's centre, to the right and to the top.
     pub offset: [Lanes<F, N>; 2],
-    /// The origins of a list's rays, and what their `t` is multiplied with.
+    /// The origins of a list's rays from the eye's reference point, and what their `t` is multiplied with.
     reference: V3<Lanes<F, N>>,
     scale: Lanes<F, N>,
     /// The rays.
@@ -396,22 +396,17 @@ impl<'a, F: Float> Surfaces<'a, F> {
         pack: &Pack<F, N>,
         is_close: bool,
     ) -> Surface<Lanes<F, N>> {
-        let spheres = &self.scene.spheres[..];
+        let (spheres, eye) = (&self.scene.spheres[..], &self.eye);
         let (mut center, mut r) = (V3([Lanes::<f64, N>::lit(0.0); 3]), Lanes::lit(0.0));
         for lane in 0..N {
             if let Some(sphere) = spheres.get((pack.ids[lane] as usize).wrapping_sub(1)) {
                 for axis in 0..3 {
-                    center.0[axis].0[lane] = match &self.rays {
-                        SurfaceRays::Pixels(..) => sphere.center[axis] - self.eye.reference[axis],
-                        SurfaceRays::List(_) => {
-                            sphere.center[axis] - pack.reference.0[axis].0[lane].to_f64()
-                        }
-                    };
+                    let from_eye = sphere.center[axis] - eye.reference[axis];
+                    center.0[axis].0[lane] = from_eye - pack.reference.0[axis].0[lane].to_f64();
                 }
                 r.0[lane] = sphere.radius.abs();
             }
         }
-        let eye = &self.eye;
         let seen = SphereSeen::of::<F>(center, r, guard::k_in_f64(center, r), eye.input, eye);
         let is_close = is_close || Lanes::lit(0.0).lt(seen.is_close).any();
         let seen = SphereSeen::round_lanes(&seen);
