@@ -23,7 +23,7 @@ use crate::num::Float as _;
 use crate::num::fields::words;
 use crate::rays::{Lens, Pixels, Rays, WorldRay, look_at_all};
 use crate::scene::{Object, Plane, Scene, Sphere};
-use crate::seen::{Eye, PlaneSeen, Record as _, Seen as _, SphereSeen};
+use crate::seen::{Eye, PlaneSeen, Record as _, Seen as _, SphereLeaf, SphereSeen};
 use crate::shape::PlanePlace;
 use crate::trace::Wants;
 
@@ -218,7 +218,8 @@ impl Prepared {
             None if self.in_range => self.scene.spheres.len(),
             None => 0,
         };
-        let spheres = vec![words(&SphereSeen::<f32>::nowhere()); n_spheres];
+        // A sphere's words begin with those of its leaf; the others are 0.
+        let spheres = vec![words(&SphereLeaf::<f32>::nowhere()); n_spheres];
         let planes = vec![words(&PlaneSeen::NEVER.round::<f32>()); self.scene.planes.len()];
         let (mut lists, mut any_close) = (Lists { spheres, planes }, false);
         let eye = &self.eye;

@@ -63,12 +63,6 @@ macro_rules! record {
 
         impl<R: Copy> Copy for $name<R> {}
 
-        impl<R: Default> Default for $name<R> {
-            fn default() -> Self {
-                $name { $($field: Default::default(),)* }
-            }
-        }
-
         $crate::num::fields::numbers! { $name { $($field: $kind),* } }
 
         impl $crate::seen::Record for $name<f64> {

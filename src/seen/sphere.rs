@@ -87,7 +87,7 @@ pub fn is_near_surface<R: Real<One = f64>>(from_reference: R, r: R, l: R) -> R::
 }
 
 impl<F: Float> SphereLeaf<F> {
-    /// What no ray meets.
+    /// What no ray meets, whatever else a [`SphereSeen`] that begins with it says.
     pub fn nowhere() -> SphereLeaf<F> {
         let (below, one) = (F::near(-1.0), F::near(1.0));
         let center = V3([F::default(); 3]);
@@ -165,14 +165,6 @@ impl<R: Copy> SphereSeen<R> {
     pub fn leaf(&self) -> SphereLeaf<R> {
         let &SphereSeen { center, inner2, outer2, slack, near_most, .. } = self;
         SphereLeaf { center, inner2, outer2, slack, near_most }
-    }
-}
-
-impl<F: Float> SphereSeen<F> {
-    /// What no ray meets.
-    pub fn nowhere() -> SphereSeen<F> {
-        let SphereLeaf { inner2, outer2, slack, near_most, .. } = SphereLeaf::nowhere();
-        SphereSeen { inner2, outer2, slack, near_most, ..SphereSeen::default() }
     }
 }
 
