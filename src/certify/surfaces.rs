@@ -409,7 +409,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
         }
         let seen = SphereSeen::of::<F>(center, r, guard::k_in_f64(center, r), eye.input, eye);
         let is_close = is_close || Lanes::lit(0.0).lt(seen.is_close).any();
-        let seen = SphereSeen::round_lanes(&seen);
+        let seen = seen.round_lanes();
         match is_close {
             false => SphereSeen::surface(&seen, &pack.ray, &self.lengths.map(Lanes::splat)),
             true => SphereSeen::surface_close(&seen, &pack.ray, &self.lengths.map(Lanes::splat)),
@@ -429,12 +429,11 @@ impl<'a, F: Float> Surfaces<'a, F> {
                         l.0[axis].0[lane] = plane.point[axis] - origin;
                     }
                 }
-                let normal = Scaled::new(plane.normal).rounded();
-                let mut seen = PlaneSeen::of::<F>(normal, l, &self.eye);
+                let mut seen = PlaneSeen::of::<F>(plane, l, &self.eye);
                 if let Some(unit) = self.units.get(index) {
                     seen = rounded(seen, unit, Lanes::lit);
                 }
-                PlaneSeen::round_lanes(&seen)
+                seen.round_lanes()
             }
             // Undecided.
             (None, None) => return Surface::unknown(),

@@ -73,7 +73,8 @@ impl PlaneSeen<f64> {
 
 impl<R: Real<One = f64>> PlaneSeen<R> {
     /// A plane whose point is at `l` from the eyes' reference points.
-    pub fn of<F: Float>(normal: DVec3, l: V3<R>, eye: &Eye) -> PlaneSeen<R> {
+    pub fn of<F: Float>(plane: &Plane, l: V3<R>, eye: &Eye) -> PlaneSeen<R> {
+        let normal = Scaled::new(plane.normal).rounded();
         let distance = length_bounds(l) + R::lit(eye.spread);
         let error = R::lit(guard::N_ERROR * f64::UNIT * length_bound(normal)) * distance;
         PlaneSeen::at::<F>(normal, V3::lit(normal).dot(l), error, distance, eye)

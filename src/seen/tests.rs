@@ -343,10 +343,9 @@ fn offsets_of_planes_are_within_their_error() {
         let unit = guard::host::HOST_UNIT_F64;
         let eye = Eye { reference: origin, spread: 0.0, input, reach, unit };
         let Some(exact) = plane::numerator(&plane, &eye) else { continue };
-        let scaled = Scaled::new(normal);
-        let exact = exact * crate::prepare::power_of_two(-scaled.exponent());
+        let exact = exact * crate::prepare::power_of_two(-Scaled::new(normal).exponent());
         let l = V3((plane.point - origin).to_array());
-        let seen = PlaneSeen::of::<f64>(scaled.rounded(), l, &eye);
+        let seen = PlaneSeen::of::<f64>(&plane, l, &eye);
         most = most.max((seen.offset - exact).abs() / seen.offset_error);
     }
     assert!(most <= 1.0 && most > 0.1, "{most}");
