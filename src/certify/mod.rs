@@ -45,7 +45,8 @@ impl Decided {
 /// The stages after f32 for one scene and its rays.
 pub(crate) struct Stage<'a> {
     scene: &'a Scene,
-    rays: ExactRays<'a>,
+    rays: &'a Rays,
+    exact: ExactRays<'a>,
     /// Has the spheres that are not listed.
     hierarchy: Option<&'a Hierarchy>,
     /// What f64 says of them.
@@ -57,7 +58,7 @@ impl<'a> Stage<'a> {
         let scene = &*prepared.scene;
         let find = Find64::new(prepared, rays);
         let hierarchy = prepared.hierarchy.as_ref();
-        Stage { scene, rays: rays.into(), hierarchy, find }
+        Stage { scene, rays, exact: rays.into(), hierarchy, find }
     }
 
     /// Fills in `t` and normals of the rays from `first` on, which see these objects: in f64, with more digits, and exactly.

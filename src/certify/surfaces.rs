@@ -5,12 +5,12 @@
 use pulp::{Simd, WithSimd};
 
 use super::Stage;
-use crate::exact::{ExactHit, ExactRay, ExactRays, visible_hit};
+use crate::exact::{ExactHit, ExactRay, visible_hit};
 use crate::guard::host::{HOST_UNIT_F64, input_in_f64};
 use crate::guard::{self, InputError, Reach};
 use crate::num::{Bits, Float, LaneBits, Lanes, Mask, Real, V3, dispatch, one_by_one};
 use crate::prepare::{Scaled, power_of_two};
-use crate::rays::{Frame, Lens, Pixels};
+use crate::rays::{Frame, Lens, Rays};
 use crate::scene::{Plane, Scene};
 use crate::seen::{Eye, Lengths, PlaneSeen, Ray, Record, Seen, SphereSeen, Surface};
 use crate::shape::plane_normal;
@@ -47,19 +47,15 @@ pub struct Surfaces<'a, F: Float> {
     are_known: bool,
     eye: Eye,
     pub lengths: Lengths<F>,
-    rays: SurfaceRays<'a, F>,
+    rays: &'a Rays,
+    /// A picture's; none for lists.
+    camera: Option<Frame<F>>,
     /// With their ids, in the order of these, and whether they are close: of pictures those that are not in a hierarchy's tree.
     spheres: Vec<(u32, SphereSeen<F>, bool)>,
     /// By index; none for lists.
     planes: Vec<PlaneSeen<F>>,
     /// The planes' unit normals in f32, by index, where `t` and normals are to be rounded; else none.
     units: Vec<[f32; 3]>,
-}
-
-/// The rays of [`ExactRays`], with a picture's camera in numbers of `F`.
-enum SurfaceRays<'a, F> {
-    Pixels(&'a Pixels, Frame<F>),
-    List(&'a [crate::rays::WorldRay]),
 }
 
 /// What the rays of a pack see.
@@ -148,9 +144,9 @@ impl<F: Float, const N: usize> Pack<F, N> {
 impl<'a> Surfaces<'a, f64> {
     /// For points and unit normals in f64.
     pub fn in_f64(stage: &Stage<'a>) -> Surfaces<'a, f64> {
-        let lens = match &stage.rays {
-            ExactRays::Pixels(pixels, _) => Some(pixels.view.lens),
-            ExactRays::List(_) => None,
+        let lens = match stage.rays {
+            Rays::Pixels(pixels) => Some(pixels.view.lens),
+            Rays::List(_) => None,
         };
         Surfaces::new(stage, input_in_f64(lens), HOST_UNIT_F64)
     }
@@ -177,9 +173,9 @@ impl<'a> Surfaces<'a, f64> {
         t: &mut [f32],
         normal: &mut [[f32; 3]],
     ) {
-        let row = match &self.rays {
-            SurfaceRays::Pixels(pixels, _) => pixels.width as usize,
-            SurfaceRays::List(_) => ids.len(),
+        let row = match self.rays {
+            Rays::Pixels(pixels) => pixels.width as usize,
+            Rays::List(_) => ids.len(),
         };
         let rows = ids.chunks(row).zip(t.chunks_mut(row)).zip(normal.chunks_mut(row));
         for (first, ((ids, t), normal)) in (first..).step_by(row).zip(rows) {
@@ -198,8 +194,8 @@ impl<'a> Surfaces<'a, f64> {
         for (pack, ids) in packs.iter_mut().zip(ids.chunks(LANES)) {
             pack.see(ids, n_spheres);
         }
-        match &self.rays {
-            SurfaceRays::Pixels(pixels, _) => {
+        match self.rays {
+            Rays::Pixels(pixels) => {
                 let (x, y) = pixels.xy(first);
                 let (i, j) = pixels.offset2(x, y);
                 let columns = Lanes(std::array::from_fn(|lane| 2.0 * lane as f64));
@@ -209,7 +205,7 @@ impl<'a> Surfaces<'a, f64> {
                     pack.offset = [across, Lanes::lit(j as f64)];
                 }
             }
-            SurfaceRays::List(rays) => {
+            Rays::List(rays) => {
                 let last = first + ids.len() - 1;
                 for (at, pack) in (first..).step_by(LANES).zip(packs) {
                     for lane in 0..LANES {
@@ -238,29 +234,26 @@ impl<'a> Surfaces<'a, f32> {
 
 impl<'a, F: Float> Surfaces<'a, F> {
     fn new(stage: &Stage<'a>, input: InputError, unit: f64) -> Surfaces<'a, F> {
-        let reach = Reach::default();
-        let (eye, longest, rays) = match &stage.rays {
-            ExactRays::Pixels(pixels, _) => {
-                let eye = Eye { input, ..Eye::of_pixels(pixels, reach, unit) };
-                let rays = SurfaceRays::Pixels(pixels, Frame::of_pixels(pixels));
-                (eye, pixels.longest_direction(), rays)
+        let (eye, longest) = match stage.rays {
+            Rays::Pixels(pixels) => {
+                (Eye::of_pixels(pixels, Reach::default(), unit), pixels.longest_direction())
             }
-            ExactRays::List(rays) => {
-                let eye = Eye { reference: DVec3::ZERO, spread: 0.0, input, reach, unit };
-                (eye, LONGEST_SCALED, SurfaceRays::List(rays))
-            }
+            Rays::List(_) => (Eye { unit, ..Eye::of_list(DVec3::ZERO, 0.0) }, LONGEST_SCALED),
         };
+        let eye = Eye { input, ..eye };
         let mut found = Surfaces {
             scene: stage.scene,
             are_known: stage.find.are_known(),
             eye,
             lengths: Lengths::new(&eye, longest),
-            rays,
+            rays: stage.rays,
+            camera: None,
             spheres: Vec::new(),
             planes: Vec::new(),
             units: Vec::new(),
         };
-        if let ExactRays::Pixels(..) = &stage.rays {
+        if let Rays::Pixels(pixels) = stage.rays {
+            found.camera = Some(Frame::of_pixels(pixels));
             let spheres = &stage.scene.spheres[..];
             let seen = |id: u32| {
                 let seen = SphereSeen::new::<F>(&spheres[id as usize - 1], &eye);
@@ -284,12 +277,12 @@ impl<'a, F: Float> Surfaces<'a, F> {
 
     #[inline(always)]
     fn aim<const N: usize>(&self, pack: &mut Pack<F, N>) {
-        pack.ray = match &self.rays {
-            SurfaceRays::Pixels(_, camera) => {
+        pack.ray = match &self.camera {
+            Some(camera) => {
                 let [across, up] = pack.offset;
                 camera.ray(across, up)
             }
-            SurfaceRays::List(_) => Ray::new(pack.ray.origin, pack.ray.direction),
+            None => Ray::new(pack.ray.origin, pack.ray.direction),
         };
     }
 
@@ -550,7 +543,7 @@ impl Stage<'_> {
         if let Some(surface) = self.surface_in_balls(index, object) {
             return Some(surface);
         }
-        let ray = self.rays.ray(index);
+        let ray = self.exact.ray(index);
         let hit = visible_hit(&ray, id, object);
         debug_assert!(hit.is_some(), "object {id} was decided for ray {index} but is not hit");
         Some(exact_surface(&ray, &hit?))
