@@ -195,7 +195,8 @@ impl<R: Real<One = f64>> SphereSeen<R> {
         let or = |number: R, open: f64| R::select(in_range, number, lit(open));
         let InputError { offset, direction } = input;
         let errors = InputError { offset: lit(offset), direction };
-        let leaf = SphereLeaf::of::<F>(center, r, l, lit(0.0).lt(k), errors, eye);
+        let SphereLeaf { center, inner2, outer2, slack, near_most } =
+            SphereLeaf::of::<F>(center, r, l, lit(0.0).lt(k), errors, eye);
         // Rounded, ½, and moved to an origin: `o·(c + l)` is off by `2(λ − 1)` of `|o|ℓ` for `o`, `λ + 3` for `c + l`, 6 for the
         // dot product; and the difference by one of `|k|` and 2 of `|o|ℓ`.
         let roundings_of_k = if eye.spread > 0.0 { 1.5 } else { 0.5 };
@@ -224,15 +225,15 @@ impl<R: Real<One = f64>> SphereSeen<R> {
         // a normal is granted more.
         let offset_error = lit(ROOM * eye.unit * offset) * l;
         let r2 = r * r;
-        let width2 = leaf.outer2 - leaf.inner2;
+        let width2 = outer2 - inner2;
         let least2 = (lit(LEAST) * r2).max(lit(LEAST_WIDTHS * ROOM) * width2);
         let far = F::FARTHEST;
         SphereSeen {
-            center: leaf.center,
-            inner2: leaf.inner2,
-            outer2: leaf.outer2,
-            slack: leaf.slack,
-            near_most: leaf.near_most,
+            center,
+            inner2,
+            outer2,
+            slack,
+            near_most,
             k: or(k, 0.0),
             k_error: or(k_error, 2.0 * far * far),
             is_close: or(R::select(is_close, lit(close), lit(0.0)), 0.0),
