@@ -72,7 +72,7 @@ impl<'a> Stage<'a> {
         control: &Control,
         room: &mut Vec<PackF64>,
     ) -> Result<()> {
-        match surfaces.are_known() {
+        match surfaces.are_known {
             true => surfaces.round(first, ids, room, t, normal),
             false => t.fill(0.0),
         }

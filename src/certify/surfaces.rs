@@ -44,7 +44,8 @@ pub(super) const LONGEST_SCALED: f64 = 3.47;
 /// Finds where the rays of a stage meet what they are known to hit, in numbers of `F`.
 pub struct Surfaces<'a, F: Float> {
     scene: &'a Scene,
-    are_known: bool,
+    /// Whether its bounds hold for these rays.
+    pub are_known: bool,
     eye: Eye,
     pub lengths: Lengths<F>,
     rays: &'a Rays,
@@ -268,11 +269,6 @@ impl<'a, F: Float> Surfaces<'a, F> {
             found.planes = stage.scene.planes.iter().map(plane).collect();
         }
         found
-    }
-
-    /// Whether its bounds hold for these rays.
-    pub fn are_known(&self) -> bool {
-        self.are_known
     }
 
     #[inline(always)]

@@ -99,7 +99,7 @@ impl<R: Real<One = f64>> SphereLeaf<R> {
     /// Spheres at `center` from the eye's reference point and up to `l` from its rays' origins; all is left open out of the
     /// range of `F`. Where the eye is one point, `is_outside` may hold in doubt, and holds if it is outside.
     #[inline(always)]
-    pub fn of<F: Float>(
+    fn of<F: Float>(
         center: V3<R>,
         r: R,
         l: R,
