@@ -411,13 +411,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
         let seen = match (self.planes.get(index), self.scene.planes.get(index)) {
             (Some(seen), _) => PlaneSeen::splat(seen),
             (None, Some(plane)) => {
-                let mut l = V3([Lanes::<f64, N>::lit(0.0); 3]);
-                for axis in 0..3 {
-                    for lane in 0..N {
-                        let origin = pack.reference.0[axis].0[lane].to_f64();
-                        l.0[axis].0[lane] = plane.point[axis] - origin;
-                    }
-                }
+                let l = V3::lit(plane.point) - pack.reference.map(|x| x.each(F::to_f64));
                 let mut seen = PlaneSeen::of::<F>(plane, l, &self.eye);
                 if let Some(unit) = self.units.get(index) {
                     seen = rounded(seen, unit, Lanes::lit);
