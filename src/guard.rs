@@ -142,11 +142,11 @@ use crate::num::{Float, Real, V3};
 use crate::rays::{Lens, Pixels, View};
 pub use squares::{LARGEST_TURN, Reach};
 
-/// Error of a ray's numbers, in units `ε`.
+/// Error of a ray's numbers, in units `ε`; that of offsets may differ from lane to lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InputError {
+pub struct InputError<R = f64> {
     /// `λ`: of the offset, relative to `ℓ`.
-    pub offset: f64,
+    pub offset: R,
     /// `δ`: of the direction, relative to `|d|`.
     pub direction: f64,
 }
@@ -198,10 +198,11 @@ pub struct Guard<R> {
 
 impl<R: Real<One = f64>> Guard<R> {
     /// The guard of a sphere of radius `r` at distance at most `l`, for arithmetic of unit `unit` and inputs that are off by
-    /// [`InputError`]'s numbers. The constants are derived at the head of this module; the host's own rounding (f64) is covered
+    /// `input`. The constants are derived at the head of this module; the host's own rounding (f64) is covered
     /// by their third digit.
     #[inline(always)]
-    pub fn new(r: R, l: R, unit: f64, (offset, direction): (R, f64)) -> Guard<R> {
+    pub fn new(r: R, l: R, unit: f64, input: InputError<R>) -> Guard<R> {
+        let InputError { offset, direction } = input;
         let eta = R::lit(unit) * l;
         let kappa_eta = (R::lit(steps::FOOT + direction) + offset) * eta;
         // No test sees the 8 halved: that is nothing in f32, and in f64 the host's rounding is half of a unit.
@@ -298,15 +299,9 @@ impl Pixels {
 /// Largest exponent of a list's direction, either way, with which `t` surely stays in f32's range.
 pub const LARGEST_EXPONENT: i32 = 30;
 
-/// Relative error of `k` that still lets nearly every `t` be rounded to f32. No bound: it weighs an
-/// exact `k` once a sphere against an exact `t` for one ray in `2⁴²/2²⁸`.
-pub(crate) const K_TOLERANCE: f64 = 1.0 / (1u64 << 42) as f64;
-
-/// `k = l·l − r²` in f64, for `l` rounded once, and a bound of its error; `None` where that is not
-/// good enough to round `t`.
+/// `k = l·l − r²` in f64, for `l` rounded once, and a bound of its error.
 #[inline(always)]
-pub fn k_f64(l: DVec3, r: f64) -> Option<(f64, f64)> {
-    let (l2, r2) = (l.length_squared(), r * r);
-    let (k, error) = (l2 - r2, K_ERROR * f64::UNIT * (l2 + r2));
-    (error <= K_TOLERANCE * k.abs()).then_some((k, error))
+pub(crate) fn k_in_f64<R: Real<One = f64>>(l: V3<R>, r: R) -> (R, R) {
+    let (l2, r2) = (l.dot(l), r * r);
+    (l2 - r2, R::lit(K_ERROR * f64::UNIT) * (l2 + r2))
 }

@@ -23,7 +23,7 @@ use crate::num::Float as _;
 use crate::num::fields::words;
 use crate::rays::{Lens, Pixels, Rays, WorldRay, look_at_all};
 use crate::scene::{Object, Scene, Sphere};
-use crate::seen::{Eye, PlaneSeen, Record as _, Seen as _, SphereSeen};
+use crate::seen::{Eye, PlaneSeen, Record as _, Seen as _, SphereLeaf, SphereSeen};
 use crate::shape::PlanePlace;
 use crate::trace::Wants;
 
@@ -221,7 +221,8 @@ impl Prepared {
             None if self.in_range => self.scene.spheres.len(),
             None => 0,
         };
-        let mut spheres = vec![words(&SphereSeen::<f32>::nowhere()); n_spheres];
+        // A sphere's words begin with those of its leaf; the others are 0.
+        let mut spheres = vec![words(&SphereLeaf::<f32>::nowhere()); n_spheres];
         let mut planes = vec![words(&PlaneSeen::NEVER.round::<f32>()); self.scene.planes.len()];
         let mut any_close = false;
         let listed = if self.in_range { self.listed(self.rest()) } else { Vec::new() };

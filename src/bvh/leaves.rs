@@ -12,7 +12,7 @@ use crate::guard::length_bounds;
 use crate::num::fields::words;
 use crate::num::{Lanes, Real, V3, dispatch};
 use crate::scene::Sphere;
-use crate::seen::{Eye, Nearest, Ray, Record, SphereLeaf, is_near_surface};
+use crate::seen::{Eye, Nearest, Ray, SphereLeaf, is_near_surface};
 
 /// Spheres that are looked at side by side.
 const BLOCK: usize = 8;
@@ -81,7 +81,7 @@ impl Leaves {
     #[inline(always)]
     pub fn add<R: Real<One = f32>>(&self, place: u32, ray: &Ray<R>, best: &mut Nearest<R>) -> bool {
         let Leaf { seen, id } = self.leaf(place);
-        let next = <SphereLeaf<f64> as Record>::splat::<R>(seen).bounds(ray);
+        let next = seen.map(R::splat).bounds(ray);
         if let Some(next) = next {
             *best = best.with(next, R::splat_id(*id));
         }
@@ -118,7 +118,7 @@ impl WithSimd for See<'_> {
             }
             r.0[lane] = sphere.radius.abs();
         }
-        let seen = <SphereLeaf<f64> as Record>::round_lanes(&SphereLeaf::at::<f32>(center, r, eye));
+        let seen = SphereLeaf::at::<f32>(center, r, eye).round_lanes();
         let mut is_close = [false; BLOCK];
         // From elsewhere the size of a sphere hides no more than its own part of the distance.
         if eye.spread == 0.0 && eye.reach.apart == 0.0 {

@@ -61,7 +61,7 @@ impl Stage<'_> {
             Err(found) => found,
         };
         let object = |&(id, _): &(u32, f64)| Some((id, self.scene.object(id)?));
-        let seen = nearest(&self.rays.ray(index), found.iter().filter_map(object));
+        let seen = nearest(&self.exact.ray(index), found.iter().filter_map(object));
         (seen.map_or(0, |hit| hit.id), Level::Exact)
     }
 }

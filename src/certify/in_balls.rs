@@ -9,8 +9,8 @@ use std::array::from_fn;
 
 use super::Stage;
 use super::surfaces::{TAndNormal, unit_f32};
-use crate::exact::{Ball, ExactRays};
-use crate::rays::{Lens, Pixels, WorldRay};
+use crate::exact::Ball;
+use crate::rays::{Lens, Pixels, Rays, WorldRay};
 use crate::scene::Object;
 use glam::DVec3;
 
@@ -95,9 +95,9 @@ impl Sight {
 
 impl Stage<'_> {
     pub fn surface_in_balls(&self, index: usize, object: Object) -> Option<TAndNormal> {
-        let sight = |point: DVec3| match &self.rays {
-            ExactRays::Pixels(pixels, _) => Sight::of_pixel(pixels, index, point),
-            ExactRays::List(rays) => Sight::of_ray(&rays[index], point),
+        let sight = |point: DVec3| match self.rays {
+            Rays::Pixels(pixels) => Sight::of_pixel(pixels, index, point),
+            Rays::List(rays) => Sight::of_ray(&rays[index], point),
         };
         match object {
             Object::Sphere(sphere) => {

@@ -46,7 +46,8 @@ impl Decided {
 /// The stages after f32 for one scene and its rays.
 pub(crate) struct Stage<'a> {
     scene: &'a Scene,
-    rays: ExactRays<'a>,
+    rays: &'a Rays,
+    exact: ExactRays<'a>,
     /// Has the spheres that are not listed.
     hierarchy: Option<&'a Hierarchy>,
     /// What f64 says of them.
@@ -58,7 +59,7 @@ impl<'a> Stage<'a> {
         let scene = &*prepared.scene;
         let find = Find64::new(prepared, rays);
         let hierarchy = prepared.hierarchy.as_ref();
-        Stage { scene, rays: rays.into(), hierarchy, find }
+        Stage { scene, rays, exact: rays.into(), hierarchy, find }
     }
 
     /// Fills in `t` and normals of the rays from `first` on, which see these objects: in f64, with more digits, and exactly.
@@ -72,7 +73,7 @@ impl<'a> Stage<'a> {
         control: &Control,
         room: &mut Vec<PackF64>,
     ) -> Result<()> {
-        match surfaces.are_known() {
+        match surfaces.are_known {
             true => surfaces.round(first, ids, room, t, normal),
             false => t.fill(0.0),
         }

@@ -6,7 +6,7 @@ use crate::exact::{ExactPoint, visible_hit};
 impl<'a> Stage<'a> {
     /// The point that a ray is known to see, exactly.
     pub(crate) fn exact_point(&self, index: usize, id: u32) -> Option<ExactPoint<'a>> {
-        let ray = self.rays.ray(index);
+        let ray = self.exact.ray(index);
         Some(ExactPoint::new(&ray, &visible_hit(&ray, id, self.scene.object(id)?)?))
     }
 }
@@ -63,7 +63,7 @@ mod tests {
             let prepared = Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap();
             let stage = Stage::new(&prepared, &rays);
             let ids: Vec<u32> = (0..pixels.len())
-                .map(|at| nearest(&stage.rays.ray(at), scene.objects()).map_or(0, |hit| hit.id))
+                .map(|at| nearest(&stage.exact.ray(at), scene.objects()).map_or(0, |hit| hit.id))
                 .collect();
             let (surfaces, mut packs) = (Surfaces::in_f64(&stage), Vec::new());
             for (at, &id) in ids.iter().enumerate() {

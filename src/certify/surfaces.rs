@@ -5,12 +5,12 @@
 use pulp::{Simd, WithSimd};
 
 use super::Stage;
-use crate::exact::{ExactHit, ExactRay, ExactRays, visible_hit};
+use crate::exact::{ExactHit, ExactRay, visible_hit};
 use crate::guard::host::{HOST_UNIT_F64, input_in_f64};
 use crate::guard::{self, InputError, Reach};
 use crate::num::{Bits, Float, LaneBits, Lanes, Mask, Real, V3, dispatch, one_by_one};
 use crate::prepare::{Scaled, power_of_two};
-use crate::rays::{Frame, Lens, Pixels};
+use crate::rays::{Frame, Lens, Rays};
 use crate::scene::{Plane, Scene};
 use crate::seen::{Eye, Lengths, PlaneSeen, Ray, Record, Seen, SphereSeen, Surface};
 use crate::shape::plane_normal;
@@ -44,22 +44,19 @@ pub(super) const LONGEST_SCALED: f64 = 3.47;
 /// Finds where the rays of a stage meet what they are known to hit, in numbers of `F`.
 pub struct Surfaces<'a, F: Float> {
     scene: &'a Scene,
-    are_known: bool,
+    /// Whether its bounds hold for these rays.
+    pub are_known: bool,
     eye: Eye,
     pub lengths: Lengths<F>,
-    rays: SurfaceRays<'a, F>,
+    rays: &'a Rays,
+    /// A picture's; none for lists.
+    camera: Option<Frame<F>>,
     /// With their ids, in the order of these, and whether they are close: of pictures those that are not in a hierarchy's tree.
     spheres: Vec<(u32, SphereSeen<F>, bool)>,
     /// By index; none for lists.
     planes: Vec<PlaneSeen<F>>,
     /// The planes' unit normals in f32, by index, where `t` and normals are to be rounded; else none.
     units: Vec<[f32; 3]>,
-}
-
-/// The rays of [`ExactRays`], with a picture's camera in numbers of `F`.
-enum SurfaceRays<'a, F> {
-    Pixels(&'a Pixels, Frame<F>),
-    List(&'a [crate::rays::WorldRay]),
 }
 
 /// What the rays of a pack see.
@@ -78,7 +75,7 @@ pub struct Pack<F: Float, const N: usize> {
     n_spheres: u32,
     /// Twice the offset of pixels from the picture's centre, to the right and to the top.
     pub offset: [Lanes<F, N>; 2],
-    /// The origins of a list's rays, and what their `t` is multiplied with.
+    /// The origins of a list's rays from the eye's reference point, and what their `t` is multiplied with.
     reference: V3<Lanes<F, N>>,
     scale: Lanes<F, N>,
     /// The rays.
@@ -148,9 +145,9 @@ impl<F: Float, const N: usize> Pack<F, N> {
 impl<'a> Surfaces<'a, f64> {
     /// For points and unit normals in f64.
     pub fn in_f64(stage: &Stage<'a>) -> Surfaces<'a, f64> {
-        let lens = match &stage.rays {
-            ExactRays::Pixels(pixels, _) => Some(pixels.view.lens),
-            ExactRays::List(_) => None,
+        let lens = match stage.rays {
+            Rays::Pixels(pixels) => Some(pixels.view.lens),
+            Rays::List(_) => None,
         };
         Surfaces::new(stage, input_in_f64(lens), HOST_UNIT_F64)
     }
@@ -177,9 +174,9 @@ impl<'a> Surfaces<'a, f64> {
         t: &mut [f32],
         normal: &mut [[f32; 3]],
     ) {
-        let row = match &self.rays {
-            SurfaceRays::Pixels(pixels, _) => pixels.width as usize,
-            SurfaceRays::List(_) => ids.len(),
+        let row = match self.rays {
+            Rays::Pixels(pixels) => pixels.width as usize,
+            Rays::List(_) => ids.len(),
         };
         let rows = ids.chunks(row).zip(t.chunks_mut(row)).zip(normal.chunks_mut(row));
         for (first, ((ids, t), normal)) in (first..).step_by(row).zip(rows) {
@@ -198,8 +195,8 @@ impl<'a> Surfaces<'a, f64> {
         for (pack, ids) in packs.iter_mut().zip(ids.chunks(LANES)) {
             pack.see(ids, n_spheres);
         }
-        match &self.rays {
-            SurfaceRays::Pixels(pixels, _) => {
+        match self.rays {
+            Rays::Pixels(pixels) => {
                 let (x, y) = pixels.xy(first);
                 let (i, j) = pixels.offset2(x, y);
                 let columns = Lanes(std::array::from_fn(|lane| 2.0 * lane as f64));
@@ -209,7 +206,7 @@ impl<'a> Surfaces<'a, f64> {
                     pack.offset = [across, Lanes::lit(j as f64)];
                 }
             }
-            SurfaceRays::List(rays) => {
+            Rays::List(rays) => {
                 let last = first + ids.len() - 1;
                 for (at, pack) in (first..).step_by(LANES).zip(packs) {
                     for lane in 0..LANES {
@@ -238,29 +235,26 @@ impl<'a> Surfaces<'a, f32> {
 
 impl<'a, F: Float> Surfaces<'a, F> {
     fn new(stage: &Stage<'a>, input: InputError, unit: f64) -> Surfaces<'a, F> {
-        let reach = Reach::default();
-        let (eye, longest, rays) = match &stage.rays {
-            ExactRays::Pixels(pixels, _) => {
-                let eye = Eye { input, ..Eye::of_pixels(pixels, reach, unit) };
-                let rays = SurfaceRays::Pixels(pixels, Frame::of_pixels(pixels));
-                (eye, pixels.longest_direction(), rays)
+        let (eye, longest) = match stage.rays {
+            Rays::Pixels(pixels) => {
+                (Eye::of_pixels(pixels, Reach::default(), unit), pixels.longest_direction())
             }
-            ExactRays::List(rays) => {
-                let eye = Eye { reference: DVec3::ZERO, spread: 0.0, input, reach, unit };
-                (eye, LONGEST_SCALED, SurfaceRays::List(rays))
-            }
+            Rays::List(_) => (Eye { unit, ..Eye::of_list(DVec3::ZERO, 0.0) }, LONGEST_SCALED),
         };
+        let eye = Eye { input, ..eye };
         let mut found = Surfaces {
             scene: stage.scene,
             are_known: stage.find.are_known(),
             eye,
             lengths: Lengths::new(&eye, longest),
-            rays,
+            rays: stage.rays,
+            camera: None,
             spheres: Vec::new(),
             planes: Vec::new(),
             units: Vec::new(),
         };
-        if let ExactRays::Pixels(..) = &stage.rays {
+        if let Rays::Pixels(pixels) = stage.rays {
+            found.camera = Some(Frame::of_pixels(pixels));
             let spheres = &stage.scene.spheres[..];
             let seen = |id: u32| {
                 let seen = SphereSeen::new::<F>(&spheres[id as usize - 1], &eye);
@@ -277,19 +271,14 @@ impl<'a, F: Float> Surfaces<'a, F> {
         found
     }
 
-    /// Whether its bounds hold for these rays.
-    pub fn are_known(&self) -> bool {
-        self.are_known
-    }
-
     #[inline(always)]
     fn aim<const N: usize>(&self, pack: &mut Pack<F, N>) {
-        pack.ray = match &self.rays {
-            SurfaceRays::Pixels(_, camera) => {
+        pack.ray = match &self.camera {
+            Some(camera) => {
                 let [across, up] = pack.offset;
                 camera.ray(across, up)
             }
-            SurfaceRays::List(_) => Ray::new(pack.ray.origin, pack.ray.direction),
+            None => Ray::new(pack.ray.origin, pack.ray.direction),
         };
     }
 
@@ -376,7 +365,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
     #[inline(always)]
     fn keep_of_sphere<const N: usize>(&self, pack: &mut Pack<F, N>) {
         let Some((seen, is_close)) = self.sphere_of(pack) else { return };
-        let (seen, lengths) = (SphereSeen::splat(seen), self.lengths.splat());
+        let (seen, lengths) = (SphereSeen::splat(seen), self.lengths.map(Lanes::splat));
         match is_close {
             false => pack.surface = SphereSeen::surface(&seen, &pack.ray, &lengths),
             true => pack.surface = SphereSeen::surface_close(&seen, &pack.ray, &lengths),
@@ -386,7 +375,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
     #[inline(always)]
     fn keep_of_plane<const N: usize>(&self, pack: &mut Pack<F, N>) {
         let Some(seen) = self.plane_of(pack) else { return };
-        let (seen, lengths) = (PlaneSeen::splat(seen), self.lengths.splat());
+        let (seen, lengths) = (PlaneSeen::splat(seen), self.lengths.map(Lanes::splat));
         pack.surface = PlaneSeen::surface(&seen, &pack.ray, &lengths);
     }
 
@@ -396,30 +385,23 @@ impl<'a, F: Float> Surfaces<'a, F> {
         pack: &Pack<F, N>,
         is_close: bool,
     ) -> Surface<Lanes<F, N>> {
-        let spheres = &self.scene.spheres[..];
+        let (spheres, eye) = (&self.scene.spheres[..], &self.eye);
         let (mut center, mut r) = (V3([Lanes::<f64, N>::lit(0.0); 3]), Lanes::lit(0.0));
         for lane in 0..N {
             if let Some(sphere) = spheres.get((pack.ids[lane] as usize).wrapping_sub(1)) {
                 for axis in 0..3 {
-                    center.0[axis].0[lane] = match &self.rays {
-                        SurfaceRays::Pixels(..) => sphere.center[axis] - self.eye.reference[axis],
-                        SurfaceRays::List(_) => {
-                            sphere.center[axis] - pack.reference.0[axis].0[lane].to_f64()
-                        }
-                    };
+                    let from_eye = sphere.center[axis] - eye.reference[axis];
+                    center.0[axis].0[lane] = from_eye - pack.reference.0[axis].0[lane].to_f64();
                 }
                 r.0[lane] = sphere.radius.abs();
             }
         }
-        let (l2, r2) = (center.dot(center), r * r);
-        let k_error = Lanes::lit(guard::K_ERROR * f64::UNIT) * (l2 + r2);
-        let eye = &self.eye;
-        let seen = SphereSeen::of::<F>(center, r, l2 - r2, k_error, eye.input, eye);
+        let seen = SphereSeen::of::<F>(center, r, guard::k_in_f64(center, r), eye.input, eye);
         let is_close = is_close || Lanes::lit(0.0).lt(seen.is_close).any();
-        let seen = SphereSeen::round_lanes(&seen);
+        let seen = seen.round_lanes();
         match is_close {
-            false => SphereSeen::surface(&seen, &pack.ray, &self.lengths.splat()),
-            true => SphereSeen::surface_close(&seen, &pack.ray, &self.lengths.splat()),
+            false => SphereSeen::surface(&seen, &pack.ray, &self.lengths.map(Lanes::splat)),
+            true => SphereSeen::surface_close(&seen, &pack.ray, &self.lengths.map(Lanes::splat)),
         }
     }
 
@@ -429,24 +411,17 @@ impl<'a, F: Float> Surfaces<'a, F> {
         let seen = match (self.planes.get(index), self.scene.planes.get(index)) {
             (Some(seen), _) => PlaneSeen::splat(seen),
             (None, Some(plane)) => {
-                let mut l = V3([Lanes::<f64, N>::lit(0.0); 3]);
-                for axis in 0..3 {
-                    for lane in 0..N {
-                        let origin = pack.reference.0[axis].0[lane].to_f64();
-                        l.0[axis].0[lane] = plane.point[axis] - origin;
-                    }
-                }
-                let normal = Scaled::new(plane.normal).rounded();
-                let mut seen = PlaneSeen::of::<F>(normal, l, &self.eye);
+                let l = V3::lit(plane.point) - pack.reference.map(|x| x.each(F::to_f64));
+                let mut seen = PlaneSeen::of::<F>(plane, l, &self.eye);
                 if let Some(unit) = self.units.get(index) {
                     seen = rounded(seen, unit, Lanes::lit);
                 }
-                PlaneSeen::round_lanes(&seen)
+                seen.round_lanes()
             }
             // Undecided.
             (None, None) => return Surface::unknown(),
         };
-        PlaneSeen::surface(&seen, &pack.ray, &self.lengths.splat())
+        PlaneSeen::surface(&seen, &pack.ray, &self.lengths.map(Lanes::splat))
     }
 }
 
@@ -558,7 +533,7 @@ impl Stage<'_> {
         if let Some(surface) = self.surface_in_balls(index, object) {
             return Some(surface);
         }
-        let ray = self.rays.ray(index);
+        let ray = self.exact.ray(index);
         let hit = visible_hit(&ray, id, object);
         debug_assert!(hit.is_some(), "object {id} was decided for ray {index} but is not hit");
         Some(exact_surface(&ray, &hit?))

@@ -218,7 +218,7 @@ fn surfaces_in_balls_are_exact() {
                     continue;
                 };
                 n_known += 1;
-                let ray = stage.rays.ray(index);
+                let ray = stage.exact.ray(index);
                 let exact = exact_surface(&ray, &visible_hit(&ray, id, object).unwrap());
                 let bits = |(t, normal): TAndNormal| (t.to_bits(), normal.map(f32::to_bits));
                 assert_eq!(bits(found), bits(exact), "{lens:?}, seed {seed}, ray {index}");
@@ -259,7 +259,7 @@ fn what_f64_decides_is_what_is_seen() {
                 n_hits += usize::from(id != 0 && id != OPEN);
                 n_open += usize::from(id == OPEN);
                 if id != OPEN {
-                    let seen = nearest(&stage.rays.ray(ray), stage.scene.objects())
+                    let seen = nearest(&stage.exact.ray(ray), stage.scene.objects())
                         .map_or(0, |hit| hit.id);
                     assert_eq!(id, seen, "{lens:?} of {n_spheres}, seed {seed}, ray {ray}");
                 }

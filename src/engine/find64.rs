@@ -185,13 +185,8 @@ impl<'a> Find64<'a> {
                     return Ok(0);
                 }
                 let scaled = Scaled::new(direction);
-                let eye = Eye {
-                    reference: origin,
-                    spread: 0.0,
-                    input: guard::LIST_F64,
-                    reach: Reach::default(),
-                    unit: f64::UNIT,
-                };
+                let input = guard::LIST_F64;
+                let eye = Eye { input, unit: f64::UNIT, ..Eye::of_list(origin, 0.0) };
                 let ray = Ray::new(V3([0.0; 3]), V3(scaled.rounded().to_array()));
                 for &(id, object) in listed {
                     candidates.add(id, bounds_from(&eye, object, &ray));

@@ -118,7 +118,7 @@ impl<'a> OfTree<'a> {
     fn begin(&self, index: usize, walk: &mut Walk) -> Alone<'a> {
         let OfTree { hierarchy: Hierarchy { bvh, leaves, .. }, beside, list } = *self;
         let (from, way) = list.ray(index);
-        let ray = Ray::new(V3::near(from), V3::near(way));
+        let ray = Ray::new(V3::lit(from), V3::lit(way));
         walk.begin_at_root(bvh, beam_of(bvh, list.rays[index].origin, way));
         Alone { leaves, ray, best: beside.nearest(&ray) }
     }

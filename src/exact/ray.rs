@@ -154,7 +154,7 @@ impl ExactPixels {
 #[derive(Clone, Debug)]
 pub enum ExactRays<'a> {
     /// The centre rays of a picture's pixels.
-    Pixels(&'a Pixels, Box<ExactPixels>),
+    Pixels(Box<ExactPixels>),
     /// A list.
     List(&'a [WorldRay]),
 }
@@ -162,7 +162,7 @@ pub enum ExactRays<'a> {
 impl<'a> From<&'a Rays> for ExactRays<'a> {
     fn from(rays: &'a Rays) -> ExactRays<'a> {
         match rays {
-            Rays::Pixels(pixels) => ExactRays::Pixels(pixels, Box::new(ExactPixels::new(pixels))),
+            Rays::Pixels(pixels) => ExactRays::Pixels(Box::new(ExactPixels::new(pixels))),
             Rays::List(rays) => ExactRays::List(rays),
         }
     }
@@ -172,8 +172,8 @@ impl ExactRays<'_> {
     /// The ray with this index, exactly.
     pub fn ray(&self, index: usize) -> ExactRay {
         match self {
-            ExactRays::Pixels(pixels, exact) => {
-                let (x, y) = pixels.xy(index);
+            ExactRays::Pixels(exact) => {
+                let (x, y) = exact.pixels.xy(index);
                 exact.ray(x, y)
             }
             ExactRays::List(rays) => ExactRay::new(&rays[index]),

@@ -161,7 +161,7 @@ fn lists_of_tree(
         "use fewer spheres, or `--device cpu`",
     )?;
     let seen = |sphere| words::<SEEN>(&SphereSeen::new::<f32>(sphere, eye).round::<f32>());
-    let met = |sphere| words::<8>(&SphereMet::met_from::<f32>(sphere, prepared.reference));
+    let met = |sphere| words::<8>(&SphereMet::<f32>::new(sphere, prepared.reference));
     let mut lists = vec![
         ("colors", colors(prepared, lighting.background)),
         ("seen_spheres", spheres.par_iter().flat_map_iter(seen).collect()),

@@ -15,6 +15,7 @@
 //! With `x ≤ 2⁻⁵` ([`LARGEST_TURN`]) and a frame that is orthonormal to `2⁻¹⁰` the second digits are below 0.07.
 
 use super::InputError;
+use crate::num::Real;
 use crate::rays::{Lens, Pixels};
 
 /// How far the rays of a square of pixels may be from that of its middle.
@@ -49,9 +50,12 @@ impl Reach {
 
     /// The error of inputs, in this unit, for what is at distance up to `l`.
     #[inline(always)]
-    pub fn widen(&self, input: InputError, l: f64, unit: f64) -> InputError {
-        let apart = if self.apart > 0.0 { self.apart / (unit * l) } else { 0.0 };
+    pub fn widen<R: Real<One = f64>>(&self, input: InputError, l: R, unit: f64) -> InputError<R> {
         let InputError { offset, direction } = input;
-        InputError { offset: offset + apart, direction: direction + self.turned / unit }
+        let offset = match self.apart > 0.0 {
+            true => R::lit(offset) + R::lit(self.apart / unit) / l,
+            false => R::lit(offset),
+        };
+        InputError { offset, direction: direction + self.turned / unit }
     }
 }

@@ -41,6 +41,6 @@ impl Coordinates {
 
 /// `v` in two parts: together 48 bits of f32. Of f64 the second one is 0.
 pub fn split<F: Number>(v: DVec3) -> [[F; 3]; 2] {
-    let high = V3::<F>::near(v);
-    [high.0, V3::near(v - DVec3::from_array(high.0.map(F::to_f64))).0]
+    let high = V3::<F>::lit(v);
+    [high.0, V3::lit(v - DVec3::from_array(high.0.map(F::to_f64))).0]
 }

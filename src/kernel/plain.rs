@@ -170,7 +170,7 @@ impl<'a, F: Float> PlainRays<'a, F> {
             pixels,
             camera: Frame::new(&pixels.view, in_camera),
             step: F::near(step),
-            origin: V3::near(coordinates.of(pixels.view.position)),
+            origin: V3::lit(coordinates.of(pixels.view.position)),
         }
     }
 

@@ -162,7 +162,7 @@ macro_rules! records {
                     n_offset: l.dot(normal) as $float,
                     offset_low: low_part(low),
                     pad0: 0.0,
-                    normal: V3::near(normal).0,
+                    normal: V3::lit(normal).0,
                     pad1: 0.0,
                 }
             }

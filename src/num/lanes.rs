@@ -90,6 +90,19 @@ impl<F: Float, const N: usize> Neg for Lanes<F, N> {
     }
 }
 
+macro_rules! compare {
+    ($($function:ident),*) => {$(
+        #[inline(always)]
+        fn $function(self, other: Self) -> LaneBits<F, N> {
+            let mut mask = LaneBits([F::Bits::default(); N]);
+            for lane in 0..N {
+                mask.0[lane] = F::Bits::from_bool(self.0[lane].$function(other.0[lane]));
+            }
+            mask
+        }
+    )*};
+}
+
 impl<F: Float, const N: usize> Real for Lanes<F, N> {
     type One = F;
     type Mask = LaneBits<F, N>;
@@ -121,23 +134,7 @@ impl<F: Float, const N: usize> Real for Lanes<F, N> {
         self
     }
 
-    #[inline(always)]
-    fn lt(self, other: Self) -> LaneBits<F, N> {
-        let mut mask = LaneBits([F::Bits::default(); N]);
-        for lane in 0..N {
-            mask.0[lane] = F::Bits::from_bool(self.0[lane].lt(other.0[lane]));
-        }
-        mask
-    }
-
-    #[inline(always)]
-    fn le(self, other: Self) -> LaneBits<F, N> {
-        let mut mask = LaneBits([F::Bits::default(); N]);
-        for lane in 0..N {
-            mask.0[lane] = F::Bits::from_bool(self.0[lane].le(other.0[lane]));
-        }
-        mask
-    }
+    compare!(lt, le);
 
     #[inline(always)]
     fn select(mask: LaneBits<F, N>, yes: Self, mut no: Self) -> Self {

@@ -369,13 +369,6 @@ impl<R: Real> V3<R> {
     }
 }
 
-impl<F: Float> V3<F> {
-    /// The nearest numbers.
-    pub fn near(v: DVec3) -> V3<F> {
-        V3(v.to_array().map(F::near))
-    }
-}
-
 impl<R: Real> Add for V3<R> {
     type Output = V3<R>;
     #[inline(always)]

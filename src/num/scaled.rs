@@ -24,7 +24,6 @@ pub fn exponent_of(v: DVec3) -> i32 {
 pub struct Scaled {
     vector: DVec3,
     exponent: i32,
-    is_exact: bool,
 }
 
 impl Scaled {
@@ -33,25 +32,18 @@ impl Scaled {
         let exponent = exponent_of(v);
         let half = -exponent / 2;
         let mut vector = v * power_of_two(half) * power_of_two(-exponent - half);
-        let mut is_exact = true;
         for axis in 0..3 {
             let is_kept = exponent <= 0 || vector[axis].abs() >= f64::MIN_POSITIVE;
             if !is_kept && v[axis] != 0.0 {
                 vector[axis] = f64::MIN_POSITIVE.copysign(v[axis]);
-                is_exact = false;
             }
         }
-        Scaled { vector, exponent, is_exact }
+        Scaled { vector, exponent }
     }
 
     /// The vector times `2^−exponent`, but for what is rounded.
     pub fn rounded(self) -> DVec3 {
         self.vector
-    }
-
-    /// The vector times `2^−exponent`; `None` where something is rounded.
-    pub fn exact(self) -> Option<DVec3> {
-        self.is_exact.then_some(self.vector)
     }
 
     /// [`exponent_of`] the vector.

@@ -250,9 +250,9 @@ impl<F: Float> Frame<F> {
     /// That of a view, rounded, with steps of this length.
     pub fn new(view: &View, step: f64) -> Frame<F> {
         Frame {
-            forward: V3::near(view.forward),
-            right: V3::near(view.right * step),
-            true_up: V3::near(view.true_up * step),
+            forward: V3::lit(view.forward),
+            right: V3::lit(view.right * step),
+            true_up: V3::lit(view.true_up * step),
             lens: view.lens,
         }
     }

@@ -18,13 +18,13 @@ use glam::DVec3;
 
 pub use light::LightBounds;
 pub use plane::{PlaneMet, PlaneSeen};
-pub use shadow::{Met, Occluder, ShadowRay, Verdict};
+pub use shadow::{Met, ShadowRay, Verdict};
 pub use sphere::{SphereLeaf, SphereMet, SphereSeen, is_near_surface};
 
 use crate::guard::{self, InputError, ROOM, Reach, rows, steps};
 pub use crate::num::Ray;
 use crate::num::fields::{fields, numbers};
-use crate::num::{Float, Lanes, OPEN, Real, Scaled, V3};
+use crate::num::{Float, Lanes, OPEN, Real, V3};
 use crate::rays::Pixels;
 use crate::scene::Object;
 
@@ -34,10 +34,6 @@ pub trait Record: Copy {
     type In<R: Real>: Copy;
     /// Each field by its rule: `near`, `down` or `up`.
     fn round<F: Float>(&self) -> Self::In<F>;
-    /// Rounds each field of records side by side by its rule.
-    fn round_lanes<F: Float, const N: usize>(
-        lanes: &Self::In<Lanes<f64, N>>,
-    ) -> Self::In<Lanes<F, N>>;
     /// One record in all lanes.
     fn splat<R: Real>(one: &Self::In<R::One>) -> Self::In<R>;
 }
@@ -63,12 +59,6 @@ macro_rules! record {
 
         impl<R: Copy> Copy for $name<R> {}
 
-        impl<R: Default> Default for $name<R> {
-            fn default() -> Self {
-                $name { $($field: Default::default(),)* }
-            }
-        }
-
         $crate::num::fields::numbers! { $name { $($field: $kind),* } }
 
         impl $crate::seen::Record for $name<f64> {
@@ -79,18 +69,18 @@ macro_rules! record {
             }
 
             #[inline(always)]
-            fn round_lanes<F: $crate::num::Float, const N: usize>(
-                lanes: &$name<$crate::num::Lanes<f64, N>>,
-            ) -> $name<$crate::num::Lanes<F, N>> {
-                let lanes = *lanes;
-                $name { $($field: $crate::num::fields::numbers!(
-                    @each $kind lanes.$field, |x: $crate::num::Lanes<f64, N>| x.each(F::$rule)
-                ),)* }
-            }
-
-            #[inline(always)]
             fn splat<R: $crate::num::Real>(one: &$name<R::One>) -> $name<R> {
                 one.map(R::splat)
+            }
+        }
+
+        impl<const N: usize> $name<$crate::num::Lanes<f64, N>> {
+            /// Rounds each field of records side by side by its rule.
+            #[inline(always)]
+            pub fn round_lanes<F: $crate::num::Float>(self) -> $name<$crate::num::Lanes<F, N>> {
+                $name { $($field: $crate::num::fields::numbers!(
+                    @each $kind self.$field, |x: $crate::num::Lanes<f64, N>| x.each(F::$rule)
+                ),)* }
             }
         }
     };
@@ -185,12 +175,6 @@ impl<F: Float> Lengths<F> {
             rounding: F::up(ROOM * eye.unit),
             of_quotient: F::up(eye.unit * rows::INVERSE),
         }
-    }
-
-    /// These lengths in all lanes.
-    #[inline(always)]
-    pub fn splat<R: Real<One = F>>(&self) -> Lengths<R> {
-        self.map(R::splat)
     }
 }
 
@@ -319,8 +303,7 @@ pub fn bounds_from(eye: &Eye, object: Object, ray: &Ray<f64>) -> Option<Bounds<f
         }
         Object::Plane(plane) => {
             let l = V3((plane.point - eye.reference).to_array());
-            let seen = PlaneSeen::of::<f64>(Scaled::new(plane.normal).rounded(), l, eye);
-            PlaneSeen::bounds(&seen, ray)
+            PlaneSeen::bounds(&PlaneSeen::of::<f64>(plane, l, eye), ray)
         }
     }
 }

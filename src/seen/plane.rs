@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::shadow::{OF_PLANE, OF_SLOPE, Occluder, ShadowRay, Verdict};
-use super::{Bounds, Eye, Lengths, Seen, Surface, record};
+use super::shadow::{OF_PLANE, OF_SLOPE, ShadowRay, Verdict};
+use super::{Bounds, Eye, Lengths, Record, Seen, Surface, record};
 use crate::exact::{ExactRay, plane_numbers};
 use crate::guard::{self, ROOM, length_bound, length_bounds, rows, steps};
 use crate::num::{Float, Real, V3};
@@ -73,7 +73,8 @@ impl PlaneSeen<f64> {
 
 impl<R: Real<One = f64>> PlaneSeen<R> {
     /// A plane whose point is at `l` from the eyes' reference points.
-    pub fn of<F: Float>(normal: DVec3, l: V3<R>, eye: &Eye) -> PlaneSeen<R> {
+    pub fn of<F: Float>(plane: &Plane, l: V3<R>, eye: &Eye) -> PlaneSeen<R> {
+        let normal = Scaled::new(plane.normal).rounded();
         let distance = length_bounds(l) + R::lit(eye.spread);
         let error = R::lit(guard::N_ERROR * f64::UNIT * length_bound(normal)) * distance;
         PlaneSeen::at::<F>(normal, V3::lit(normal).dot(l), error, distance, eye)
@@ -182,29 +183,32 @@ record! {
     }
 }
 
-impl PlaneMet<f64> {
-    /// For arithmetic of `F`, with a point from the reference point and a normal that is [`Scaled`]; all is left open where its
-    /// range is left.
-    pub fn new<F: Float>(point: DVec3, normal: DVec3) -> PlaneMet<f64> {
+impl<F: Float> PlaneMet<F> {
+    /// A plane from a reference point; all is left open where the range of `F` is left.
+    pub fn new(plane: &Plane, reference: DVec3) -> PlaneMet<F> {
+        let (point, normal) = (plane.point - reference, Scaled::new(plane.normal).rounded());
         let (length, place) = (length_bound(normal), length_bound(point));
         let (point, place) = match place < F::LARGEST_ROOT {
             true => (point, place),
             false => (DVec3::ZERO, F::UNKNOWN / F::UNIT),
         };
-        PlaneMet { point: V3(point.to_array()), normal: V3(normal.to_array()), length, place }
+        let (point, normal) = (V3(point.to_array()), V3(normal.to_array()));
+        PlaneMet { point, normal, length, place }.round()
     }
 }
 
-impl Occluder for PlaneMet<f64> {
+impl<R: Real> PlaneMet<R> {
+    /// Whether it is in the way of a shadow ray that does not start on it.
+    ///
     /// `N = n·(a − p)` at the start and `N₁ = n·(a − L)` at the end; it is in the
     /// way where their signs differ. They are off by `|n|·E`, without the end's part at the start, and `3ε` of the
     /// product of the lengths for the dot product. A sun's end has the sign of `−n·w`, off by `3ε|n||w|` alone, and their
     /// zeros are exact; so its ray surely runs along a plane where each product is one with 0, and then misses it.
     #[inline(always)]
-    fn occlude<R: Real>(met: &PlaneMet<R>, ray: &ShadowRay<R>) -> Verdict<R> {
+    pub fn occlude(&self, ray: &ShadowRay<R>) -> Verdict<R> {
         // No test sees the 2 halved: in f32 ½ is for the normal, and ½ is room.
         let (lit, zero, more) = (R::lit, R::lit(0.0), 2.0 * R::One::ROUNDED);
-        let &PlaneMet { point, normal, length: n, place } = met;
+        let &PlaneMet { point, normal, length: n, place } = self;
         let l = point - ray.start;
         let (of_lengths, unit) = (lit(OF_PLANE + more), ray.unit);
         // Below that squares underflow.

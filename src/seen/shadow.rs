@@ -45,11 +45,11 @@
 
 use glam::DVec3;
 
-use super::{In, PlaneMet, Record, SphereMet};
+use super::{PlaneMet, SphereMet};
 use crate::guard::{ROOM, length_bound, steps};
 use crate::num::fields::{numbers, words};
-use crate::num::{Float, Real, Scaled, V3};
-use crate::scene::{Object, Plane};
+use crate::num::{Float, Real, V3};
+use crate::scene::Object;
 
 /// What a squared distance and the square that it is compared with are off by together, in units. No test sees it cut: as a
 /// length it is less than a third of what [`OF_OFFSET`] grants, as no object is nearer to a ray than to the ray's start.
@@ -234,12 +234,6 @@ impl Verdict<f64> {
     }
 }
 
-/// An object as shadow rays meet it.
-pub trait Occluder: Record {
-    /// Whether it is in the way of one that does not start on it.
-    fn occlude<R: Real>(met: &In<Self, R>, ray: &ShadowRay<R>) -> Verdict<R>;
-}
-
 /// Any object as shadow rays meet it.
 #[derive(Clone, Copy)]
 pub enum Met<F: Copy> {
@@ -253,11 +247,8 @@ impl<F: Float> Met<F> {
     /// For arithmetic of `F`, from a reference point.
     pub fn new(object: Object, reference: DVec3) -> Met<F> {
         match object {
-            Object::Sphere(sphere) => Met::Sphere(SphereMet::met_from::<F>(sphere, reference)),
-            Object::Plane(Plane { point, normal, .. }) => {
-                let normal = Scaled::new(*normal).rounded();
-                Met::Plane(PlaneMet::new::<F>(*point - reference, normal).round())
-            }
+            Object::Sphere(sphere) => Met::Sphere(SphereMet::new(sphere, reference)),
+            Object::Plane(plane) => Met::Plane(PlaneMet::new(plane, reference)),
         }
     }
 
@@ -265,8 +256,8 @@ impl<F: Float> Met<F> {
     #[inline(always)]
     pub fn occlude<R: Real<One = F>>(&self, ray: &ShadowRay<R>) -> Verdict<R> {
         match self {
-            Met::Sphere(met) => SphereMet::occlude(&<SphereMet<f64> as Record>::splat(met), ray),
-            Met::Plane(met) => PlaneMet::occlude(&<PlaneMet<f64> as Record>::splat(met), ray),
+            Met::Sphere(met) => met.map(R::splat).occlude(ray),
+            Met::Plane(met) => met.map(R::splat).occlude(ray),
         }
     }
 }
@@ -322,15 +313,6 @@ impl<R: Real> ShadowRay<R> {
     #[track_caller]
     pub fn beside(&self) -> R {
         R::lit(ROOM) * (self.error + self.end_error)
-    }
-
-    /// Rays side by side that are all like this one.
-    #[inline(always)]
-    pub fn repeated<W: Real<One = R>>(&self) -> ShadowRay<W>
-    where
-        R: Float,
-    {
-        self.map(W::splat)
     }
 
     /// Bounds of `n·ω` for a unit normal that is off by `normal_error`. Both are 0 where it is certain not

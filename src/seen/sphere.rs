@@ -1,13 +1,13 @@
 //! Spheres. The formula starts from the point of the line closest to the centre: an error of its place counts only squared,
 //! as it is moved across the way to the centre. [`crate::guard`] has the bounds.
 
-use super::shadow::{OF_OFFSET, OF_PLACE, OF_SQUARES, Occluder, ShadowRay, Verdict};
+use super::shadow::{OF_OFFSET, OF_PLACE, OF_SQUARES, ShadowRay, Verdict};
 use super::{Bounds, Eye, Lengths, Ray, Record, Seen, Surface, record};
 use glam::DVec3;
 
 use crate::exact::{ExactRay, sphere_numbers};
 use crate::guard::rows::{CHORD, LEAST_WIDTHS};
-use crate::guard::{self, Guard, InputError, ROOM, Reach, length_bound, length_bounds, steps};
+use crate::guard::{self, Guard, InputError, ROOM, length_bound, length_bounds, steps};
 use crate::num::{Float, Mask, Real, V3};
 use crate::scene::Sphere;
 
@@ -87,7 +87,7 @@ pub fn is_near_surface<R: Real<One = f64>>(from_reference: R, r: R, l: R) -> R::
 }
 
 impl<F: Float> SphereLeaf<F> {
-    /// What no ray meets.
+    /// What no ray meets, whatever else a [`SphereSeen`] that begins with it says.
     pub fn nowhere() -> SphereLeaf<F> {
         let (below, one) = (F::near(-1.0), F::near(1.0));
         let center = V3([F::default(); 3]);
@@ -99,18 +99,18 @@ impl<R: Real<One = f64>> SphereLeaf<R> {
     /// Spheres at `center` from the eye's reference point and up to `l` from its rays' origins; all is left open out of the
     /// range of `F`. Where the eye is one point, `is_outside` may hold in doubt, and holds if it is outside.
     #[inline(always)]
-    pub fn of<F: Float>(
+    fn of<F: Float>(
         center: V3<R>,
         r: R,
         l: R,
         is_outside: R::Mask,
-        errors: (R, f64),
+        input: InputError<R>,
         eye: &Eye,
     ) -> SphereLeaf<R> {
         let (lit, far) = (R::lit, F::FARTHEST);
         let in_range = is_in_range::<F, R>(r, l);
         let or = |number: R, open: f64| R::select(in_range, number, lit(open));
-        let Guard { inner2, outer2, slack } = Guard::new(r, l, eye.unit, errors);
+        let Guard { inner2, outer2, slack } = Guard::new(r, l, eye.unit, input);
         let near_most = match eye.spread > 0.0 {
             true => lit(F::BEYOND),
             false => R::select(is_outside, lit(F::BEYOND), lit(0.0)),
@@ -129,16 +129,10 @@ impl<R: Real<One = f64>> SphereLeaf<R> {
     #[inline(always)]
     pub fn at<F: Float>(center: V3<R>, r: R, eye: &Eye) -> SphereLeaf<R> {
         let l = length_bounds(center) + R::lit(eye.spread);
-        let (l2, r2) = (center.dot(center), r * r);
-        let k_error = R::lit(guard::K_ERROR * f64::UNIT) * (l2 + r2);
-        let is_outside = R::lit(0.0).lt((l2 - r2) + k_error);
-        let (InputError { offset, direction }, Reach { apart, turned }) = (eye.input, eye.reach);
-        // As `Reach::widen` has it.
-        let offset = match apart > 0.0 {
-            true => R::lit(offset) + R::lit(apart / eye.unit) / l,
-            false => R::lit(offset),
-        };
-        SphereLeaf::of::<F>(center, r, l, is_outside, (offset, direction + turned / eye.unit), eye)
+        let (k, k_error) = guard::k_in_f64(center, r);
+        let is_outside = R::lit(0.0).lt(k + k_error);
+        let input = eye.reach.widen(eye.input, l, eye.unit);
+        SphereLeaf::of::<F>(center, r, l, is_outside, input, eye)
     }
 }
 
@@ -174,21 +168,12 @@ impl<R: Copy> SphereSeen<R> {
     }
 }
 
-impl<F: Float> SphereSeen<F> {
-    /// What no ray meets.
-    pub fn nowhere() -> SphereSeen<F> {
-        let SphereLeaf { inner2, outer2, slack, near_most, .. } = SphereLeaf::nowhere();
-        SphereSeen { inner2, outer2, slack, near_most, ..SphereSeen::default() }
-    }
-}
-
 impl SphereSeen<f64> {
     /// With bounds for arithmetic of `F`; all is left open where its range is left.
     pub fn new<F: Float>(sphere: &Sphere, eye: &Eye) -> SphereSeen<f64> {
         let (r, center) = (sphere.radius.abs(), sphere.center - eye.reference);
-        let (k, k_error) = k_of(center, sphere, eye);
         let input = eye.reach.widen(eye.input, length_bound(center) + eye.spread, eye.unit);
-        SphereSeen::of::<F>(V3(center.to_array()), r, k, k_error, input, eye)
+        SphereSeen::of::<F>(V3(center.to_array()), r, k_of(center, sphere, eye), input, eye)
     }
 }
 
@@ -199,8 +184,7 @@ impl<R: Real<One = f64>> SphereSeen<R> {
     pub fn of<F: Float>(
         center: V3<R>,
         r: R,
-        k: R,
-        k_error: R,
+        (k, k_error): (R, R),
         input: InputError,
         eye: &Eye,
     ) -> SphereSeen<R> {
@@ -210,9 +194,9 @@ impl<R: Real<One = f64>> SphereSeen<R> {
         let in_range = is_in_range::<F, R>(r, l);
         let or = |number: R, open: f64| R::select(in_range, number, lit(open));
         let InputError { offset, direction } = input;
-        let errors = (lit(offset), direction);
-        let leaf = SphereLeaf::of::<F>(center, r, l, lit(0.0).lt(k), errors, eye);
-        let Guard { inner2, outer2, .. } = Guard::new(r, l, eye.unit, errors);
+        let errors = InputError { offset: lit(offset), direction };
+        let SphereLeaf { center, inner2, outer2, slack, near_most } =
+            SphereLeaf::of::<F>(center, r, l, lit(0.0).lt(k), errors, eye);
         // Rounded, ½, and moved to an origin: `o·(c + l)` is off by `2(λ − 1)` of `|o|ℓ` for `o`, `λ + 3` for `c + l`, 6 for the
         // dot product; and the difference by one of `|k|` and 2 of `|o|ℓ`.
         let roundings_of_k = if eye.spread > 0.0 { 1.5 } else { 0.5 };
@@ -245,11 +229,11 @@ impl<R: Real<One = f64>> SphereSeen<R> {
         let least2 = (lit(LEAST) * r2).max(lit(LEAST_WIDTHS * ROOM) * width2);
         let far = F::FARTHEST;
         SphereSeen {
-            center: leaf.center,
-            inner2: leaf.inner2,
-            outer2: leaf.outer2,
-            slack: leaf.slack,
-            near_most: leaf.near_most,
+            center,
+            inner2,
+            outer2,
+            slack,
+            near_most,
             k: or(k, 0.0),
             k_error: or(k_error, 2.0 * far * far),
             is_close: or(R::select(is_close, lit(close), lit(0.0)), 0.0),
@@ -269,10 +253,15 @@ impl<R: Real<One = f64>> SphereSeen<R> {
     }
 }
 
+/// Relative error of `k` that still lets nearly every `t` be rounded to f32. No bound: it weighs an
+/// exact `k` once a sphere against an exact `t` for one ray in `2⁴²/2²⁸`.
+const K_TOLERANCE: f64 = 1.0 / (1u64 << 42) as f64;
+
 /// `k` with its exact sign, and what it is off by: in f64 where that tells it, else exactly and rounded once.
 fn k_of(center: DVec3, sphere: &Sphere, eye: &Eye) -> (f64, f64) {
-    if let Some(known) = guard::k_f64(center, sphere.radius) {
-        return known;
+    let (k, error) = guard::k_in_f64(V3(center.to_array()), sphere.radius);
+    if error <= K_TOLERANCE * k.abs() {
+        return (k, error);
     }
     let ray = ExactRay::new(&crate::rays::WorldRay { origin: eye.reference, direction: DVec3::X });
     match sphere_numbers(&ray, sphere) {
@@ -505,46 +494,43 @@ record! {
     }
 }
 
-impl SphereMet<f64> {
-    /// For arithmetic of `F`, with a centre from the reference point; all is left open where its range is left. No test sees the
-    /// rounding of the radius left out: `OF_OFFSET` grants more of at least as long a way.
-    pub fn new<F: Float>(center: DVec3, radius: f64) -> SphereMet<f64> {
-        let r = radius.abs();
-        let largest = center.abs().max_element();
-        if !(1.0 / F::LARGEST_ROOT < r && r.max(largest) < F::LARGEST_ROOT) {
-            return SphereMet { center: V3([0.0; 3]), r: 1.0, place: F::UNKNOWN / F::UNIT };
-        }
-        let place = OF_PLACE * largest + F::ROUNDED * r;
-        SphereMet { center: V3(center.to_array()), r, place }
-    }
-
-    /// A sphere of a scene from a reference point, in numbers of `F`.
+impl<F: Float> SphereMet<F> {
+    /// A sphere from a reference point; all is left open where the range of `F` is left. No test sees the rounding of the radius
+    /// left out: `OF_OFFSET` grants more of at least as long a way.
     #[inline(always)]
-    pub fn met_from<F: Float>(sphere: &Sphere, reference: DVec3) -> SphereMet<F> {
-        SphereMet::new::<F>(sphere.center - reference, sphere.radius).round()
+    pub fn new(sphere: &Sphere, reference: DVec3) -> SphereMet<F> {
+        let (center, r) = (sphere.center - reference, sphere.radius.abs());
+        let largest = center.abs().max_element();
+        let met = if 1.0 / F::LARGEST_ROOT < r && r.max(largest) < F::LARGEST_ROOT {
+            let place = OF_PLACE * largest + F::ROUNDED * r;
+            SphereMet { center: V3(center.to_array()), r, place }
+        } else {
+            SphereMet { center: V3([0.0; 3]), r: 1.0, place: F::UNKNOWN / F::UNIT }
+        };
+        met.round()
     }
 }
 
-impl Occluder for SphereMet<f64> {
-    /// [`super::shadow`] has the bounds.
+impl<R: Real> SphereMet<R> {
+    /// Whether it is in the way of a shadow ray that does not start on it: [`super::shadow`] has the bounds.
     #[inline(always)]
-    fn occlude<R: Real>(met: &SphereMet<R>, ray: &ShadowRay<R>) -> Verdict<R> {
+    pub fn occlude(&self, ray: &ShadowRay<R>) -> Verdict<R> {
         let (lit, zero) = (R::lit, R::lit(0.0));
         let rounded = R::One::ROUNDED;
-        let l = met.center - ray.start;
+        let l = self.center - ray.start;
         let l2 = l.dot(l);
         let foot = (l.dot(ray.way) * ray.inv_square).max(zero).min(ray.last);
         let q = l - ray.way * foot;
         let distance = l2.sqrt();
-        let here = ray.error + ray.unit * (met.place + lit(OF_OFFSET + rounded) * distance);
+        let here = ray.error + ray.unit * (self.place + lit(OF_OFFSET + rounded) * distance);
         let e = here + (ray.bend * distance).min(ray.end_error);
         let in_range = e.max(distance).lt(lit(R::One::LARGEST_ROOT));
         let e = R::select(in_range, e, lit(R::One::UNKNOWN));
         let least2 = q.dot(q);
-        let (inner2, outer2) = squares(met.r, e);
+        let (inner2, outer2) = squares(self.r, e);
         let end = l - ray.way;
         let end2 = end.dot(end).max(ray.end2);
-        let (end_inner2, end_outer2) = squares(met.r, here + ray.end_error);
+        let (end_inner2, end_outer2) = squares(self.r, here + ray.end_error);
         let (end_inside, end_outside) = (end_inner2 - end2, end2 - end_outer2);
         Verdict {
             clear: (least2 - outer2).max(end_inside.min(inner2 - l2)),

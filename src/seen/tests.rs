@@ -202,8 +202,7 @@ fn count<T: Object, R: Real>(
         let is_close = seen.is_close();
         let one = Record::round::<R::One>(&seen);
         let seen = T::Seen::splat::<R>(&one);
-        let near = |v: DVec3| V3::splat(V3::<R::One>::near(v));
-        let ray = Ray::new(near(from), near(scaled));
+        let ray = Ray::new(V3::<R>::lit(from), V3::lit(scaled));
         let found = if is_close {
             T::Seen::bounds_close(&seen, &ray)
         } else {
@@ -243,7 +242,7 @@ fn bounds_hold_in_every_number() {
 /// Whether a record says anything of a ray that starts within the eye's spread.
 fn says_anything<T: Seen, F: Float>(seen: &T, eye: &Eye, origin: DVec3, direction: DVec3) -> bool {
     let seen = T::splat::<F>(&Record::round::<F>(seen));
-    let ray = Ray::new(V3::near(origin), V3::near(direction));
+    let ray = Ray::new(V3::lit(origin), V3::lit(direction));
     let bounds = [T::bounds(&seen, &ray), T::bounds_close(&seen, &ray)];
     let is_bounded = bounds.into_iter().any(|bounds| {
         bounds.is_none_or(|t| t.low.to_f64() > 0.0 || !(t.high.to_f64() >= F::BEYOND))
@@ -344,10 +343,9 @@ fn offsets_of_planes_are_within_their_error() {
         let unit = guard::host::HOST_UNIT_F64;
         let eye = Eye { reference: origin, spread: 0.0, input, reach, unit };
         let Some(exact) = plane::numerator(&plane, &eye) else { continue };
-        let scaled = Scaled::new(normal);
-        let exact = exact * crate::prepare::power_of_two(-scaled.exponent());
+        let exact = exact * crate::prepare::power_of_two(-Scaled::new(normal).exponent());
         let l = V3((plane.point - origin).to_array());
-        let seen = PlaneSeen::of::<f64>(scaled.rounded(), l, &eye);
+        let seen = PlaneSeen::of::<f64>(&plane, l, &eye);
         most = most.max((seen.offset - exact).abs() / seen.offset_error);
     }
     assert!(most <= 1.0 && most > 0.1, "{most}");
@@ -424,7 +422,7 @@ fn off<T: Object, F: Float>(
         let spread = guard::length_bound(from - reference);
         let eye = Eye { reference, spread, input, reach: Reach::default(), unit };
         let seen = T::Seen::splat::<F>(&Record::round::<F>(&object.seen::<F>(&eye)));
-        let ray = Ray::new(V3::near(from - reference), V3::near(scaled));
+        let ray = Ray::new(V3::lit(from - reference), V3::lit(scaled));
         let lengths = Lengths::new(&eye, scaled.length());
         let found = match is_close {
             false => T::Seen::surface(&seen, &ray, &lengths),
@@ -559,7 +557,8 @@ fn light<T: Object>(
     object: &T,
     (is_hit, is_close): (bool, bool),
 ) {
-    let (lengths, met) = (lengths.splat(), Met::<f32>::new(object.in_scene(), DVec3::ZERO));
+    let (lengths, met) =
+        (lengths.map(Finite::splat), Met::<f32>::new(object.in_scene(), DVec3::ZERO));
     let far = T::Seen::surface(numbers, ray, &lengths);
     let close = T::Seen::surface_close(numbers, ray, &lengths);
     let (surface, zero) = (if is_close { close } else { far }, V3([Finite(0.0); 3]));
@@ -582,8 +581,7 @@ fn is_certain<T: Object>(object: &T, from: DVec3, direction: DVec3) -> bool {
     let eye = Eye { reference, spread, input: guard::LIST, reach, unit };
     let seen = object.seen::<f32>(&eye);
     let numbers = T::Seen::splat::<Finite>(&Record::round::<f32>(&seen));
-    let near = |v: DVec3| V3::splat(V3::<f32>::near(v));
-    let ray = Ray::new(near(from), near(direction));
+    let ray = Ray::new(V3::lit(from), V3::lit(direction));
     let far = T::Seen::bounds(&numbers, &ray);
     let close = T::Seen::bounds_close(&numbers, &ray);
     let beyond = f32::BEYOND as f32;

@@ -69,7 +69,7 @@ impl<'a> Certified<'a> {
     fn sample<'v>(&self, at: usize, visibility: &'v [Visibility]) -> SamplePoint<'v, 'a> {
         let (id, surfaces) = (self.job.ids[at], &self.in_f64.surfaces);
         let mut surface = None;
-        if surfaces.are_known() {
+        if surfaces.are_known {
             let (x, y) = self.samples.xy(at);
             let (i, j) = self.samples.offset2(x, y);
             let mut packs = [Pack::<f64, 1>::default()];

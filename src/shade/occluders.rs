@@ -5,11 +5,11 @@ use glam::DVec3;
 use crate::bvh::{Beam, Bvh, Corners, Enter, Node, Visitor, Walk};
 use crate::certify::Stage;
 use crate::exact::is_outside;
-use crate::num::{Float, Lanes};
+use crate::num::{Float, Lanes, Real};
 use crate::prepare::{Lamp, LampOrigin, Lighting, Prepared, Scaled, exponent_of, power_of_two};
 use crate::rays::Rays;
 use crate::scene::{Object, Scene, Sphere};
-use crate::seen::{Met, Occluder, Record, ShadowRay, SphereMet, Surface, Verdict, shadow};
+use crate::seen::{Met, ShadowRay, SphereMet, Surface, Verdict, shadow};
 
 /// Spheres that a ball is compared with at a time.
 const LANES: usize = 8;
@@ -94,7 +94,7 @@ impl<'a> Occluders<'a> {
             }
         };
         for (first, spheres) in (0..).step_by(LANES).zip(&self.spheres) {
-            let Verdict { blocked, clear } = SphereMet::occlude(spheres, &ball.repeated());
+            let Verdict { blocked, clear } = spheres.occlude(&ball.map(Lanes::splat));
             for lane in 0..LANES.min(self.n_spheres - first) {
                 let (blocked, clear) = (blocked.0[lane], clear.0[lane]);
                 take(first + lane, Verdict { blocked, clear });
@@ -119,7 +119,7 @@ impl<'a> Occluders<'a> {
     /// A sphere in numbers of `F`.
     #[inline(always)]
     pub fn met<F: Float>(&self, sphere: &Sphere) -> SphereMet<F> {
-        SphereMet::met_from::<F>(sphere, self.prepared.reference)
+        SphereMet::new(sphere, self.prepared.reference)
     }
 
     /// The tree over many spheres.
@@ -218,7 +218,7 @@ impl Visitor for Look<'_> {
             let place = node.place(lane) as usize;
             let id = self.bvh.ids[place];
             let met = self.occluders.met::<f64>(&self.bvh.spheres[place]);
-            if id != self.own && !SphereMet::occlude(&met, self.ray).is_clear() {
+            if id != self.own && !met.occlude(self.ray).is_clear() {
                 self.ids.push(id);
             }
         }
@@ -239,7 +239,7 @@ fn median(numbers: impl Iterator<Item = f64>) -> Option<f64> {
 
 /// Some spheres side by side, the first one in the lanes that are left.
 fn side_by_side(some: &[SphereMet<f64>]) -> SphereMet<Lanes<f64, LANES>> {
-    let mut all: SphereMet<Lanes<f64, LANES>> = SphereMet::splat(&some[0]);
+    let mut all: SphereMet<Lanes<f64, LANES>> = some[0].map(Lanes::splat);
     for (lane, met) in some.iter().enumerate() {
         for axis in 0..3 {
             all.center.0[axis].0[lane] = met.center.0[axis];

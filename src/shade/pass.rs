@@ -203,7 +203,7 @@ impl<'a> LightPass<'a, f32> {
         }
         let surfaces = Surfaces::in_f32(&occluders.stage, samples.view.lens);
         let pass = LightPass::new(job, occluders, samples, surfaces);
-        (pass.width < 0.5 && pass.surfaces.are_known()).then_some(pass)
+        (pass.width < 0.5 && pass.surfaces.are_known).then_some(pass)
     }
 
     /// The numbers of the pass, for a device; `None` where a light is so far away that squares leave the range.
@@ -372,7 +372,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
     /// Finds the surfaces that samples see.
     #[inline(always)]
     fn see<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
-        if self.surfaces.are_known() {
+        if self.surfaces.are_known {
             return self.surfaces.solve(&mut scratch.packs);
         }
         for pack in &mut scratch.packs {

@@ -129,7 +129,7 @@ fn rays_that_touch_a_sphere_meet_its_box() {
             assert!(is_shown, "{ray:?} misses {center} {radius}");
             let (origin, way, _) = prepared.coordinates().ray(ray);
             let slabs =
-                Slabs::new(&num::Ray::<f32>::new(V3::near(origin), V3::near(way)), LEAST_SLACK);
+                Slabs::new(&num::Ray::<f32>::new(V3::lit(origin), V3::lit(way)), LEAST_SLACK);
             let (mut at, mut seen) = (0, vec![]);
             while let Some(node) = in_space.boxes.get(at) {
                 let is_met = slabs.between(V3(node.low), V3(node.high)).is_within(f32::MAX);

@@ -247,7 +247,7 @@ fn inputs_that_are_rounded_once() {
     });
     needs("λ of lists", LIST.offset, 6, |x, choices| {
         let (c, o) = (DVec3::from_slice(x), DVec3::from_slice(&x[3..]));
-        let [center, origin] = [c, o].map(|v| V3::<Adversarial>::splat(V3::near(v)));
+        let [center, origin] = [c, o].map(|v| V3::<Adversarial>::splat(V3::lit(v)));
         set_choices(choices, true);
         let error = to_f64(center - origin).distance(c - o);
         Some(error / (UNIT_F32 * (c.length() + o.length())))
@@ -261,7 +261,7 @@ fn rays_of_pixels() {
         let forward = DVec3::from_slice(x).normalize();
         let right = forward.cross(DVec3::from_slice(&x[3..])).normalize();
         let (right_step, true_up_step) = (right * x[6].abs(), right.cross(forward) * x[6].abs());
-        let narrow = V3::<f32>::near;
+        let narrow = V3::<f32>::lit;
         let camera = Frame {
             forward: narrow(forward),
             right: narrow(right_step),
@@ -286,7 +286,7 @@ fn rays_of_pixels() {
         let (camera, _, right, up) = camera(x, Lens::Orthographic);
         let (i, j) = offsets(choices);
         let (exact_c, exact_o) = (DVec3::from_slice(&x[7..]), right * i + up * j);
-        let c = V3::splat(V3::near(exact_c));
+        let c = V3::splat(V3::lit(exact_c));
         set_choices(choices, true);
         let l = c - camera.ray(number(i).0, number(j).0).origin;
         let distance = exact_c.length() + exact_o.length();
@@ -299,7 +299,7 @@ fn rays_of_pixels() {
         let (i, j) = offsets(choices);
         let exact_o = right * i + up * j;
         let normal = DVec3::from_slice(&x[7..]).normalize();
-        let ((offset, exact_offset), rounded) = (number(x[10]), V3::splat(V3::near(normal)));
+        let ((offset, exact_offset), rounded) = (number(x[10]), V3::splat(V3::lit(normal)));
         set_choices(choices, true);
         let origin = camera.ray(number(i).0, number(j).0).origin;
         let found = f64::from((offset - origin.dot(rounded)).0);
@@ -313,7 +313,7 @@ fn rays_of_pixels() {
 #[test]
 fn rays_in_f64() {
     let unit = 0.5 * UNIT_F32;
-    let narrow = V3::<f32>::near;
+    let narrow = V3::<f32>::lit;
     let wide = |v: V3<f32>| DVec3::from(v.0.map(f64::from));
     let camera = |x: &[f64], choices: u64, lens| {
         let forward = DVec3::from_slice(x).normalize();
@@ -366,7 +366,7 @@ fn part_of_guard(x: &[f64], choices: u64, within: bool) -> Option<f64> {
     set_choices(choices, true);
     let (_, m) = closest_approach(d, ray(d).inv_a, l);
     let m = f64::from(m.0);
-    let guard = Guard::new(r, l_bound, UNIT_F32, (input.offset, input.direction));
+    let guard = Guard::new(r, l_bound, UNIT_F32, input);
     match within {
         true => (guard.inner2 > 0.0).then(|| (r * r - m) / (r * r - guard.inner2)),
         false => Some((m - r * r) / (guard.outer2 - r * r)),
@@ -408,12 +408,7 @@ fn the_slack() {
                 return None;
             }
             let r = distance(exact_l, exact_d) + x[12].abs();
-            let guard = Guard::new(
-                r,
-                guard::length_bound(exact_l),
-                UNIT_F32,
-                (input.offset, input.direction),
-            );
+            let guard = Guard::new(r, guard::length_bound(exact_l), UNIT_F32, input);
             let radius2 = match above {
                 true => round_up(guard.outer2),
                 false => round_down(guard.inner2),
@@ -675,12 +670,7 @@ fn roots_of_rows() {
             let exact_l = moved(rounded_l, &x[9..], error);
             let a = exact_d.length_squared();
             let (r, exact_r) = number(distance(exact_l, exact_d) + x[12].abs());
-            let guard = Guard::new(
-                exact_r,
-                guard::length_bound(exact_l),
-                UNIT_F32,
-                (input.offset, input.direction),
-            );
+            let guard = Guard::new(exact_r, guard::length_bound(exact_l), UNIT_F32, input);
             set_choices(choices, true);
             let (s, m) = closest_approach(d, ray(d).inv_a, l);
             let chord2 = r * r - m;

@@ -8,7 +8,7 @@ use super::*;
 use crate::exact::{ExactBeam, ExactPoint, ExactRay, visible_hit};
 use crate::guard::tests::worst::{UNIT, Worst, assert_tight, worst};
 use crate::rays::WorldRay;
-use crate::scene::{Color, Sphere};
+use crate::scene::{Color, Plane, Sphere};
 use crate::seen::{PlaneMet, SphereMet};
 
 /// A shape of its own.
@@ -83,16 +83,7 @@ impl Lamp {
 
 /// What is said of an object in the way of a ray.
 fn said<F: Float>(ray: &ShadowRay<F>, shape: &Shape) -> Verdict<F> {
-    match shape {
-        &Shape::Sphere(Sphere { center, radius }) => {
-            SphereMet::occlude(&SphereMet::new::<F>(center, radius).round(), ray)
-        }
-        &Shape::Plane(Plane { point, normal, .. }) => {
-            let largest = normal.abs().max_element().log2().floor() as i32;
-            let met = PlaneMet::new::<F>(point, normal * 2f64.powi(-largest));
-            PlaneMet::occlude(&met.round(), ray)
-        }
-    }
+    Met::new(shape.object(), DVec3::ZERO).occlude(ray)
 }
 
 /// Whether it is in the way, and whether it is not.
@@ -133,7 +124,7 @@ fn statements<F: Float>(n: usize, part: f64) -> (Vec<String>, usize) {
     for _ in 0..n {
         let (from, lamp, shape) = case(&mut rng, F::UNIT);
         // The computed point is the true one.
-        let start = V3::near(from);
+        let start = V3::lit(from);
         let from = DVec3::from_array(start.0.map(F::to_f64));
         let ray = ShadowRay::new(&Aim::<F>::new(lamp.origin()), start, F::default());
         let ray = ShadowRay { unit: ray.unit * F::near(part), ..ray };
@@ -205,10 +196,10 @@ fn what_is_said_of_objects_at_the_reference_point_is_right() {
 fn planes_nearer_than_squares_tell_are_open() {
     let normal = DVec3::new(1.6980664066748499, -1.592633229472514, -0.7121360615149421);
     let point = DVec3::new(-3.324926991026493e-166, 6.670777831146176e-166, -2.28468268181911e-165);
-    let met = PlaneMet::new::<f64>(point, normal);
+    let plane = Shape::plane(point, normal);
     for sun in [normal, -normal] {
         let ray = ShadowRay::new(&Aim::<f64>::new(Origin::Sun(sun)), V3([0.0; 3]), 0.0);
-        assert_eq!(says(PlaneMet::occlude(&met, &ray)), OPEN, "{sun:?}");
+        assert_eq!(says(said(&ray, &plane)), OPEN, "{sun:?}");
     }
 }
 
@@ -218,11 +209,11 @@ fn suns_along_a_plane_are_known() {
     /// Of a sun that stands so much below the horizon of a floor that leans as much.
     fn found<F: Float>(below: f64, lean: f64) -> Verdict<f64> {
         let point = DVec3::new(0.0, -1.0, 3.0);
-        let floor = PlaneMet::new::<F>(point, DVec3::new(lean, 1.0, 0.0)).round::<F>();
+        let floor = Shape::plane(point, DVec3::new(lean, 1.0, 0.0));
         // Its light comes from there.
         let aim = Aim::<F>::new(Origin::Sun(DVec3::new(1.0, below, -0.5)));
         let ray = ShadowRay::new(&aim, V3([0.1, 0.7, 0.3].map(F::near)), F::near(1e-6));
-        let Verdict { clear, blocked } = PlaneMet::occlude(&floor, &ray);
+        let Verdict { clear, blocked } = said(&ray, &floor);
         Verdict { clear: clear.to_f64(), blocked: blocked.to_f64() }
     }
     assert_eq!([found::<f32>(0.0, 0.0), found::<f64>(0.0, 0.0)].map(says), [CLEAR; 2]);
@@ -261,7 +252,7 @@ fn statements_of_moved_lamps(n: usize, part: f64) -> Vec<String> {
         let (end_error, bend) = (ray.end_error * part, ray.bend * part);
         let ray = ShadowRay { end_error, bend, unit: part * f64::UNIT, ..ray };
         let shape = Shape::sphere(center, radius);
-        let said = says(SphereMet::occlude(&SphereMet::new::<f64>(moved_center, radius), &ray));
+        let said = says(said(&ray, &Shape::sphere(moved_center, radius)));
         let expected = if lamp.is_blocked(from, &shape) { BLOCKED } else { CLEAR };
         if said != OPEN && said != expected {
             wrong.push(format!("{from:?} {lamp:?} {off:e} {shape:?}: {said:?}"));
@@ -292,11 +283,10 @@ fn near_objects_are_judged_as_well_in_the_light_of_far_lamps() {
             (DVec3::new(-0.9, 1.6, 0.8), CLEAR),
             (DVec3::new(-0.4, -0.8, -0.3), CLEAR),
         ] {
-            let met = SphereMet::new::<f64>(center, 0.5);
-            assert_eq!(says(SphereMet::occlude(&met, &ray)), known, "{far:e} {center:?}");
+            assert_eq!(says(said(&ray, &Shape::sphere(center, 0.5))), known, "{far:e} {center:?}");
         }
-        let floor = PlaneMet::new::<f64>(DVec3::new(0.0, -1.0, 0.0), DVec3::Y);
-        assert_eq!(says(PlaneMet::occlude(&floor, &ray)), CLEAR, "{far:e}");
+        let floor = Shape::plane(DVec3::new(0.0, -1.0, 0.0), DVec3::Y);
+        assert_eq!(says(said(&ray, &floor)), CLEAR, "{far:e}");
     }
 }
 
@@ -305,7 +295,7 @@ fn wrong_cosines<F: Float>(n: usize, part: f64) -> usize {
     let mut rng = ChaCha8Rng::seed_from_u64(1438);
     let mut n_wrong = 0;
     for _ in 0..n {
-        let start = V3::<F>::near(vector(&mut rng));
+        let start = V3::<F>::lit(vector(&mut rng));
         let from = DVec3::from_array(start.0.map(F::to_f64));
         // Close to a lamp its own rounding counts.
         let at = match rng.random_range(0..3) {
@@ -315,7 +305,7 @@ fn wrong_cosines<F: Float>(n: usize, part: f64) -> usize {
         let lamp = Lamp { at, is_sun: rng.random_bool(0.5) };
         let normal = vector(&mut rng);
         // The rounding of a unit normal.
-        let unit = V3::<F>::near(normal.normalize());
+        let unit = V3::<F>::lit(normal.normalize());
         let normal_error = F::near(F::UNIT);
         let ray = ShadowRay::new(&Aim::<F>::new(lamp.origin()), start, F::default());
         let (low, high) = ray.cosine(unit, normal_error);
@@ -353,20 +343,19 @@ fn a_ball_speaks_for_the_points_in_it() {
         let r = 0.5 + 0.4 * vector(&mut rng).x;
         let middle = at + (lamp - at) * (0.5 + 0.5 * vector(&mut rng).x);
         let center = middle + vector(&mut rng) * r;
-        let met = SphereMet::new::<f64>(center, r);
-        let said =
-            |reach| says(SphereMet::occlude(&met, &ShadowRay::new(&aim, V3(at.to_array()), reach)));
+        let sphere = Shape::sphere(center, r);
+        let of_reach = |reach| says(said(&ShadowRay::new(&aim, V3(at.to_array()), reach), &sphere));
         let points: Vec<DVec3> = (0..8).map(|_| at + vector(&mut rng).normalize() * size).collect();
-        let is_wrong = |said: [bool; 2]| {
+        let is_wrong = |of_ball: [bool; 2]| {
             points.iter().any(|point| {
                 let ray = ShadowRay::new(&aim, V3(point.to_array()), 1e-9);
-                let here = says(SphereMet::occlude(&met, &ray));
-                said != OPEN && here != OPEN && here != said
+                let here = says(said(&ray, &sphere));
+                of_ball != OPEN && here != OPEN && here != of_ball
             })
         };
-        n_said += usize::from(said(size + 1e-9) != OPEN);
-        n_wrong += usize::from(is_wrong(said(size + 1e-9)));
-        n_wrong_of_half += usize::from(is_wrong(said(size / 2.0)));
+        n_said += usize::from(of_reach(size + 1e-9) != OPEN);
+        n_wrong += usize::from(is_wrong(of_reach(size + 1e-9)));
+        n_wrong_of_half += usize::from(is_wrong(of_reach(size / 2.0)));
     }
     assert_eq!(n_wrong, 0);
     assert!(n_said > 5000 && n_wrong_of_half > 10, "{n_said} {n_wrong_of_half}");

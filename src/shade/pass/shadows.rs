@@ -15,7 +15,7 @@ use crate::guard::length_bound;
 use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3};
 use crate::scene::Linear;
 use crate::seen::shadow::Aim;
-use crate::seen::{Occluder, Record, ShadowRay, SphereMet, Surface, Verdict};
+use crate::seen::{ShadowRay, Surface, Verdict};
 
 /// Most packs whose points of an object are looked at together: with more the beams get wide, with fewer there are more of them.
 const TOGETHER: usize = 8;
@@ -253,11 +253,11 @@ impl<F: Linear, const N: usize> Visitor for Darken<'_, '_, F, N> {
                 continue;
             }
             let met = self.pass.occluders.met::<F>(&self.bvh.spheres[place]);
-            let met = <SphereMet<f64> as Record>::splat(&met);
+            let met = met.map(Lanes::splat);
             self.is_dark = true;
             for way in &mut *self.ways {
                 if way.is_open() {
-                    let found = SphereMet::occlude(&met, &way.rays);
+                    let found = met.occlude(&way.rays);
                     way.verdict = way.verdict.with(found);
                     way.asked = Lanes::select(zero.lt(found.blocked), zero, way.asked);
                     self.is_dark &= !way.is_open();

@@ -6,8 +6,8 @@ use kugelblitz::num::{Ray, Real, V3};
 use kugelblitz::rays::{camera_direction, camera_origin};
 use kugelblitz::seen::shadow::Aim;
 use kugelblitz::seen::{
-    Bounds, Lengths, LightBounds, Nearest, Occluder, PlaneMet, PlaneSeen, Seen, ShadowRay,
-    SphereLeaf, SphereMet, SphereSeen, Surface, Verdict,
+    Bounds, Lengths, LightBounds, Nearest, PlaneMet, PlaneSeen, Seen, ShadowRay, SphereLeaf,
+    SphereMet, SphereSeen, Surface, Verdict,
 };
 
 use super::{Wgsl as W, WgslId, declaration, function};

@@ -7,7 +7,7 @@ use kugelblitz::num::{OPEN, Real, V3};
 use kugelblitz::prepare::{InSpace, ObjectRecords, Prepared};
 use kugelblitz::rays::{Frame, List, Rays};
 use kugelblitz::seen::{
-    Nearest, Occluder as _, PlaneSeen, Ray, Seen as _, ShadowRay, SphereMet, SphereSeen, Verdict,
+    Nearest, PlaneSeen, Ray, Seen as _, ShadowRay, SphereMet, SphereSeen, Verdict,
 };
 use rayon::prelude::*;
 
@@ -134,8 +134,8 @@ impl Twin<'_> {
             at += next;
             if is_met && node.link & IS_LEAF != 0 && node.id != own {
                 let sphere = &self.prepared.scene.spheres[node.id as usize - 1];
-                let met = SphereMet::met_from::<f32>(sphere, self.prepared.reference);
-                verdict = verdict.with(SphereMet::occlude(&met, ray));
+                let met = SphereMet::new(sphere, self.prepared.reference);
+                verdict = verdict.with(met.occlude(ray));
             }
         }
         let is_ended = at == boxes.len();

@@ -78,7 +78,7 @@ impl<'a> RayNumbers<'a> {
             direction,
             near: Near::new(rays, 0),
             lecture,
-            double: num::Ray::new(V3::near(origin), V3::near(direction)),
+            double: num::Ray::new(V3::lit(origin), V3::lit(direction)),
             stable,
             exponent,
             words: style.lang.words(),
@@ -269,9 +269,9 @@ impl<'a> RayNumbers<'a> {
         let of_kernels = match self.scene.object(seen.id)? {
             Object::Sphere(sphere) => {
                 let stable = SphereStable::new(sphere, self.reference_of_stable);
-                let way = V3::near((self.origin - sphere.center) + way);
+                let way = V3::lit((self.origin - sphere.center) + way);
                 [
-                    off_sphere(p - V3::near(sphere.center), sphere.radius as f32).into(),
+                    off_sphere(p - V3::lit(sphere.center), sphere.radius as f32).into(),
                     off_sphere(way_of_stable - stable.offset(ray), stable.radius).into(),
                     off_sphere(way, sphere.radius),
                 ]
@@ -279,11 +279,11 @@ impl<'a> RayNumbers<'a> {
             Object::Plane(plane) => {
                 let stable = PlaneStable::new(plane, self.reference_of_stable);
                 let along = way_of_stable.dot(V3(stable.normal)) - stable.n_offset(ray);
-                let way = V3::<f64>::near((self.origin - plane.point) + way);
+                let way = V3::<f64>::lit((self.origin - plane.point) + way);
                 [
-                    (p - V3::near(plane.point)).dot(V3::near(plane.normal)).into(),
+                    (p - V3::lit(plane.point)).dot(V3::lit(plane.normal)).into(),
                     scaled(along, exponent_of(plane.normal)),
-                    way.dot(V3::near(plane.normal)),
+                    way.dot(V3::lit(plane.normal)),
                 ]
             }
         };
@@ -298,7 +298,7 @@ pub fn off_sphere<R: Real>(v: V3<R>, r: R) -> R {
 
 /// `a`, `b`, `k` and `D` of the lecture's equation, and the roots where it has some, in an arithmetic.
 fn solved<F: Float>(ray: &num::Ray<F>, sphere: &Sphere) -> [Option<f64>; 6] {
-    let (center, radius) = (V3::near(sphere.center), F::near(sphere.radius));
+    let (center, radius) = (V3::lit(sphere.center), F::near(sphere.radius));
     let found = quadratic(ray.origin, ray.direction, center, radius);
     let is_met = found.discriminant.to_f64() >= 0.0;
     let [near, far] = quadratic_roots(found);
@@ -309,6 +309,6 @@ fn solved<F: Float>(ray: &num::Ray<F>, sphere: &Sphere) -> [Option<f64>; 6] {
 
 /// `(a − o)·n` and `d·n` in an arithmetic.
 fn divided<F: Float>(ray: &num::Ray<F>, plane: &Plane) -> [F; 2] {
-    let [point, normal] = [plane.point, plane.normal].map(V3::near);
+    let [point, normal] = [plane.point, plane.normal].map(V3::lit);
     plane_quotient(ray.origin, ray.direction, point, normal)
 }

@@ -36,7 +36,7 @@ pub fn draw(
     drawing.surface(&outline(sphere, drawing)?);
     let hidden = |point: DVec3| {
         let way = towards_eye(&view, point).normalize_or_zero();
-        let [o, d, c] = [point, way, c].map(V3::<f64>::near);
+        let [o, d, c] = [point, way, c].map(V3::<f64>::lit);
         let q = quadratic(o, d, c, r);
         // The root of a point on the sphere is 0 up to that of f64's rounding.
         q.discriminant >= 0.0 && quadratic_roots(q)[1] > r * f64::EPSILON.sqrt()

@@ -38,7 +38,7 @@ impl<'a> Discriminants<'a> {
         // ‖P‖² and 1 − ‖P‖²/r² = D/(4ar²).
         let nearness = |i: usize| {
             let sphere = &self.prepared.scene.spheres[i];
-            let l = V3::near(sphere.center - self.pixels.view.position) - ray.origin;
+            let l = V3::lit(sphere.center - self.pixels.view.position) - ray.origin;
             let p = approach(&ray, l, sphere.radius).p;
             let m = p.dot(p);
             (m, 1.0 - m / (sphere.radius * sphere.radius))
@@ -80,8 +80,7 @@ impl<'a> Discriminants<'a> {
         let sphere = &self.prepared.scene.spheres[i];
         let View { position, lens, .. } = self.pixels.view;
         let distance = guard::length_bound(sphere.center - position) + self.spread;
-        let input = guard::input_of(lens);
-        let guard = Guard::new(sphere.radius, distance, f64::UNIT, (input.offset, input.direction));
+        let guard = Guard::new(sphere.radius, distance, f64::UNIT, guard::input_of(lens));
         if m < guard.inner2 {
             return 1;
         }
