@@ -51,7 +51,7 @@ impl<'a> Certified<'a> {
         let sample =
             |(sample, at)| self.sample(at, &open.visibility[sample * n_lamps..][..n_lamps]);
         let samples: Vec<SamplePoint> =
-            self.job.samples(open.pixel).enumerate().map(sample).collect();
+            self.job.samples_of(open.pixel).enumerate().map(sample).collect();
         let Some(seen) = self.seen_evenly(&samples, counts) else {
             return self.exact_mean(open, &samples, control, counts);
         };
@@ -70,8 +70,8 @@ impl<'a> Certified<'a> {
         let (id, surfaces) = (self.job.ids[at], &self.in_f64.surfaces);
         let mut surface = None;
         if surfaces.are_known() {
-            let (x, y) = self.samples.xy(at);
-            let (i, j) = self.samples.offset2(x, y);
+            let (x, y) = self.job.samples.xy(at);
+            let (i, j) = self.job.samples.offset2(x, y);
             let mut packs = [Pack::<f64, 1>::default()];
             packs[0].offset = [Lanes([i as f64]), Lanes([j as f64])];
             packs[0].see(&[id], self.occluders.scene.spheres.len() as u32);

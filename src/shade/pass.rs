@@ -31,7 +31,6 @@ use crate::error::Result;
 use crate::guard::{LONGEST_IN_F32, length_bound};
 use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3, dispatch, one_by_one};
 use crate::prepare::{CertifiedLamp, CertifiedLighting, Lamp};
-use crate::rays::Pixels;
 use crate::scene::Linear;
 use crate::seen::shadow::{Aim, Origin};
 use crate::seen::{Bounds, LightBounds, Met, ShadowRay, Surface, Verdict};
@@ -76,7 +75,6 @@ pub enum Visibility {
 pub struct LightPass<'a, F: Float> {
     job: Job<'a>,
     occluders: &'a Occluders<'a>,
-    samples: &'a Pixels,
     pub surfaces: Surfaces<'a, F>,
     /// [`Occluders::listed_in`]
     listed: Vec<Met<F>>,
@@ -191,18 +189,15 @@ pub struct PixelBlock<'a, C> {
 
 impl<'a> LightPass<'a, f32> {
     /// In f32; `None` where weights, colours or the rays' origins are out of its range.
-    pub fn in_f32(
-        job: Job<'a>,
-        occluders: &'a Occluders<'a>,
-        samples: &'a Pixels,
-    ) -> Option<LightPass<'a, f32>> {
+    pub fn in_f32(job: Job<'a>, occluders: &'a Occluders<'a>) -> Option<LightPass<'a, f32>> {
+        let Job { lit, samples, .. } = job;
         let are_in_range =
             samples.longest_direction() <= LONGEST_IN_F32 && samples.spread() <= f32::FARTHEST;
-        if !are_in_range || !job.lit.suits_f32() {
+        if !are_in_range || !lit.suits_f32() {
             return None;
         }
         let surfaces = Surfaces::in_f32(&occluders.stage, samples.view.lens);
-        let pass = LightPass::new(job, occluders, samples, surfaces);
+        let pass = LightPass::new(job, occluders, surfaces);
         (pass.width < 0.5 && pass.surfaces.are_known()).then_some(pass)
     }
 
@@ -232,13 +227,8 @@ impl<'a> LightPass<'a, f32> {
 
 impl<'a> LightPass<'a, f64> {
     /// In f64.
-    pub fn in_f64(
-        job: Job<'a>,
-        occluders: &'a Occluders<'a>,
-        samples: &'a Pixels,
-    ) -> LightPass<'a, f64> {
-        let surfaces = Surfaces::in_f64(&occluders.stage);
-        LightPass::new(job, occluders, samples, surfaces)
+    pub fn in_f64(job: Job<'a>, occluders: &'a Occluders<'a>) -> LightPass<'a, f64> {
+        LightPass::new(job, occluders, Surfaces::in_f64(&occluders.stage))
     }
 }
 
@@ -246,7 +236,6 @@ impl<'a, F: Linear> LightPass<'a, F> {
     fn new(
         job: Job<'a>,
         occluders: &'a Occluders<'a>,
-        samples: &'a Pixels,
         surfaces: Surfaces<'a, F>,
     ) -> LightPass<'a, F> {
         let lighting = &job.lit.lighting;
@@ -268,7 +257,6 @@ impl<'a, F: Linear> LightPass<'a, F> {
             width: of_roundings(n_terms + OF_COLOR, F::UNIT).unwrap_or(f64::INFINITY),
             job,
             occluders,
-            samples,
             surfaces,
         }
     }
@@ -316,7 +304,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
     #[inline(always)]
     fn load<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
         let Scratch { pixels, packs, shades, given, .. } = scratch;
-        let (n, row, ids) = (self.job.n_samples(), self.job.row, self.job.ids);
+        let (n, row, ids) = (self.job.n_samples(), self.job.row(), self.job.ids);
         let n_packs = pixels.len().div_ceil(N) * n * n;
         shades.clear();
         shades.resize(n_packs, Shade::none());
@@ -338,8 +326,8 @@ impl<'a, F: Linear> LightPass<'a, F> {
                     continue;
                 }
                 at[lane] = self.job.first_sample(some[lane.min(some.len() - 1)]);
-                let (x, y) = self.samples.xy(at[lane]);
-                let (i, j) = self.samples.offset2(x, y);
+                let (x, y) = self.job.samples.xy(at[lane]);
+                let (i, j) = self.job.samples.offset2(x, y);
                 (across[lane], up[lane]) = (i as f64, j as f64);
             }
             for (sample, pack) in packs.iter_mut().enumerate() {

@@ -15,7 +15,6 @@ use crate::kernel::plain::{Hit, Plain, PlainRay, PlainRays};
 use crate::kernel::{Lists, ObjectRecords};
 use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3, dispatch};
 use crate::prepare::{Lamp, LampOrigin, Lighting, Prepared};
-use crate::rays::Pixels;
 use crate::trace::{Kernel, Level, Rays, StageCounts};
 use crate::tracer::{Backend, Tracer};
 
@@ -25,17 +24,17 @@ const SAMPLES_AT_ONCE: u32 = 1 << 18;
 /// Fills `colors` with those of all pixels, whose samples are the rays `samples`. True where the device of `tracer` lit them.
 pub(super) fn shade<C: Written>(
     job: &Job,
-    (prepared, samples): (&Prepared, &Pixels),
+    prepared: &Prepared,
     tracer: &mut Tracer,
     control: &Control,
     colors: &mut [[C; 3]],
 ) -> Result<bool> {
     if let Some(backend) = tracer.backend()
-        && shade_with(backend, job, samples, control, colors)?
+        && shade_with(backend, job, control, colors)?
     {
         return Ok(true);
     }
-    let here = (job, prepared, samples);
+    let here = (job, prepared);
     let rows = colors.par_chunks_mut(job.n_columns().max(1)).enumerate();
     rows.try_for_each_init(Vec::new, |lights, (row, colors)| -> Result<()> {
         lights.clear();
@@ -60,11 +59,10 @@ pub(super) fn shade<C: Written>(
 fn shade_with<C: Written>(
     backend: &mut dyn Backend,
     job: &Job,
-    samples: &Pixels,
     control: &Control,
     colors: &mut [[C; 3]],
 ) -> Result<bool> {
-    let Lit { lighting, style, .. } = job.lit;
+    let Job { lit: Lit { lighting, style, .. }, samples, .. } = job;
     let n_samples = job.n_samples() as u32;
     let columns = job.n_columns().max(1);
     let n_rows = (SAMPLES_AT_ONCE / (samples.width * n_samples).max(1)).max(1) as usize;
@@ -88,7 +86,7 @@ fn shade_with<C: Written>(
 /// The light that a row of pixels' samples find on what they see.
 fn light_row<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
     lists: &Lists<S, P>,
-    (job, prepared, samples): (&Job, &Prepared, &Pixels),
+    (job, prepared): (&Job, &Prepared),
     row: usize,
     control: &Control,
     lights: &mut [[f64; 3]],
@@ -96,10 +94,10 @@ fn light_row<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
     let coordinates = prepared.coordinates();
     let Lit { lighting, style, .. } = job.lit;
     let scene = &Scene { lists, coordinates, lighting, epsilon: style.epsilon };
-    let rays = &PlainRays::of_pixels(coordinates, samples);
+    let rays = &PlainRays::of_pixels(coordinates, job.samples);
     let first = row * samples_of_row(job);
-    for (first, lights) in (first..).step_by(job.row).zip(lights.chunks_mut(job.row)) {
-        let ids = &job.ids[first..][..job.row];
+    for (first, lights) in (first..).step_by(job.row()).zip(lights.chunks_mut(job.row())) {
+        let ids = &job.ids[first..][..lights.len()];
         dispatch(Light::<S, P, N> { scene, rays, control, first, ids, lights })?;
     }
     Ok(())
@@ -107,7 +105,7 @@ fn light_row<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
 
 /// Samples of a row of pixels.
 fn samples_of_row(job: &Job) -> usize {
-    job.n_samples() * job.row
+    job.n_samples() * job.row()
 }
 
 /// The mean colours of a row's pixels, from the light on what its samples see.
@@ -121,7 +119,7 @@ fn mix<C: Written>(
     job.advance(control, colors.len());
     for (pixel, color) in (row * job.n_columns()..).zip(colors) {
         let mut sum = [0.0; 3];
-        for sample in job.samples(pixel) {
+        for sample in job.samples_of(pixel) {
             let id = job.ids[sample];
             let light = if id == 0 { [1.0; 3] } else { lights[sample - row * samples_of_row(job)] };
             let color = job.color(id);
