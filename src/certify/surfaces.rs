@@ -190,7 +190,7 @@ impl<'a> Surfaces<'a, f64> {
 
     /// Puts the rays from `first` on, which are of one row and see these objects, into packs; the last lanes may repeat one.
     #[inline(always)]
-    pub(super) fn load(&self, first: usize, ids: &[u32], packs: &mut Vec<PackF64>) {
+    pub fn load(&self, first: usize, ids: &[u32], packs: &mut Vec<PackF64>) {
         let n_spheres = self.scene.spheres.len() as u32;
         let n_packs = ids.len().div_ceil(LANES);
         packs.resize_with(packs.len().max(n_packs), Pack::default);

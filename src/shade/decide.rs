@@ -7,11 +7,9 @@ use super::lit::Certified;
 use super::mean::ExactMean;
 use super::pass::{Open, Visibility};
 use super::written::{Written, exact_pixel};
-use crate::certify::Pack;
 use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{ExactBeam, ExactPoint};
-use crate::num::Lanes;
 use crate::prepare::{Lamp, LampOrigin};
 use crate::seen::Surface;
 use crate::trace::StageCounts;
@@ -70,11 +68,8 @@ impl<'a> Certified<'a> {
         let (id, surfaces) = (self.job.ids[at], &self.in_f64.surfaces);
         let mut surface = None;
         if surfaces.are_known() {
-            let (x, y) = self.job.samples.xy(at);
-            let (i, j) = self.job.samples.offset2(x, y);
-            let mut packs = [Pack::<f64, 1>::default()];
-            packs[0].offset = [Lanes([i as f64]), Lanes([j as f64])];
-            packs[0].see(&[id], self.occluders.scene.spheres.len() as u32);
+            let mut packs = Vec::new();
+            surfaces.load(at, &[id], &mut packs);
             surfaces.solve(&mut packs);
             surface = Some(packs[0].surface.lane(0)).filter(Surface::is_known);
         }
