@@ -38,14 +38,9 @@ pub trait Backend: Send {
         Ok(false)
     }
 
-    /// Whether it may light what the kernel `certified` sees: [`Backend::light`].
-    fn lights(&self) -> bool {
-        false
-    }
-
     /// Replaces `codes` by the bytes of a picture's pixels in this light, each `r | g << 8 | b << 16`, or [`OPEN`](crate::num::OPEN)
     /// where f32 leaves one of them open. The scene is prepared for the picture of their samples. False where that is left to the
-    /// CPU, as it is where it does not [light](Backend::lights); `codes` then mean nothing.
+    /// CPU; `codes` then mean nothing.
     ///
     /// # Errors
     /// Those of [`Tracer::trace`].

@@ -185,10 +185,6 @@ impl Backend for GpuTracer {
         Ok(true)
     }
 
-    fn lights(&self) -> bool {
-        !(self.prepared.starts_in_f64() || self.leaves_to_cpu) && self.gpu.lights()
-    }
-
     fn light(
         &mut self,
         lighting: &CertifiedLighting,
@@ -196,7 +192,7 @@ impl Backend for GpuTracer {
         control: &Control,
         codes: &mut Vec<u32>,
     ) -> Result<bool> {
-        if !self.lights() {
+        if self.prepared.starts_in_f64() || self.leaves_to_cpu || !self.gpu.lights() {
             return Ok(false);
         }
         let GpuTracer { gpu, prepared, objects, hierarchy, light: kept, .. } = self;

@@ -105,7 +105,7 @@ pub fn certified_lighting(
     let rays = Rays::Pixels(samples);
     let occluders = Occluders::new(prepared, &rays, &lit.lighting);
     let job = Job { lit, samples: &samples, ids: &[] };
-    LightPass::in_f32(job, &occluders)?.lighting()
+    LightPass::in_f32(job, &occluders)?.lighting().cloned()
 }
 
 /// Rows whose pixels are painted together: what one point sees of the lamps, those beside and below it mostly see as well.
@@ -259,10 +259,9 @@ impl<'a> Certified<'a> {
         let counts_all = self.job.lit.style.background != Background::LeftOut;
         if counts_all
             && let Some(backend) = tracer.backend()
-            && backend.lights()
             && let Some(lighting) = self.in_f32.as_ref().and_then(LightPass::lighting)
         {
-            match backend.light(&lighting, pixels, control, &mut self.codes)? {
+            match backend.light(lighting, pixels, control, &mut self.codes)? {
                 true => self.in_f32 = None,
                 false => self.codes.clear(),
             }

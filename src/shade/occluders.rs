@@ -25,8 +25,8 @@ pub struct Occluders<'a> {
     pub scene: &'a Scene,
     /// The objects that are not in the tree, without those that equal an earlier one, and their ids.
     listed: Vec<(u32, Object<'a>)>,
-    /// The listed objects as shadow rays meet them,
-    met: Vec<Met<f64>>,
+    /// The listed objects as shadow rays meet them, with their ids,
+    met: Vec<(u32, Met<f64>)>,
     /// and the spheres, which come first, side by side.
     spheres: Vec<SphereMet<Lanes<f64, LANES>>>,
     n_spheres: usize,
@@ -62,7 +62,7 @@ impl<'a> Occluders<'a> {
         };
         let spheres: Vec<SphereMet<f64>> = met
             .iter()
-            .map_while(|met| match met {
+            .map_while(|(_, met)| match met {
                 Met::Sphere(met) => Some(*met),
                 Met::Plane(_) => None,
             })
@@ -101,18 +101,13 @@ impl<'a> Occluders<'a> {
             }
         }
         for place in self.n_spheres..self.met.len() {
-            take(place, self.met[place].occlude(ball));
+            take(place, self.met[place].1.occlude(ball));
         }
         is_dark
     }
 
-    /// The ids of the listed objects.
-    pub fn listed_ids(&self) -> impl Iterator<Item = u32> {
-        self.listed.iter().map(|(id, _)| *id)
-    }
-
-    /// The listed objects in numbers of `F`.
-    pub fn listed_in<F: Float>(&self) -> Vec<Met<F>> {
+    /// The listed objects in numbers of `F`, with their ids.
+    pub fn listed_in<F: Float>(&self) -> Vec<(u32, Met<F>)> {
         met_from(&self.listed, self.prepared.reference)
     }
 
@@ -226,8 +221,8 @@ impl Visitor for Look<'_> {
 }
 
 /// Some objects as shadow rays meet them.
-fn met_from<F: Float>(objects: &[(u32, Object)], reference: DVec3) -> Vec<Met<F>> {
-    objects.iter().map(|&(_, object)| Met::new(object, reference)).collect()
+fn met_from<F: Float>(objects: &[(u32, Object)], reference: DVec3) -> Vec<(u32, Met<F>)> {
+    objects.iter().map(|&(id, object)| (id, Met::new(object, reference))).collect()
 }
 
 /// The middle one of some numbers.

@@ -33,7 +33,7 @@ use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3, dispatch, one_by_one};
 use crate::prepare::{CertifiedLamp, CertifiedLighting, Lamp};
 use crate::scene::Linear;
 use crate::seen::shadow::{Aim, Origin};
-use crate::seen::{Bounds, LightBounds, Met, ShadowRay, Surface, Verdict};
+use crate::seen::{Bounds, LightBounds, ShadowRay, Surface, Verdict};
 use order::SampleOrder;
 use shadows::{Group, Way};
 
@@ -76,13 +76,7 @@ pub struct LightPass<'a, F: Float> {
     job: Job<'a>,
     occluders: &'a Occluders<'a>,
     pub surfaces: Surfaces<'a, F>,
-    /// [`Occluders::listed_in`]
-    listed: Vec<Met<F>>,
-    lights: Vec<CertifiedLamp<F>>,
-    /// Bounds of the light from nowhere.
-    ambient: LightBounds<F>,
-    /// What a colour is off by, relative.
-    width: f64,
+    lighting: CertifiedLighting<F>,
 }
 
 /// Bounds of what a light gives to some samples.
@@ -198,30 +192,16 @@ impl<'a> LightPass<'a, f32> {
         }
         let surfaces = Surfaces::in_f32(&occluders.stage, samples.view.lens);
         let pass = LightPass::new(job, occluders, surfaces);
-        (pass.width < 0.5 && pass.surfaces.are_known()).then_some(pass)
+        (pass.lighting.width.low > 0.5 && pass.surfaces.are_known()).then_some(pass)
     }
 
     /// The numbers of the pass, for a device; `None` where a light is so far away that squares leave the range.
-    pub fn lighting(&self) -> Option<CertifiedLighting> {
-        let LightPass { job, occluders, surfaces, listed, lights, ambient, width, .. } = self;
+    pub fn lighting(&self) -> Option<&CertifiedLighting> {
         let is_far = |origin: &Origin| match *origin {
             Origin::Point(at) => length_bound(at) >= f32::LARGEST_ROOT,
             Origin::Sun(_) => false,
         };
-        if occluders.origins.iter().any(is_far) {
-            return None;
-        }
-        let casts_shadows = lights.iter().any(|light| light.casts_shadows);
-        let met = listed.iter().copied().filter(|_| casts_shadows);
-        Some(CertifiedLighting {
-            n_samples: job.n_samples() as u32,
-            background: V3(job.color(0).map(f32::near)),
-            occluders: occluders.listed_ids().zip(met).collect(),
-            lamps: lights.clone(),
-            ambient: *ambient,
-            width: Bounds { low: f32::near(1.0 - width), high: f32::near(1.0 + width) },
-            lengths: surfaces.lengths,
-        })
+        (!self.occluders.origins.iter().any(is_far)).then_some(&self.lighting)
     }
 }
 
@@ -239,8 +219,10 @@ impl<'a, F: Linear> LightPass<'a, F> {
         surfaces: Surfaces<'a, F>,
     ) -> LightPass<'a, F> {
         let lighting = &job.lit.lighting;
-        let n_terms = lighting.lamps.len() as f64 + f64::from(job.n_samples() as u32).powi(2);
-        let light = |(lamp, &origin): (&Lamp, &Origin)| CertifiedLamp {
+        let n_samples = job.n_samples() as u32;
+        let n_terms = lighting.lamps.len() as f64 + f64::from(n_samples).powi(2);
+        let width = of_roundings(n_terms + OF_COLOR, F::UNIT).unwrap_or(f64::INFINITY);
+        let lamp = |(lamp, &origin): (&Lamp, &Origin)| CertifiedLamp {
             aim: Aim::new(origin),
             weight: V3(lamp.weight.map(F::near)),
             casts_shadows: lamp.casts_shadows(),
@@ -250,15 +232,17 @@ impl<'a, F: Linear> LightPass<'a, F> {
                 .ambient
                 .map(|part| F::near((F::near(part).to_f64() + sign * F::TINY).max(0.0))))
         };
-        LightPass {
-            lights: lighting.lamps.iter().zip(&occluders.origins).map(light).collect(),
-            listed: occluders.listed_in(),
+        let casts_shadows = lighting.lamps.iter().any(Lamp::casts_shadows);
+        let lighting = CertifiedLighting {
+            n_samples,
+            background: V3(job.color(0).map(F::near)),
+            occluders: if casts_shadows { occluders.listed_in() } else { Vec::new() },
+            lamps: lighting.lamps.iter().zip(&occluders.origins).map(lamp).collect(),
             ambient: LightBounds { low: ambient(-1.0), high: ambient(1.0) },
-            width: of_roundings(n_terms + OF_COLOR, F::UNIT).unwrap_or(f64::INFINITY),
-            job,
-            occluders,
-            surfaces,
-        }
+            width: Bounds { low: F::near(1.0 - width), high: F::near(1.0 + width) },
+            lengths: surfaces.lengths,
+        };
+        LightPass { job, occluders, surfaces, lighting }
     }
 
     /// Finds the colours of some pixels, `N` of them together.
@@ -282,12 +266,12 @@ impl<'a, F: Linear> LightPass<'a, F> {
         }
         dispatch(See(self, scratch));
         dispatch(Gather(self, scratch));
-        for (index, light) in self.lights.iter().enumerate() {
+        for (index, lamp) in self.lighting.lamps.iter().enumerate() {
             control.check()?;
             scratch.light = index;
             dispatch(Face(self, scratch));
             self.remember(part.known, scratch);
-            if light.casts_shadows && scratch.given[index].iter().any(|given| given.is_lit) {
+            if lamp.casts_shadows && scratch.given[index].iter().any(|given| given.is_lit) {
                 dispatch(Occlude(self, scratch));
                 if self.occluders.tree().is_some() {
                     dispatch(OccludeByTree(self, scratch));
@@ -308,7 +292,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
         let n_packs = pixels.len().div_ceil(N) * n * n;
         shades.clear();
         shades.resize(n_packs, Shade::none());
-        given.resize_with(self.lights.len(), Vec::new);
+        given.resize_with(self.lighting.lamps.len(), Vec::new);
         for given in given {
             given.resize(n_packs, Given::none());
         }
@@ -381,10 +365,10 @@ impl<'a, F: Linear> LightPass<'a, F> {
     #[inline(always)]
     fn face<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
         let Scratch { light: index, packs, shades, given, .. } = scratch;
-        let light = &self.lights[*index];
-        let aim = light.aim.map(Lanes::splat);
+        let lamp = &self.lighting.lamps[*index];
+        let aim = lamp.aim.map(Lanes::splat);
         let (zero, one) = (Lanes::lit(0.0), Lanes::lit(1.0));
-        let (clear, of_rays) = if light.casts_shadows { (zero, one) } else { (one, zero) };
+        let (clear, of_rays) = if lamp.casts_shadows { (zero, one) } else { (one, zero) };
         for ((pack, shade), given) in one_by_one(&*packs).zip(shades).zip(&mut given[*index]) {
             let (low, high) =
                 self.shadow_rays(&aim, pack).cosine(pack.surface.normal, pack.surface.normal_error);
@@ -401,7 +385,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
         if known.is_empty() {
             return;
         }
-        let (n_lights, n_samples) = (self.lights.len(), self.job.n_samples().pow(2));
+        let (n_lamps, n_samples) = (self.lighting.lamps.len(), self.job.n_samples().pow(2));
         let Scratch { light: index, given, order, .. } = scratch;
         let given = &mut given[*index];
         given.iter_mut().for_each(|given| given.is_lit = false);
@@ -411,7 +395,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
             let given = &mut given[pack];
             let known = known.get(number / n_samples * N + at % N).map(|known| &known.visibility);
             // The last pixel is in all lanes behind it.
-            match known.map_or(Visibility::Hidden, |all| all[sample * n_lights + *index]) {
+            match known.map_or(Visibility::Hidden, |all| all[sample * n_lamps + *index]) {
                 Visibility::Unknown => given.is_lit = true,
                 Visibility::Hidden => {
                     let Bounds { low, high } = &mut given.bounds;
@@ -443,10 +427,10 @@ impl<'a, F: Linear> LightPass<'a, F> {
             shade.light = LightBounds::of(color);
         }
         for (number, (pack, shade)) in one_by_one(&*packs).zip(shades).enumerate() {
-            let LightBounds { low, high } = self.ambient;
+            let LightBounds { low, high } = self.lighting.ambient;
             let mut sum = LightBounds { low: V3::splat(low), high: V3::splat(high) };
-            for (light, given) in self.lights.iter().zip(&*given) {
-                sum = sum.with(V3::splat(light.weight), given[number].bounds);
+            for (lamp, given) in self.lighting.lamps.iter().zip(&*given) {
+                sum = sum.with(V3::splat(lamp.weight), given[number].bounds);
             }
             let nothing = is_id(&pack.ids, 0);
             shade.n_hits = Lanes::select(nothing, zero, Lanes::lit(1.0));
@@ -466,8 +450,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
         let n = self.job.n_samples();
         let background = self.job.color(0).map(C::of);
         let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
-        let [low, high] = [-self.width, self.width].map(|x| Lanes::lit(1.0 + x));
-        let width = Bounds { low, high };
+        let width = self.lighting.width.map(Lanes::splat);
         let all = pixels.chunks(N).zip(scratch.shades.chunks(n * n));
         for (number, (pixels, shades)) in one_by_one(all).enumerate() {
             let mut sum = shades[0];

@@ -162,7 +162,7 @@ impl<F: Linear> LightPass<'_, F> {
     pub fn occlude<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
         let Scratch { light: index, packs, given, groups, places, .. } = scratch;
         let (origin, lamp) = (self.occluders.origins[*index], &self.job.lit.lighting.lamps[*index]);
-        let (aim, of_ball) = (self.lights[*index].aim.map(Lanes::splat), Aim::new(origin));
+        let (aim, of_ball) = (self.lighting.lamps[*index].aim.map(Lanes::splat), Aim::new(origin));
         for Group { id, packs: among, ball, has_back } in &*groups {
             let (packs, given) = (&packs[among.clone()], &mut given[*index][among.clone()]);
             if !given.iter().any(|given| given.is_lit) {
@@ -183,7 +183,7 @@ impl<F: Linear> LightPass<'_, F> {
                     let rays = self.shadow_rays(&aim, pack);
                     verdict = Verdict::none();
                     for &place in &*places {
-                        verdict = verdict.with(self.listed[place].occlude(&rays));
+                        verdict = verdict.with(self.lighting.occluders[place].1.occlude(&rays));
                     }
                     if has_back {
                         verdict = Verdict::select(pack.surface.front, verdict, Verdict::dark());
@@ -201,7 +201,7 @@ impl<F: Linear> LightPass<'_, F> {
         let Some(bvh) = self.occluders.tree() else { return };
         let Scratch { light: index, packs, given, groups, ways, walk, .. } = scratch;
         let (origin, aim) =
-            (self.occluders.origins[*index], self.lights[*index].aim.map(Lanes::splat));
+            (self.occluders.origins[*index], self.lighting.lamps[*index].aim.map(Lanes::splat));
         let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
         for Group { id, packs: among, .. } in &*groups {
             let (packs, given) = (&packs[among.clone()], &mut given[*index][among.clone()]);
