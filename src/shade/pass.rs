@@ -236,7 +236,11 @@ impl<'a, F: Linear> LightPass<'a, F> {
         let lighting = CertifiedLighting {
             n_samples,
             background: V3(job.color(0).map(F::near)),
-            occluders: if casts_shadows { occluders.listed_in() } else { Vec::new() },
+            occluders: if casts_shadows {
+                Occluders::listed_in(occluders.prepared)
+            } else {
+                Vec::new()
+            },
             lamps: lighting.lamps.iter().zip(&occluders.origins).map(lamp).collect(),
             ambient: LightBounds { low: ambient(-1.0), high: ambient(1.0) },
             width: Bounds { low: F::near(1.0 - width), high: F::near(1.0 + width) },
@@ -261,7 +265,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
         scratch.pixels.clear();
         scratch.pixels.extend(part.pixels);
         dispatch(Load(self, scratch));
-        if self.occluders.tree().is_some() {
+        if self.occluders.tree.is_some() {
             dispatch(Sort(self, scratch));
         }
         dispatch(See(self, scratch));
@@ -273,7 +277,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
             self.remember(part.known, scratch);
             if lamp.casts_shadows && scratch.given[index].iter().any(|given| given.is_lit) {
                 dispatch(Occlude(self, scratch));
-                if self.occluders.tree().is_some() {
+                if self.occluders.tree.is_some() {
                     dispatch(OccludeByTree(self, scratch));
                 }
             }

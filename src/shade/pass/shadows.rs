@@ -133,7 +133,7 @@ impl<F: Linear> LightPass<'_, F> {
     #[inline(always)]
     pub fn gather<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
         let Scratch { packs, groups, left, .. } = scratch;
-        let together = self.occluders.tree().map_or(packs.len(), |_| TOGETHER);
+        let together = self.occluders.tree.map_or(packs.len(), |_| TOGETHER);
         groups.clear();
         left.clear();
         for pack in &*packs {
@@ -198,7 +198,7 @@ impl<F: Linear> LightPass<'_, F> {
     /// Takes away what spheres of the tree are in the way of.
     #[inline(always)]
     pub fn occlude_by_tree<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
-        let Some(bvh) = self.occluders.tree() else { return };
+        let Some(bvh) = self.occluders.tree else { return };
         let Scratch { light: index, packs, given, groups, ways, walk, .. } = scratch;
         let (origin, aim) =
             (self.occluders.origins[*index], self.lighting.lamps[*index].aim.map(Lanes::splat));
@@ -252,7 +252,8 @@ impl<F: Linear, const N: usize> Visitor for Darken<'_, '_, F, N> {
             if self.bvh.ids[place] == self.own {
                 continue;
             }
-            let met = self.pass.occluders.met::<F>(&self.bvh.spheres[place]);
+            let reference = self.pass.occluders.prepared.reference;
+            let met = SphereMet::met_from::<F>(&self.bvh.spheres[place], reference);
             let met = <SphereMet<f64> as Record>::splat(&met);
             self.is_dark = true;
             for way in &mut *self.ways {

@@ -182,7 +182,7 @@ fn bytes_are_those_that_f64_finds() {
     for number in 0..60 {
         let scene = scene(&mut rng, [4, 400][number as usize % 2]);
         with_lights(&scene, 1 + number % 3, &mut |&Lights { job, occluders }| {
-            assert_eq!(occluders.tree().is_some(), scene.spheres.len() == 400);
+            assert_eq!(occluders.tree.is_some(), scene.spheres.len() == 400);
             let n = job.n_columns();
             for row in 0..job.samples.height as usize / job.n_samples() {
                 let [narrow, wide] = [true, false].map(|is_f32_enough| {
