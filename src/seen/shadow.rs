@@ -324,15 +324,6 @@ impl<R: Real> ShadowRay<R> {
         R::lit(ROOM) * (self.error + self.end_error)
     }
 
-    /// Rays side by side that are all like this one.
-    #[inline(always)]
-    pub fn repeated<W: Real<One = R>>(&self) -> ShadowRay<W>
-    where
-        R: Float,
-    {
-        self.map(W::splat)
-    }
-
     /// Bounds of `n·ω` for a unit normal that is off by `normal_error`. Both are 0 where it is certain not
     /// to be positive.
     #[inline(always)]

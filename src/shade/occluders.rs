@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::bvh::{Beam, Bvh, Corners, Enter, Node, Visitor, Walk};
 use crate::certify::Stage;
 use crate::exact::is_outside;
-use crate::num::{Float, Lanes};
+use crate::num::{Float, Lanes, Real};
 use crate::prepare::{Lamp, LampOrigin, Lighting, Prepared, Scaled, exponent_of, power_of_two};
 use crate::rays::Rays;
 use crate::scene::{Object, Scene, Sphere};
@@ -86,7 +86,7 @@ impl<'a> Occluders<'a> {
             }
         };
         for (first, spheres) in (0..).step_by(LANES).zip(&self.spheres) {
-            let Verdict { blocked, clear } = SphereMet::occlude(spheres, &ball.repeated());
+            let Verdict { blocked, clear } = SphereMet::occlude(spheres, &ball.map(Lanes::splat));
             for lane in 0..LANES.min(self.n_spheres - first) {
                 let (blocked, clear) = (blocked.0[lane], clear.0[lane]);
                 take(first + lane, Verdict { blocked, clear });
