@@ -44,7 +44,8 @@ pub(super) const LONGEST_SCALED: f64 = 3.47;
 /// Finds where the rays of a stage meet what they are known to hit, in numbers of `F`.
 pub struct Surfaces<'a, F: Float> {
     scene: &'a Scene,
-    are_known: bool,
+    /// Whether its bounds hold for these rays.
+    pub are_known: bool,
     eye: Eye,
     pub lengths: Lengths<F>,
     rays: SurfaceRays<'a, F>,
@@ -277,11 +278,6 @@ impl<'a, F: Float> Surfaces<'a, F> {
         found
     }
 
-    /// Whether its bounds hold for these rays.
-    pub fn are_known(&self) -> bool {
-        self.are_known
-    }
-
     #[inline(always)]
     fn aim<const N: usize>(&self, pack: &mut Pack<F, N>) {
         pack.ray = match &self.rays {
@@ -293,9 +289,15 @@ impl<'a, F: Float> Surfaces<'a, F> {
         };
     }
 
-    /// Where the rays of packs meet what they see.
+    /// Where the rays of packs meet what they see; unknown where the bounds don't hold for them.
     #[inline(always)]
     pub fn solve<const N: usize>(&self, packs: &mut [Pack<F, N>]) {
+        if !self.are_known {
+            for pack in packs {
+                pack.surface = Surface::unknown();
+            }
+            return;
+        }
         // Small loops over packs in memory are put into registers, where one large one is not.
         for pack in one_by_one(&mut *packs) {
             self.aim(pack);

@@ -65,14 +65,10 @@ impl<'a> Certified<'a> {
     }
 
     fn sample<'v>(&self, at: usize, visibility: &'v [Visibility]) -> SamplePoint<'v, 'a> {
-        let (id, surfaces) = (self.job.ids[at], &self.in_f64.surfaces);
-        let mut surface = None;
-        if surfaces.are_known() {
-            let mut packs = Vec::new();
-            surfaces.load(at, &[id], &mut packs);
-            surfaces.solve(&mut packs);
-            surface = Some(packs[0].surface.lane(0)).filter(Surface::is_known);
-        }
+        let (id, mut packs) = (self.job.ids[at], Vec::new());
+        self.in_f64.surfaces.load(at, &[id], &mut packs);
+        self.in_f64.surfaces.solve(&mut packs);
+        let surface = Some(packs[0].surface.lane(0)).filter(Surface::is_known);
         SamplePoint { at, visibility, id, surface, exact: OnceCell::new() }
     }
 

@@ -311,18 +311,13 @@ impl<'a> Certified<'a> {
         after_f32.clear();
         open.clear();
         if let Some(pass) = &self.in_f32 {
-            let (pixels, n_rays) = (&some[..], &mut counts.f32);
-            let part = PixelBlock { pixels, known: &[], first, out, open: after_f32, n_rays };
-            pass.find(part, control, in_f32)?;
+            let part = PixelBlock { pixels: some, known: &[], first, out, open: after_f32 };
+            counts.f32 += pass.find(part, control, in_f32)?;
             some.clear();
             some.extend(after_f32.iter().map(|open| open.pixel));
         }
-        let (pixels, known, n_rays) = (&some[..], &after_f32[..], &mut counts.f64);
-        self.in_f64.find(
-            PixelBlock { pixels, known, first, out, open, n_rays },
-            control,
-            in_f64,
-        )?;
+        let part = PixelBlock { pixels: some, known: after_f32, first, out, open };
+        counts.f64 += self.in_f64.find(part, control, in_f64)?;
         for open in open {
             out[open.pixel - first] = self.decide(open, control, colors, counts)?;
         }

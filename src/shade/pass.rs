@@ -33,7 +33,7 @@ use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3, dispatch, one_by_one};
 use crate::prepare::{CertifiedLamp, CertifiedLighting, Lamp};
 use crate::scene::Linear;
 use crate::seen::shadow::{Aim, Origin};
-use crate::seen::{Bounds, LightBounds, ShadowRay, Surface, Verdict};
+use crate::seen::{Bounds, LightBounds, ShadowRay, Verdict};
 use order::SampleOrder;
 use shadows::{Group, Way};
 
@@ -177,8 +177,6 @@ pub struct PixelBlock<'a, C> {
     pub out: &'a mut [[C; 3]],
     /// Gets those that are left open.
     pub open: &'a mut Vec<Open>,
-    /// Counts shadow rays of pixels that are not.
-    pub n_rays: &'a mut u64,
 }
 
 impl<'a> LightPass<'a, f32> {
@@ -192,7 +190,7 @@ impl<'a> LightPass<'a, f32> {
         }
         let surfaces = Surfaces::in_f32(&occluders.stage, samples.view.lens);
         let pass = LightPass::new(job, occluders, surfaces);
-        (pass.lighting.width.low > 0.5 && pass.surfaces.are_known()).then_some(pass)
+        (pass.lighting.width.low > 0.5 && pass.surfaces.are_known).then_some(pass)
     }
 
     /// The numbers of the pass, for a device; `None` where a light is so far away that squares leave the range.
@@ -249,7 +247,8 @@ impl<'a, F: Linear> LightPass<'a, F> {
         LightPass { job, occluders, surfaces, lighting }
     }
 
-    /// Finds the colours of some pixels, `N` of them together.
+    /// Finds the colours of some pixels, `N` of them together, and gives the number of shadow rays of those that are not left
+    /// open.
     ///
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled.
@@ -258,9 +257,9 @@ impl<'a, F: Linear> LightPass<'a, F> {
         mut part: PixelBlock<C>,
         control: &Control,
         scratch: &mut Scratch<F, N>,
-    ) -> Result<()> {
+    ) -> Result<u64> {
         if part.pixels.is_empty() {
-            return Ok(());
+            return Ok(0);
         }
         scratch.pixels.clear();
         scratch.pixels.extend(part.pixels);
@@ -284,8 +283,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
         }
         dispatch(Tint(self, scratch));
         scratch.order.restore(&mut scratch.shades);
-        dispatch(Write(self, scratch, &mut part));
-        Ok(())
+        Ok(dispatch(Write(self, scratch, &mut part)))
     }
 
     /// Puts samples of pixels into packs, and makes room for their light.
@@ -348,12 +346,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
     /// Finds the surfaces that samples see.
     #[inline(always)]
     fn see<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
-        if self.surfaces.are_known() {
-            return self.surfaces.solve(&mut scratch.packs);
-        }
-        for pack in &mut scratch.packs {
-            pack.surface = Surface::default();
-        }
+        self.surfaces.solve(&mut scratch.packs);
     }
 
     #[inline(always)]
@@ -431,8 +424,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
             shade.light = LightBounds::of(color);
         }
         for (number, (pack, shade)) in one_by_one(&*packs).zip(shades).enumerate() {
-            let LightBounds { low, high } = self.lighting.ambient;
-            let mut sum = LightBounds { low: V3::splat(low), high: V3::splat(high) };
+            let mut sum = self.lighting.ambient.map(Lanes::splat);
             for (lamp, given) in self.lighting.lamps.iter().zip(&*given) {
                 sum = sum.with(V3::splat(lamp.weight), given[number].bounds);
             }
@@ -449,8 +441,13 @@ impl<'a, F: Linear> LightPass<'a, F> {
 
     /// Writes means of samples.
     #[inline(always)]
-    fn write<C: Written, const N: usize>(&self, part: &mut PixelBlock<C>, scratch: &Scratch<F, N>) {
-        let PixelBlock { pixels, first, out, open, n_rays, .. } = part;
+    fn write<C: Written, const N: usize>(
+        &self,
+        part: &mut PixelBlock<C>,
+        scratch: &Scratch<F, N>,
+    ) -> u64 {
+        let PixelBlock { pixels, first, out, open, .. } = part;
+        let mut n_rays = 0;
         let n = self.job.n_samples();
         let background = self.job.color(0).map(C::of);
         let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
@@ -481,7 +478,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
             }
             if are_all_known && is_stretch::<N>(pixels) {
                 out[pixels[0] - *first..][..N].copy_from_slice(&found);
-                **n_rays += all_rays as u64;
+                n_rays += all_rays as u64;
                 continue;
             }
             for (lane, &pixel) in pixels.iter().enumerate() {
@@ -489,7 +486,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
                     out[pixel - *first] = background;
                 } else if is_known[lane] {
                     out[pixel - *first] = found[lane];
-                    **n_rays += sum.n_rays.0[lane].to_f64() as u64;
+                    n_rays += sum.n_rays.0[lane].to_f64() as u64;
                 } else {
                     let bounds = std::array::from_fn(|channel| Bounds {
                         low: low.0[channel].0[lane].to_f64(),
@@ -504,6 +501,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
                 }
             }
         }
+        n_rays
     }
 }
 
@@ -546,11 +544,11 @@ struct Write<'a, 'b, 'c, C, F: Float, const N: usize>(
 );
 
 impl<C: Written, F: Linear, const N: usize> WithSimd for Write<'_, '_, '_, C, F, N> {
-    type Output = ();
+    type Output = u64;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.0.write(self.2, self.1);
+    fn with_simd<S: Simd>(self, _: S) -> u64 {
+        self.0.write(self.2, self.1)
     }
 }
 

@@ -18,6 +18,7 @@ use crate::rays::{Pixels, Rays, View};
 use crate::scene::{
     Camera, Color, Light, Plane, Projection, Samples, Scene, Source, Sphere, parse_scene,
 };
+use crate::seen::Surface;
 use crate::trace::{Hits, Wants};
 use crate::tracer::Tracer;
 
@@ -111,16 +112,9 @@ fn bounds<F: Linear, const N: usize>(
     pixels: &[usize],
     scratch: &mut Scratch<F, N>,
 ) -> Vec<Open> {
-    let (mut open, mut n_rays, first) = (Vec::new(), 0, pixels[0]);
+    let (mut open, first) = (Vec::new(), pixels[0]);
     let mut out = vec![[Untold; 3]; pixels[pixels.len() - 1] + 1 - first];
-    let part = PixelBlock {
-        pixels,
-        known: &[],
-        first,
-        out: &mut out,
-        open: &mut open,
-        n_rays: &mut n_rays,
-    };
+    let part = PixelBlock { pixels, known: &[], first, out: &mut out, open: &mut open };
     pass.find(part, &Control::default(), scratch).unwrap();
     open
 }
