@@ -65,18 +65,12 @@ impl Lit {
         colors: &mut Vec<[C; 3]>,
     ) -> Result<(ColorCounts, StageCounts)> {
         let samples = &pixels.samples(self.style.n_samples.across());
-        let n_pixels = pixels.len();
         let job = Job { lit: self, samples, ids };
         colors.clear();
-        colors.resize(n_pixels, Default::default());
+        colors.resize(pixels.len(), Default::default());
         let prepared = &*Arc::clone(tracer.prepared());
         if prepared.kernel != Kernel::Certified {
-            let is_lit_there = plain::shade(&job, prepared, tracer, control, colors)?;
-            let colors = match is_lit_there {
-                true => ColorCounts { device: n_pixels as u64, ..ColorCounts::default() },
-                false => ColorCounts { cpu: n_pixels as u64, ..ColorCounts::default() },
-            };
-            return Ok((colors, plain::counts(&job, prepared.kernel)));
+            return plain::shade(&job, prepared, tracer, control, colors);
         }
         let rays = Rays::Pixels(*samples);
         let occluders = Occluders::new(prepared, &rays, &self.lighting);
@@ -85,9 +79,8 @@ impl Lit {
         certified.require_memory()?;
         certified.propose(tracer, pixels, control)?;
         let counts = certified.run(control, colors)?;
-        let n_there = certified.codes.iter().filter(|&&code| code != OPEN).count();
-        let (device, cpu) = (n_there as u64, (n_pixels - n_there) as u64);
-        Ok((ColorCounts { device, device_f32: device, cpu }, counts))
+        let device = certified.codes.iter().filter(|&&code| code != OPEN).count() as u64;
+        Ok((ColorCounts { device, device_f32: device, cpu: pixels.len() as u64 - device }, counts))
     }
 }
 

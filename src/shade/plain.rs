@@ -6,6 +6,7 @@
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
+use super::ColorCounts;
 use super::lit::{Job, Lit};
 use super::written::Written;
 use crate::control::Control;
@@ -15,24 +16,29 @@ use crate::kernel::plain::{Hit, Plain, PlainRay, PlainRays};
 use crate::kernel::{Lists, ObjectRecords};
 use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3, dispatch};
 use crate::prepare::{Lamp, LampOrigin, Lighting, Prepared};
-use crate::trace::{Kernel, Level, Rays, StageCounts};
+use crate::trace::{Level, Rays, StageCounts};
 use crate::tracer::{Backend, Tracer};
 
 /// Samples whose light comes from a device at a time; bounds the memory for it.
 const SAMPLES_AT_ONCE: u32 = 1 << 18;
 
-/// Fills `colors` with those of all pixels, whose samples are the rays `samples`. True where the device of `tracer` lit them.
+/// Fills `colors` with those of all pixels, by the device of `tracer` where that lights them. Returns where they are from; all ways
+/// to lamps are looked at in the kernel's own arithmetic.
 pub(super) fn shade<C: Written>(
     job: &Job,
     prepared: &Prepared,
     tracer: &mut Tracer,
     control: &Control,
     colors: &mut [[C; 3]],
-) -> Result<bool> {
+) -> Result<(ColorCounts, StageCounts)> {
+    let n_pixels = colors.len() as u64;
+    let n_hits = job.ids.iter().filter(|&&id| id != 0).count();
+    let n_rays = (n_hits * job.lit.lighting.lamps.len()) as u64;
+    let counts = StageCounts::of(n_rays, Level::of(prepared.kernel));
     if let Some(backend) = tracer.backend()
         && shade_with(backend, job, control, colors)?
     {
-        return Ok(true);
+        return Ok((ColorCounts { device: n_pixels, ..ColorCounts::default() }, counts));
     }
     let here = (job, prepared);
     let rows = colors.par_chunks_mut(job.n_columns().max(1)).enumerate();
@@ -52,7 +58,7 @@ pub(super) fn shade<C: Written>(
         mix(job, row, lights, control, colors);
         Ok(())
     })?;
-    Ok(false)
+    Ok((ColorCounts { cpu: n_pixels, ..ColorCounts::default() }, counts))
 }
 
 /// Fills `colors` as [`shade`] does, by a device's light, some rows at a time. False where that is left to the CPU.
@@ -313,10 +319,4 @@ fn point<F: Float, S: Plain<Float = F>, P: Plain<Float = F>>(
         ways: lighting.lamps.par_iter().map(way).collect(),
         light: to_f64(scene.light(&ray)),
     })
-}
-
-/// All ways to lamps are looked at in the kernel's own arithmetic.
-pub(super) fn counts(job: &Job, kernel: Kernel) -> StageCounts {
-    let n_hits = job.ids.iter().filter(|&&id| id != 0).count() as u64;
-    StageCounts::of(n_hits * job.lit.lighting.lamps.len() as u64, Level::of(kernel))
 }
