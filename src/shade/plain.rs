@@ -40,19 +40,20 @@ pub(super) fn shade<C: Written>(
     {
         return Ok((ColorCounts { device: n_pixels, ..ColorCounts::default() }, counts));
     }
-    let here = (job, prepared);
     let rows = colors.par_chunks_mut(job.n_columns().max(1)).enumerate();
     rows.try_for_each_init(Vec::new, |lights, (row, colors)| -> Result<()> {
         lights.clear();
         lights.resize(samples_of_row(job), [0.0; 3]);
         match &prepared.objects {
             ObjectRecords::Lecture(lists) => {
-                light_row::<_, _, 16>(lists, here, row, control, lights)
+                dispatch(Light::<_, _, 16> { lists, prepared, job, row, control, lights })
             }
             ObjectRecords::Stable(lists) => {
-                light_row::<_, _, 16>(lists, here, row, control, lights)
+                dispatch(Light::<_, _, 16> { lists, prepared, job, row, control, lights })
             }
-            ObjectRecords::Double(lists) => light_row::<_, _, 8>(lists, here, row, control, lights),
+            ObjectRecords::Double(lists) => {
+                dispatch(Light::<_, _, 8> { lists, prepared, job, row, control, lights })
+            }
             ObjectRecords::Certified { .. } => Ok(()),
         }?;
         mix(job, row, lights, control, colors);
@@ -89,26 +90,6 @@ fn shade_with<C: Written>(
     Ok(true)
 }
 
-/// The light that a row of pixels' samples find on what they see.
-fn light_row<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
-    lists: &Lists<S, P>,
-    (job, prepared): (&Job, &Prepared),
-    row: usize,
-    control: &Control,
-    lights: &mut [[f64; 3]],
-) -> Result<()> {
-    let coordinates = prepared.coordinates();
-    let Lit { lighting, style, .. } = job.lit;
-    let scene = &Scene { lists, coordinates, lighting, epsilon: style.epsilon };
-    let rays = &PlainRays::of_pixels(coordinates, job.samples);
-    let first = row * samples_of_row(job);
-    for (first, lights) in (first..).step_by(job.row()).zip(lights.chunks_mut(job.row())) {
-        let ids = &job.ids[first..][..lights.len()];
-        dispatch(Light::<S, P, N> { scene, rays, control, first, ids, lights })?;
-    }
-    Ok(())
-}
-
 /// Samples of a row of pixels.
 fn samples_of_row(job: &Job) -> usize {
     job.n_samples() * job.row()
@@ -138,14 +119,13 @@ fn mix<C: Written>(
     }
 }
 
-/// Consecutive samples of a row, compiled for each instruction set that the processor may have.
+/// The light that a row of pixels' samples find on what they see, compiled for each instruction set that the processor may have.
 struct Light<'a, S: Plain, P, const N: usize> {
-    scene: &'a Scene<'a, S, P>,
-    rays: &'a PlainRays<'a, S::Float>,
+    lists: &'a Lists<S, P>,
+    prepared: &'a Prepared,
+    job: &'a Job<'a>,
+    row: usize,
     control: &'a Control,
-    first: usize,
-    /// What they see.
-    ids: &'a [u32],
     lights: &'a mut [[f64; 3]],
 }
 
@@ -154,17 +134,23 @@ impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Light<'_
 
     #[inline(always)]
     fn with_simd<I: Simd>(self, _: I) -> Result<()> {
-        let Light { scene, rays, control, first, ids, lights } = self;
-        let packs = ids.chunks(N).zip(lights.chunks_mut(N));
-        for (start, (ids, lights)) in (first..).step_by(N).zip(packs) {
-            // A ray may have millions of spheres to look at.
-            control.check()?;
-            if ids.iter().all(|&id| id == 0) {
-                continue;
-            }
-            let found = scene.light(&rays.pack::<N>(start));
-            for (lane, light) in lights.iter_mut().enumerate() {
-                *light = std::array::from_fn(|channel| found.0[channel].0[lane].to_f64());
+        let Light { lists, prepared, job, row, control, lights } = self;
+        let coordinates = prepared.coordinates();
+        let Lit { lighting, style, .. } = job.lit;
+        let scene = Scene { lists, coordinates, lighting, epsilon: style.epsilon };
+        let rays = PlainRays::of_pixels(coordinates, job.samples);
+        let first = row * samples_of_row(job);
+        for (first, lights) in (first..).step_by(job.row()).zip(lights.chunks_mut(job.row())) {
+            for (first, lights) in (first..).step_by(N).zip(lights.chunks_mut(N)) {
+                // A ray may have millions of spheres to look at.
+                control.check()?;
+                if job.ids[first..][..lights.len()].iter().all(|&id| id == 0) {
+                    continue;
+                }
+                let found = scene.light(&rays.pack::<N>(first));
+                for (lane, light) in lights.iter_mut().enumerate() {
+                    *light = std::array::from_fn(|channel| found.0[channel].0[lane].to_f64());
+                }
             }
         }
         Ok(())
