@@ -7,6 +7,7 @@ use super::lit::Certified;
 use super::mean::ExactMean;
 use super::pass::{Open, Visibility};
 use super::written::{Written, exact_pixel};
+use crate::certify::Pack;
 use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{ExactBeam, ExactPoint};
@@ -46,8 +47,14 @@ impl<'a> Certified<'a> {
         counts: &mut StageCounts,
     ) -> Result<[C; 3]> {
         let n_lamps = self.job.lit.lighting.lamps.len();
-        let sample =
-            |(sample, at)| self.sample(at, &open.visibility[sample * n_lamps..][..n_lamps]);
+        let sample = |(number, at): (usize, usize)| {
+            let (id, mut packs) = (self.job.ids[at], Vec::<Pack<f64, 1>>::new());
+            self.in_f64.surfaces.load(at, &[id], &mut packs);
+            self.in_f64.surfaces.solve(&mut packs);
+            let surface = Some(packs[0].surface.lane(0)).filter(Surface::is_known);
+            let visibility = &open.visibility[number * n_lamps..][..n_lamps];
+            SamplePoint { at, visibility, id, surface, exact: OnceCell::new() }
+        };
         let samples: Vec<SamplePoint> =
             self.job.samples_of(open.pixel).enumerate().map(sample).collect();
         let Some(seen) = self.seen_evenly(&samples, counts) else {
@@ -62,14 +69,6 @@ impl<'a> Certified<'a> {
             known.insert(seen, color);
         }
         Ok(color)
-    }
-
-    fn sample<'v>(&self, at: usize, visibility: &'v [Visibility]) -> SamplePoint<'v, 'a> {
-        let (id, mut packs) = (self.job.ids[at], Vec::new());
-        self.in_f64.surfaces.load(at, &[id], &mut packs);
-        self.in_f64.surfaces.solve(&mut packs);
-        let surface = Some(packs[0].surface.lane(0)).filter(Surface::is_known);
-        SamplePoint { at, visibility, id, surface, exact: OnceCell::new() }
     }
 
     /// A sample's point exactly, found when it is first asked for.
