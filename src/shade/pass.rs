@@ -103,10 +103,12 @@ impl<F: Float, const N: usize> Given<F, N> {
 
     fn visibility(&self, lane: usize) -> Visibility {
         let zero = F::default();
-        match zero.lt(self.bounds.high.0[lane]) {
-            false => Visibility::Hidden,
-            true if zero.lt(self.bounds.low.0[lane]) => Visibility::Seen,
-            true => Visibility::Unknown,
+        if !zero.lt(self.bounds.high.0[lane]) {
+            Visibility::Hidden
+        } else if zero.lt(self.bounds.low.0[lane]) {
+            Visibility::Seen
+        } else {
+            Visibility::Unknown
         }
     }
 }
@@ -349,15 +351,6 @@ impl<'a, F: Linear> LightPass<'a, F> {
         self.surfaces.solve(&mut scratch.packs);
     }
 
-    #[inline(always)]
-    fn shadow_rays<const N: usize>(
-        &self,
-        aim: &Aim<Lanes<F, N>>,
-        pack: &Pack<F, N>,
-    ) -> ShadowRay<Lanes<F, N>> {
-        ShadowRay::new(aim, pack.surface.point, pack.surface.point_error)
-    }
-
     /// What a light gives if nothing is in its way.
     #[inline(always)]
     fn face<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
@@ -367,9 +360,10 @@ impl<'a, F: Linear> LightPass<'a, F> {
         let (zero, one) = (Lanes::lit(0.0), Lanes::lit(1.0));
         let (clear, of_rays) = if lamp.casts_shadows { (zero, one) } else { (one, zero) };
         for ((pack, shade), given) in one_by_one(&*packs).zip(shades).zip(&mut given[*index]) {
-            let (low, high) =
-                self.shadow_rays(&aim, pack).cosine(pack.surface.normal, pack.surface.normal_error);
-            let low = Lanes::select(pack.surface.is_known(), low, zero);
+            let surface = &pack.surface;
+            let rays = ShadowRay::new(&aim, surface.point, surface.point_error);
+            let (low, high) = rays.cosine(surface.normal, surface.normal_error);
+            let low = Lanes::select(surface.is_known(), low, zero);
             let high = Lanes::select(is_id(&pack.ids, 0), zero, high);
             shade.n_rays = shade.n_rays + Lanes::select(zero.lt(high), of_rays, zero);
             let is_lit = zero.lt(high).any();

@@ -180,7 +180,7 @@ impl<F: Linear> LightPass<'_, F> {
                 }
                 let mut verdict = Verdict::dark();
                 if !is_dark {
-                    let rays = self.shadow_rays(&aim, pack);
+                    let rays = ShadowRay::new(&aim, pack.surface.point, pack.surface.point_error);
                     verdict = Verdict::none();
                     for &place in &*places {
                         verdict = verdict.with(self.lighting.occluders[place].1.occlude(&rays));
@@ -211,7 +211,7 @@ impl<F: Linear> LightPass<'_, F> {
                 let asked = given.bounds.high.min(one - given.clear);
                 let asked = Lanes::select(lanes_on(pack, *id), asked, zero);
                 around.add(zero.lt(asked), &pack.surface);
-                let rays = self.shadow_rays(&aim, pack);
+                let rays = ShadowRay::new(&aim, pack.surface.point, pack.surface.point_error);
                 ways.push(Way { rays, verdict: Verdict::none(), asked });
             }
             if ways.iter().any(Way::is_open) {
