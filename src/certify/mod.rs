@@ -73,10 +73,7 @@ impl<'a> Stage<'a> {
         control: &Control,
         room: &mut Vec<PackF64>,
     ) -> Result<()> {
-        match surfaces.are_known {
-            true => surfaces.round(first, ids, room, t, normal),
-            false => t.fill(0.0),
-        }
+        surfaces.round(first, ids, room, t, normal);
         if t.contains(&0.0) {
             let open: Vec<usize> = (0..t.len()).filter(|&at| t[at] == 0.0).collect();
             let surface = |&at: &usize| {

@@ -19,7 +19,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    use super::super::surfaces::{LANES, Surfaces};
+    use super::super::surfaces::{LANES, PackF64, Surfaces};
     use super::*;
     use crate::exact::nearest;
     use crate::kernel::Kernel;
@@ -65,7 +65,7 @@ mod tests {
             let ids: Vec<u32> = (0..pixels.len())
                 .map(|at| nearest(&stage.exact.ray(at), scene.objects()).map_or(0, |hit| hit.id))
                 .collect();
-            let (surfaces, mut packs) = (Surfaces::in_f64(&stage), Vec::new());
+            let (surfaces, mut packs) = (Surfaces::in_f64(&stage), Vec::<PackF64>::new());
             for (at, &id) in ids.iter().enumerate() {
                 let column = at % width as usize;
                 if column == 0 {

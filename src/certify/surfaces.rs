@@ -187,12 +187,12 @@ impl<'a> Surfaces<'a, f64> {
 
     /// Puts the rays from `first` on, which are of one row and see these objects, into packs; the last lanes may repeat one.
     #[inline(always)]
-    pub(super) fn load(&self, first: usize, ids: &[u32], packs: &mut Vec<PackF64>) {
+    pub fn load<const N: usize>(&self, first: usize, ids: &[u32], packs: &mut Vec<Pack<f64, N>>) {
         let n_spheres = self.scene.spheres.len() as u32;
-        let n_packs = ids.len().div_ceil(LANES);
+        let n_packs = ids.len().div_ceil(N);
         packs.resize_with(packs.len().max(n_packs), Pack::default);
         packs.truncate(n_packs);
-        for (pack, ids) in packs.iter_mut().zip(ids.chunks(LANES)) {
+        for (pack, ids) in packs.iter_mut().zip(ids.chunks(N)) {
             pack.see(ids, n_spheres);
         }
         match self.rays {
@@ -201,15 +201,15 @@ impl<'a> Surfaces<'a, f64> {
                 let (i, j) = pixels.offset2(x, y);
                 let columns = Lanes(std::array::from_fn(|lane| 2.0 * lane as f64));
                 let last = Lanes::lit((i + 2 * (ids.len() as i64 - 1)) as f64);
-                for (i, pack) in (i..).step_by(2 * LANES).zip(packs) {
+                for (i, pack) in (i..).step_by(2 * N).zip(packs) {
                     let across = (Lanes::lit(i as f64) + columns).min(last);
                     pack.offset = [across, Lanes::lit(j as f64)];
                 }
             }
             Rays::List(rays) => {
                 let last = first + ids.len() - 1;
-                for (at, pack) in (first..).step_by(LANES).zip(packs) {
-                    for lane in 0..LANES {
+                for (at, pack) in (first..).step_by(N).zip(packs) {
+                    for lane in 0..N {
                         let ray = &rays[last.min(at + lane)];
                         let scaled = Scaled::new(ray.direction);
                         let factor = power_of_two(-scaled.exponent());
@@ -282,9 +282,15 @@ impl<'a, F: Float> Surfaces<'a, F> {
         };
     }
 
-    /// Where the rays of packs meet what they see.
+    /// Where the rays of packs meet what they see; unknown where the bounds don't hold for them.
     #[inline(always)]
     pub fn solve<const N: usize>(&self, packs: &mut [Pack<F, N>]) {
+        if !self.are_known {
+            for pack in packs {
+                pack.surface = Surface::unknown();
+            }
+            return;
+        }
         // Small loops over packs in memory are put into registers, where one large one is not.
         for pack in one_by_one(&mut *packs) {
             self.aim(pack);

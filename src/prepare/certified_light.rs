@@ -1,25 +1,26 @@
-//! The light of a picture for a device that finds bytes as the kernel `certified` does.
+//! The light of a picture as the kernel `certified` takes it, on the CPU and on a device.
 
 use crate::num::V3;
 use crate::seen::shadow::Aim;
 use crate::seen::{Bounds, Lengths, LightBounds, Met};
 
-/// What bounds of a picture's colours in f32 rest on, relative to the eye.
-pub struct CertifiedLighting {
+/// What bounds of a picture's colours in numbers of `F` rest on, relative to the eye.
+#[derive(Clone)]
+pub struct CertifiedLighting<F: Copy = f32> {
     /// Samples across and down a pixel.
     pub n_samples: u32,
     /// The background's colour, as samples count it; the objects have those of the scene.
-    pub background: V3<f32>,
+    pub background: V3<F>,
     /// The objects that may be in the way of light and are in no tree, and their ids.
-    pub occluders: Vec<(u32, Met<f32>)>,
+    pub occluders: Vec<(u32, Met<F>)>,
     /// Lights and suns of the sky.
-    pub lamps: Vec<CertifiedLamp<f32>>,
+    pub lamps: Vec<CertifiedLamp<F>>,
     /// Bounds of the light from nowhere.
-    pub ambient: LightBounds<f32>,
+    pub ambient: LightBounds<F>,
     /// What a mean is multiplied with for its bounds.
-    pub width: Bounds<f32>,
+    pub width: Bounds<F>,
     /// What the samples' rays share where they meet an object.
-    pub lengths: Lengths<f32>,
+    pub lengths: Lengths<F>,
 }
 
 /// A light, or a sun of the sky, in numbers of `F`.

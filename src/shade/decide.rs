@@ -11,7 +11,6 @@ use crate::certify::Pack;
 use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{ExactBeam, ExactPoint};
-use crate::num::Lanes;
 use crate::prepare::{Lamp, LampOrigin};
 use crate::seen::Surface;
 use crate::trace::StageCounts;
@@ -48,10 +47,16 @@ impl<'a> Certified<'a> {
         counts: &mut StageCounts,
     ) -> Result<[C; 3]> {
         let n_lamps = self.job.lit.lighting.lamps.len();
-        let sample =
-            |(sample, at)| self.sample(at, &open.visibility[sample * n_lamps..][..n_lamps]);
+        let sample = |(number, at): (usize, usize)| {
+            let (id, mut packs) = (self.job.ids[at], Vec::<Pack<f64, 1>>::new());
+            self.in_f64.surfaces.load(at, &[id], &mut packs);
+            self.in_f64.surfaces.solve(&mut packs);
+            let surface = Some(packs[0].surface.lane(0)).filter(Surface::is_known);
+            let visibility = &open.visibility[number * n_lamps..][..n_lamps];
+            SamplePoint { at, visibility, id, surface, exact: OnceCell::new() }
+        };
         let samples: Vec<SamplePoint> =
-            self.job.samples(open.pixel).enumerate().map(sample).collect();
+            self.job.samples_of(open.pixel).enumerate().map(sample).collect();
         let Some(seen) = self.seen_evenly(&samples, counts) else {
             return self.exact_mean(open, &samples, control, counts);
         };
@@ -64,21 +69,6 @@ impl<'a> Certified<'a> {
             known.insert(seen, color);
         }
         Ok(color)
-    }
-
-    fn sample<'v>(&self, at: usize, visibility: &'v [Visibility]) -> SamplePoint<'v, 'a> {
-        let (id, surfaces) = (self.job.ids[at], &self.in_f64.surfaces);
-        let mut surface = None;
-        if surfaces.are_known {
-            let (x, y) = self.samples.xy(at);
-            let (i, j) = self.samples.offset2(x, y);
-            let mut packs = [Pack::<f64, 1>::default()];
-            packs[0].offset = [Lanes([i as f64]), Lanes([j as f64])];
-            packs[0].see(&[id], self.occluders.scene.spheres.len() as u32);
-            surfaces.solve(&mut packs);
-            surface = Some(packs[0].surface.lane(0)).filter(Surface::is_known);
-        }
-        SamplePoint { at, visibility, id, surface, exact: OnceCell::new() }
     }
 
     /// A sample's point exactly, found when it is first asked for.

@@ -65,29 +65,22 @@ impl Lit {
         colors: &mut Vec<[C; 3]>,
     ) -> Result<(ColorCounts, StageCounts)> {
         let samples = &pixels.samples(self.style.n_samples.across());
-        let n_pixels = pixels.len();
-        let job = Job { lit: self, ids, row: samples.width as usize };
+        let job = Job { lit: self, samples, ids };
         colors.clear();
-        colors.resize(n_pixels, Default::default());
+        colors.resize(pixels.len(), Default::default());
         let prepared = &*Arc::clone(tracer.prepared());
         if prepared.kernel != Kernel::Certified {
-            let is_lit_there = plain::shade(&job, (prepared, samples), tracer, control, colors)?;
-            let colors = match is_lit_there {
-                true => ColorCounts { device: n_pixels as u64, ..ColorCounts::default() },
-                false => ColorCounts { cpu: n_pixels as u64, ..ColorCounts::default() },
-            };
-            return Ok((colors, plain::counts(&job, prepared.kernel)));
+            return plain::shade(&job, prepared, tracer, control, colors);
         }
         let rays = Rays::Pixels(*samples);
         let occluders = Occluders::new(prepared, &rays, &self.lighting);
         let is_f32_enough = C::IS_BYTE && occluders.are_large;
-        let mut certified = Certified::new(job, &occluders, samples, is_f32_enough);
+        let mut certified = Certified::new(job, &occluders, is_f32_enough);
         certified.require_memory()?;
         certified.propose(tracer, pixels, control)?;
         let counts = certified.run(control, colors)?;
-        let n_there = certified.codes.iter().filter(|&&code| code != OPEN).count();
-        let (device, cpu) = (n_there as u64, (n_pixels - n_there) as u64);
-        Ok((ColorCounts { device, device_f32: device, cpu }, counts))
+        let device = certified.codes.iter().filter(|&&code| code != OPEN).count() as u64;
+        Ok((ColorCounts { device, device_f32: device, cpu: pixels.len() as u64 - device }, counts))
     }
 }
 
@@ -104,8 +97,8 @@ pub fn certified_lighting(
     let samples = pixels.samples(n_samples.across());
     let rays = Rays::Pixels(samples);
     let occluders = Occluders::new(prepared, &rays, &lit.lighting);
-    let job = Job { lit, ids: &[], row: samples.width as usize };
-    LightPass::in_f32(job, &occluders, &samples)?.lighting()
+    let job = Job { lit, samples: &samples, ids: &[] };
+    LightPass::in_f32(job, &occluders)?.lighting().cloned()
 }
 
 /// Rows whose pixels are painted together: what one point sees of the lamps, those beside and below it mostly see as well.
@@ -125,9 +118,10 @@ const EXACT_COSINE_BYTES: u64 = 1 << 10;
 #[derive(Clone, Copy)]
 pub(super) struct Job<'a> {
     pub lit: &'a Lit,
+    /// The samples of all pixels, as pixels of a larger picture.
+    pub samples: &'a Pixels,
+    /// What they see.
     pub ids: &'a [u32],
-    /// Samples of a row.
-    pub row: usize,
 }
 
 impl Job<'_> {
@@ -136,15 +130,20 @@ impl Job<'_> {
         self.lit.style.n_samples.across() as usize
     }
 
+    /// Samples of a row.
+    pub fn row(&self) -> usize {
+        self.samples.width as usize
+    }
+
     /// Pixels of a row.
     pub fn n_columns(&self) -> usize {
-        self.row / self.n_samples()
+        self.row() / self.n_samples()
     }
 
     /// What the samples of consecutive pixels of a row see, row by row.
     fn rows_of_samples(&self, first: usize, n_pixels: usize) -> impl Iterator<Item = &[u32]> {
         let (n, start) = (self.n_samples(), self.first_sample(first));
-        (0..n).map(move |row| &self.ids[start + row * self.row..][..n_pixels * n])
+        (0..n).map(move |row| &self.ids[start + row * self.row()..][..n_pixels * n])
     }
 
     /// Whether no sample of consecutive pixels of a row sees an object.
@@ -155,7 +154,7 @@ impl Job<'_> {
 
     /// The number that the sum of a pixel's samples is divided by.
     pub fn n_counted(&self, pixel: usize) -> u64 {
-        self.lit.style.background.n_counted(self.samples(pixel).map(|at| self.ids[at]))
+        self.lit.style.background.n_counted(self.samples_of(pixel).map(|at| self.ids[at]))
     }
 
     /// Counts the light of pixels that are about to get it.
@@ -181,13 +180,12 @@ impl Job<'_> {
     /// Index of a pixel's first sample.
     pub fn first_sample(&self, pixel: usize) -> usize {
         let (n, n_columns) = (self.n_samples(), self.n_columns());
-        pixel / n_columns * n * self.row + pixel % n_columns * n
+        pixel / n_columns * n * self.row() + pixel % n_columns * n
     }
 
     /// Indices of a pixel's samples.
-    pub fn samples(&self, pixel: usize) -> impl Iterator<Item = usize> {
-        let (n, row) = (self.lit.style.n_samples.across() as usize, self.row);
-        let first = self.first_sample(pixel);
+    pub fn samples_of(&self, pixel: usize) -> impl Iterator<Item = usize> {
+        let (n, row, first) = (self.n_samples(), self.row(), self.first_sample(pixel));
         (0..n * n).map(move |sample| first + sample / n * row + sample % n)
     }
 
@@ -208,7 +206,6 @@ pub(super) struct Certified<'a> {
     codes: Vec<u32>,
     pub in_f64: LightPass<'a, f64>,
     pub occluders: &'a Occluders<'a>,
-    pub samples: &'a Pixels,
 }
 
 /// What a thread needs.
@@ -226,15 +223,10 @@ pub(super) struct Work<C> {
 
 impl<'a> Certified<'a> {
     /// With f32 first, if it is good enough for such colours.
-    pub fn new(
-        job: Job<'a>,
-        occluders: &'a Occluders<'a>,
-        samples: &'a Pixels,
-        is_f32_enough: bool,
-    ) -> Certified<'a> {
-        let in_f32 = is_f32_enough.then(|| LightPass::in_f32(job, occluders, samples)).flatten();
-        let in_f64 = LightPass::in_f64(job, occluders, samples);
-        Certified { job, in_f32, codes: Vec::new(), in_f64, occluders, samples }
+    pub fn new(job: Job<'a>, occluders: &'a Occluders<'a>, is_f32_enough: bool) -> Certified<'a> {
+        let in_f32 = is_f32_enough.then(|| LightPass::in_f32(job, occluders)).flatten();
+        let in_f64 = LightPass::in_f64(job, occluders);
+        Certified { job, in_f32, codes: Vec::new(), in_f64, occluders }
     }
 
     /// Refuses more samples and lamps than there is memory for: of a block of pixels each thread keeps what each lamp gives each
@@ -262,7 +254,7 @@ impl<'a> Certified<'a> {
             && let Some(backend) = tracer.backend()
             && let Some(lighting) = self.in_f32.as_ref().and_then(LightPass::lighting)
         {
-            match backend.light(&lighting, pixels, control, &mut self.codes)? {
+            match backend.light(lighting, pixels, control, &mut self.codes)? {
                 true => self.in_f32 = None,
                 false => self.codes.clear(),
             }
@@ -284,7 +276,8 @@ impl<'a> Certified<'a> {
         for (pixel, out) in (first..).zip(out) {
             match self.codes[pixel] {
                 OPEN => {
-                    n_hits -= self.job.samples(pixel).filter(|&at| self.job.ids[at] != 0).count();
+                    n_hits -=
+                        self.job.samples_of(pixel).filter(|&at| self.job.ids[at] != 0).count();
                     work.pixels.push(pixel);
                 }
                 code => {
@@ -311,18 +304,13 @@ impl<'a> Certified<'a> {
         after_f32.clear();
         open.clear();
         if let Some(pass) = &self.in_f32 {
-            let (pixels, n_rays) = (&some[..], &mut counts.f32);
-            let part = PixelBlock { pixels, known: &[], first, out, open: after_f32, n_rays };
-            pass.find(part, control, in_f32)?;
+            let part = PixelBlock { pixels: some, known: &[], first, out, open: after_f32 };
+            counts.f32 += pass.find(part, control, in_f32)?;
             some.clear();
             some.extend(after_f32.iter().map(|open| open.pixel));
         }
-        let (pixels, known, n_rays) = (&some[..], &after_f32[..], &mut counts.f64);
-        self.in_f64.find(
-            PixelBlock { pixels, known, first, out, open, n_rays },
-            control,
-            in_f64,
-        )?;
+        let part = PixelBlock { pixels: some, known: after_f32, first, out, open };
+        counts.f64 += self.in_f64.find(part, control, in_f64)?;
         for open in open {
             out[open.pixel - first] = self.decide(open, control, colors, counts)?;
         }

@@ -59,16 +59,13 @@ impl<'a> ExactMean<'a> {
         at: Option<(&'a ExactPoint<'a>, DVec3)>,
         mut is_seen: impl FnMut((usize, &Lamp), &ExactBeam) -> bool,
     ) {
-        let color = color.map(exact);
-        let (Some(lighting), Some((point, eye))) = (self.lighting, at) else {
-            for (channel, part) in color.iter().enumerate() {
-                self.add(channel, &(part * &self.n_shares));
-            }
-            return;
-        };
+        let (color, lit) = (color.map(exact), self.lighting.zip(at));
+        let ambient = lit.map_or([1.0; 3], |(lighting, _)| lighting.ambient);
         for (channel, part) in color.iter().enumerate() {
-            self.add(channel, &(exact(lighting.ambient[channel]) * &self.n_shares * part));
+            let part = exact(ambient[channel]) * &self.n_shares * part;
+            self.known[channel] = self.known[channel].plus(&(&part).into());
         }
+        let Some((lighting, (point, eye))) = lit else { return };
         for (index, lamp) in lighting.lamps.iter().enumerate() {
             if let Some(beam) = lamp.beam(point, eye)
                 && let Some(cosine) = beam.cosine()
@@ -79,11 +76,6 @@ impl<'a> ExactMean<'a> {
                 self.add_light(cosine, weights);
             }
         }
-    }
-
-    /// Adds what is known exactly.
-    fn add(&mut self, channel: usize, value: &Dyadic) {
-        self.known[channel] = self.known[channel].plus(&value.into());
     }
 
     /// Adds a cosine times its weights, which are at least 0.

@@ -23,11 +23,10 @@ pub struct Occluders<'a> {
     pub stage: Stage<'a>,
     pub prepared: &'a Prepared,
     pub scene: &'a Scene,
-    /// The objects that are not in the tree, without those that equal an earlier one, and their ids.
-    listed: Vec<(u32, Object<'a>)>,
-    /// The listed objects as shadow rays meet them,
-    met: Vec<Met<f64>>,
-    /// and the spheres, which come first, side by side.
+    /// The tree over many spheres.
+    pub tree: Option<&'a Bvh>,
+    /// [`Occluders::listed_in`], and of them the spheres, which come first, side by side.
+    listed: Vec<(u32, Met<f64>)>,
     spheres: Vec<SphereMet<Lanes<f64, LANES>>>,
     n_spheres: usize,
     /// From the reference point to that of the tree.
@@ -42,27 +41,20 @@ impl<'a> Occluders<'a> {
     pub fn new(prepared: &'a Prepared, rays: &'a Rays, lighting: &Lighting) -> Occluders<'a> {
         let (scene, stage) = (&*prepared.scene, Stage::new(prepared, rays));
         let relative = |point: DVec3| point - prepared.reference;
-        let to_tree = match &prepared.hierarchy {
-            Some(hierarchy) => prepared.reference - hierarchy.bvh.reference,
-            None => DVec3::ZERO,
-        };
-        let listed = prepared.listed(prepared.outside());
-        let met = met_from(&listed, prepared.reference);
-        let some = prepared.hierarchy.as_ref().map_or(Vec::new(), |hierarchy| {
-            let spheres = &hierarchy.bvh.spheres;
-            spheres.iter().step_by(spheres.len() / 64 + 1).copied().collect()
+        let tree = prepared.hierarchy.as_ref().map(|hierarchy| &*hierarchy.bvh);
+        let apparent = |sphere: &Sphere| sphere.radius.abs() / relative(sphere.center).length();
+        let size = tree.and_then(|bvh| {
+            median(bvh.spheres.iter().step_by(bvh.spheres.len() / 64 + 1).map(apparent))
         });
-        let radius = |sphere: &Sphere| sphere.radius.abs();
-        let apparent = |sphere: &Sphere| radius(sphere) / relative(sphere.center).length();
-        let are_large = median(some.iter().map(apparent)).is_none_or(|size| size > SMALL);
         let origin = |lamp: &Lamp| match lamp.origin {
             LampOrigin::Eye => shadow::Origin::Point(DVec3::ZERO),
             LampOrigin::Point(position) => shadow::Origin::Point(relative(position)),
             LampOrigin::Sun(way) => shadow::Origin::Sun(Scaled::new(way).rounded()),
         };
-        let spheres: Vec<SphereMet<f64>> = met
+        let listed = Occluders::listed_in(prepared);
+        let spheres: Vec<SphereMet<f64>> = listed
             .iter()
-            .map_while(|met| match met {
+            .map_while(|(_, met)| match met {
                 Met::Sphere(met) => Some(*met),
                 Met::Plane(_) => None,
             })
@@ -73,10 +65,10 @@ impl<'a> Occluders<'a> {
             stage,
             prepared,
             scene,
+            tree,
             listed,
-            met,
-            to_tree,
-            are_large,
+            to_tree: tree.map_or(DVec3::ZERO, |bvh| prepared.reference - bvh.reference),
+            are_large: size.is_none_or(|size| size > SMALL),
             origins: lighting.lamps.iter().map(origin).collect(),
         }
     }
@@ -100,31 +92,17 @@ impl<'a> Occluders<'a> {
                 take(first + lane, Verdict { blocked, clear });
             }
         }
-        for place in self.n_spheres..self.met.len() {
-            take(place, self.met[place].occlude(ball));
+        for place in self.n_spheres..self.listed.len() {
+            take(place, self.listed[place].1.occlude(ball));
         }
         is_dark
     }
 
-    /// The ids of the listed objects.
-    pub fn listed_ids(&self) -> impl Iterator<Item = u32> {
-        self.listed.iter().map(|(id, _)| *id)
-    }
-
-    /// The listed objects in numbers of `F`.
-    pub fn listed_in<F: Float>(&self) -> Vec<Met<F>> {
-        met_from(&self.listed, self.prepared.reference)
-    }
-
-    /// A sphere in numbers of `F`.
-    #[inline(always)]
-    pub fn met<F: Float>(&self, sphere: &Sphere) -> SphereMet<F> {
-        SphereMet::new(sphere, self.prepared.reference)
-    }
-
-    /// The tree over many spheres.
-    pub fn tree(&self) -> Option<&Bvh> {
-        self.prepared.hierarchy.as_ref().map(|hierarchy| &*hierarchy.bvh)
+    /// The objects that are not in the tree, without those that equal an earlier one, as shadow rays meet them in numbers of
+    /// `F`, and their ids.
+    pub fn listed_in<F: Float>(prepared: &Prepared) -> Vec<(u32, Met<F>)> {
+        let met = |(id, object)| (id, Met::new(object, prepared.reference));
+        prepared.listed(prepared.outside()).into_iter().map(met).collect()
     }
 
     /// The ways between points, which lie between two corners from the reference point, and a light. They begin at the light
@@ -185,7 +163,7 @@ impl<'a> Occluders<'a> {
         if !surface.front {
             ids.push(own);
         }
-        if let Some(bvh) = self.tree() {
+        if let Some(bvh) = self.tree {
             let [point, room] = [surface.point.0, [surface.point_error; 3]].map(DVec3::from_array);
             let beam = self.beam(bvh, self.origins[index], [point - room, point + room]);
             let mut look = Look { occluders: self, bvh, own, ray: &ray, ids: &mut ids };
@@ -217,17 +195,13 @@ impl Visitor for Look<'_> {
         for lane in (0..u32::BITS).filter(|lane| leaves >> lane & 1 == 1) {
             let place = node.place(lane) as usize;
             let id = self.bvh.ids[place];
-            let met = self.occluders.met::<f64>(&self.bvh.spheres[place]);
+            let reference = self.occluders.prepared.reference;
+            let met: SphereMet<f64> = SphereMet::new(&self.bvh.spheres[place], reference);
             if id != self.own && !met.occlude(self.ray).is_clear() {
                 self.ids.push(id);
             }
         }
     }
-}
-
-/// Some objects as shadow rays meet them.
-fn met_from<F: Float>(objects: &[(u32, Object)], reference: DVec3) -> Vec<Met<F>> {
-    objects.iter().map(|&(_, object)| Met::new(object, reference)).collect()
 }
 
 /// The middle one of some numbers.

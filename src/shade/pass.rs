@@ -31,10 +31,9 @@ use crate::error::Result;
 use crate::guard::{LONGEST_IN_F32, length_bound};
 use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3, dispatch, one_by_one};
 use crate::prepare::{CertifiedLamp, CertifiedLighting, Lamp};
-use crate::rays::Pixels;
 use crate::scene::Linear;
 use crate::seen::shadow::{Aim, Origin};
-use crate::seen::{Bounds, LightBounds, Met, ShadowRay, Surface, Verdict};
+use crate::seen::{Bounds, LightBounds, ShadowRay, Verdict};
 use order::SampleOrder;
 use shadows::{PointGroup, Way};
 
@@ -76,15 +75,8 @@ pub enum Visibility {
 pub struct LightPass<'a, F: Float> {
     job: Job<'a>,
     occluders: &'a Occluders<'a>,
-    samples: &'a Pixels,
     pub surfaces: Surfaces<'a, F>,
-    /// [`Occluders::listed_in`]
-    listed: Vec<Met<F>>,
-    lights: Vec<CertifiedLamp<F>>,
-    /// Bounds of the light from nowhere.
-    ambient: LightBounds<F>,
-    /// What a colour is off by, relative.
-    width: f64,
+    lighting: CertifiedLighting<F>,
 }
 
 /// Bounds of what a light gives to some samples.
@@ -111,10 +103,12 @@ impl<F: Float, const N: usize> Given<F, N> {
 
     fn visibility(&self, lane: usize) -> Visibility {
         let zero = F::default();
-        match zero.lt(self.bounds.high.0[lane]) {
-            false => Visibility::Hidden,
-            true if zero.lt(self.bounds.low.0[lane]) => Visibility::Seen,
-            true => Visibility::Unknown,
+        if !zero.lt(self.bounds.high.0[lane]) {
+            Visibility::Hidden
+        } else if zero.lt(self.bounds.low.0[lane]) {
+            Visibility::Seen
+        } else {
+            Visibility::Unknown
         }
     }
 }
@@ -185,60 +179,36 @@ pub struct PixelBlock<'a, C> {
     pub out: &'a mut [[C; 3]],
     /// Gets those that are left open.
     pub open: &'a mut Vec<Open>,
-    /// Counts shadow rays of pixels that are not.
-    pub n_rays: &'a mut u64,
 }
 
 impl<'a> LightPass<'a, f32> {
     /// In f32; `None` where weights, colours or the rays' origins are out of its range.
-    pub fn in_f32(
-        job: Job<'a>,
-        occluders: &'a Occluders<'a>,
-        samples: &'a Pixels,
-    ) -> Option<LightPass<'a, f32>> {
+    pub fn in_f32(job: Job<'a>, occluders: &'a Occluders<'a>) -> Option<LightPass<'a, f32>> {
+        let Job { lit, samples, .. } = job;
         let are_in_range =
             samples.longest_direction() <= LONGEST_IN_F32 && samples.spread() <= f32::FARTHEST;
-        if !are_in_range || !job.lit.suits_f32() {
+        if !are_in_range || !lit.suits_f32() {
             return None;
         }
         let surfaces = Surfaces::in_f32(&occluders.stage, samples.view.lens);
-        let pass = LightPass::new(job, occluders, samples, surfaces);
-        (pass.width < 0.5 && pass.surfaces.are_known).then_some(pass)
+        let pass = LightPass::new(job, occluders, surfaces);
+        (pass.lighting.width.low > 0.5 && pass.surfaces.are_known).then_some(pass)
     }
 
     /// The numbers of the pass, for a device; `None` where a light is so far away that squares leave the range.
-    pub fn lighting(&self) -> Option<CertifiedLighting> {
-        let LightPass { job, occluders, surfaces, listed, lights, ambient, width, .. } = self;
+    pub fn lighting(&self) -> Option<&CertifiedLighting> {
         let is_far = |origin: &Origin| match *origin {
             Origin::Point(at) => length_bound(at) >= f32::LARGEST_ROOT,
             Origin::Sun(_) => false,
         };
-        if occluders.origins.iter().any(is_far) {
-            return None;
-        }
-        let casts_shadows = lights.iter().any(|light| light.casts_shadows);
-        let met = listed.iter().copied().filter(|_| casts_shadows);
-        Some(CertifiedLighting {
-            n_samples: job.n_samples() as u32,
-            background: V3(job.color(0).map(f32::near)),
-            occluders: occluders.listed_ids().zip(met).collect(),
-            lamps: lights.clone(),
-            ambient: *ambient,
-            width: Bounds { low: f32::near(1.0 - width), high: f32::near(1.0 + width) },
-            lengths: surfaces.lengths,
-        })
+        (!self.occluders.origins.iter().any(is_far)).then_some(&self.lighting)
     }
 }
 
 impl<'a> LightPass<'a, f64> {
     /// In f64.
-    pub fn in_f64(
-        job: Job<'a>,
-        occluders: &'a Occluders<'a>,
-        samples: &'a Pixels,
-    ) -> LightPass<'a, f64> {
-        let surfaces = Surfaces::in_f64(&occluders.stage);
-        LightPass::new(job, occluders, samples, surfaces)
+    pub fn in_f64(job: Job<'a>, occluders: &'a Occluders<'a>) -> LightPass<'a, f64> {
+        LightPass::new(job, occluders, Surfaces::in_f64(&occluders.stage))
     }
 }
 
@@ -246,12 +216,13 @@ impl<'a, F: Linear> LightPass<'a, F> {
     fn new(
         job: Job<'a>,
         occluders: &'a Occluders<'a>,
-        samples: &'a Pixels,
         surfaces: Surfaces<'a, F>,
     ) -> LightPass<'a, F> {
         let lighting = &job.lit.lighting;
-        let n_terms = lighting.lamps.len() as f64 + f64::from(job.n_samples() as u32).powi(2);
-        let light = |(lamp, &origin): (&Lamp, &Origin)| CertifiedLamp {
+        let n_samples = job.n_samples() as u32;
+        let n_terms = lighting.lamps.len() as f64 + f64::from(n_samples).powi(2);
+        let width = of_roundings(n_terms + OF_COLOR, F::UNIT).unwrap_or(f64::INFINITY);
+        let lamp = |(lamp, &origin): (&Lamp, &Origin)| CertifiedLamp {
             aim: Aim::new(origin),
             weight: V3(lamp.weight.map(F::near)),
             casts_shadows: lamp.casts_shadows(),
@@ -261,19 +232,25 @@ impl<'a, F: Linear> LightPass<'a, F> {
                 .ambient
                 .map(|part| F::near((F::near(part).to_f64() + sign * F::TINY).max(0.0))))
         };
-        LightPass {
-            lights: lighting.lamps.iter().zip(&occluders.origins).map(light).collect(),
-            listed: occluders.listed_in(),
+        let casts_shadows = lighting.lamps.iter().any(Lamp::casts_shadows);
+        let lighting = CertifiedLighting {
+            n_samples,
+            background: V3(job.color(0).map(F::near)),
+            occluders: if casts_shadows {
+                Occluders::listed_in(occluders.prepared)
+            } else {
+                Vec::new()
+            },
+            lamps: lighting.lamps.iter().zip(&occluders.origins).map(lamp).collect(),
             ambient: LightBounds { low: ambient(-1.0), high: ambient(1.0) },
-            width: of_roundings(n_terms + OF_COLOR, F::UNIT).unwrap_or(f64::INFINITY),
-            job,
-            occluders,
-            samples,
-            surfaces,
-        }
+            width: Bounds { low: F::near(1.0 - width), high: F::near(1.0 + width) },
+            lengths: surfaces.lengths,
+        };
+        LightPass { job, occluders, surfaces, lighting }
     }
 
-    /// Finds the colours of some pixels, `N` of them together.
+    /// Finds the colours of some pixels, `N` of them together, and gives the number of shadow rays of those that are not left
+    /// open.
     ///
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled.
@@ -282,45 +259,44 @@ impl<'a, F: Linear> LightPass<'a, F> {
         mut part: PixelBlock<C>,
         control: &Control,
         scratch: &mut Scratch<F, N>,
-    ) -> Result<()> {
+    ) -> Result<u64> {
         if part.pixels.is_empty() {
-            return Ok(());
+            return Ok(0);
         }
         scratch.pixels.clear();
         scratch.pixels.extend(part.pixels);
         dispatch(Load(self, scratch));
-        if self.occluders.tree().is_some() {
+        if self.occluders.tree.is_some() {
             dispatch(Sort(self, scratch));
         }
         dispatch(See(self, scratch));
         dispatch(Gather(self, scratch));
-        for (index, light) in self.lights.iter().enumerate() {
+        for (index, lamp) in self.lighting.lamps.iter().enumerate() {
             control.check()?;
             scratch.light = index;
             dispatch(Face(self, scratch));
             self.remember(part.known, scratch);
-            if light.casts_shadows && scratch.given[index].iter().any(|given| given.is_lit) {
+            if lamp.casts_shadows && scratch.given[index].iter().any(|given| given.is_lit) {
                 dispatch(Occlude(self, scratch));
-                if self.occluders.tree().is_some() {
+                if self.occluders.tree.is_some() {
                     dispatch(OccludeByTree(self, scratch));
                 }
             }
         }
         dispatch(Tint(self, scratch));
         scratch.order.restore(&mut scratch.shades);
-        dispatch(Write(self, scratch, &mut part));
-        Ok(())
+        Ok(dispatch(Write(self, scratch, &mut part)))
     }
 
     /// Puts samples of pixels into packs, and makes room for their light.
     #[inline(always)]
     fn load<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
         let Scratch { pixels, packs, shades, given, .. } = scratch;
-        let (n, row, ids) = (self.job.n_samples(), self.job.row, self.job.ids);
+        let (n, row, ids) = (self.job.n_samples(), self.job.row(), self.job.ids);
         let n_packs = pixels.len().div_ceil(N) * n * n;
         shades.clear();
         shades.resize(n_packs, Shade::none());
-        given.resize_with(self.lights.len(), Vec::new);
+        given.resize_with(self.lighting.lamps.len(), Vec::new);
         for given in given {
             given.resize(n_packs, Given::none());
         }
@@ -338,8 +314,8 @@ impl<'a, F: Linear> LightPass<'a, F> {
                     continue;
                 }
                 at[lane] = self.job.first_sample(some[lane.min(some.len() - 1)]);
-                let (x, y) = self.samples.xy(at[lane]);
-                let (i, j) = self.samples.offset2(x, y);
+                let (x, y) = self.job.samples.xy(at[lane]);
+                let (i, j) = self.job.samples.offset2(x, y);
                 (across[lane], up[lane]) = (i as f64, j as f64);
             }
             for (sample, pack) in packs.iter_mut().enumerate() {
@@ -372,35 +348,22 @@ impl<'a, F: Linear> LightPass<'a, F> {
     /// Finds the surfaces that samples see.
     #[inline(always)]
     fn see<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
-        if self.surfaces.are_known {
-            return self.surfaces.solve(&mut scratch.packs);
-        }
-        for pack in &mut scratch.packs {
-            pack.surface = Surface::default();
-        }
-    }
-
-    #[inline(always)]
-    fn shadow_rays<const N: usize>(
-        &self,
-        aim: &Aim<Lanes<F, N>>,
-        pack: &Pack<F, N>,
-    ) -> ShadowRay<Lanes<F, N>> {
-        ShadowRay::new(aim, pack.surface.point, pack.surface.point_error)
+        self.surfaces.solve(&mut scratch.packs);
     }
 
     /// What a light gives if nothing is in its way.
     #[inline(always)]
     fn face<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
         let Scratch { light: index, packs, shades, given, .. } = scratch;
-        let light = &self.lights[*index];
-        let aim = light.aim.map(Lanes::splat);
+        let lamp = &self.lighting.lamps[*index];
+        let aim = lamp.aim.map(Lanes::splat);
         let (zero, one) = (Lanes::lit(0.0), Lanes::lit(1.0));
-        let (clear, of_rays) = if light.casts_shadows { (zero, one) } else { (one, zero) };
+        let (clear, of_rays) = if lamp.casts_shadows { (zero, one) } else { (one, zero) };
         for ((pack, shade), given) in one_by_one(&*packs).zip(shades).zip(&mut given[*index]) {
-            let (low, high) =
-                self.shadow_rays(&aim, pack).cosine(pack.surface.normal, pack.surface.normal_error);
-            let low = Lanes::select(pack.surface.is_known(), low, zero);
+            let surface = &pack.surface;
+            let rays = ShadowRay::new(&aim, surface.point, surface.point_error);
+            let (low, high) = rays.cosine(surface.normal, surface.normal_error);
+            let low = Lanes::select(surface.is_known(), low, zero);
             let high = Lanes::select(is_id(&pack.ids, 0), zero, high);
             shade.n_rays = shade.n_rays + Lanes::select(zero.lt(high), of_rays, zero);
             let is_lit = zero.lt(high).any();
@@ -413,7 +376,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
         if known.is_empty() {
             return;
         }
-        let (n_lights, n_samples) = (self.lights.len(), self.job.n_samples().pow(2));
+        let (n_lamps, n_samples) = (self.lighting.lamps.len(), self.job.n_samples().pow(2));
         let Scratch { light: index, given, order, .. } = scratch;
         let given = &mut given[*index];
         given.iter_mut().for_each(|given| given.is_lit = false);
@@ -423,7 +386,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
             let given = &mut given[pack];
             let known = known.get(number / n_samples * N + at % N).map(|known| &known.visibility);
             // The last pixel is in all lanes behind it.
-            match known.map_or(Visibility::Hidden, |all| all[sample * n_lights + *index]) {
+            match known.map_or(Visibility::Hidden, |all| all[sample * n_lamps + *index]) {
                 Visibility::Unknown => given.is_lit = true,
                 Visibility::Hidden => {
                     let Bounds { low, high } = &mut given.bounds;
@@ -455,10 +418,9 @@ impl<'a, F: Linear> LightPass<'a, F> {
             shade.light = LightBounds::of(color);
         }
         for (number, (pack, shade)) in one_by_one(&*packs).zip(shades).enumerate() {
-            let LightBounds { low, high } = self.ambient;
-            let mut sum = LightBounds { low: V3::splat(low), high: V3::splat(high) };
-            for (light, given) in self.lights.iter().zip(&*given) {
-                sum = sum.with(V3::splat(light.weight), given[number].bounds);
+            let mut sum = self.lighting.ambient.map(Lanes::splat);
+            for (lamp, given) in self.lighting.lamps.iter().zip(&*given) {
+                sum = sum.with(V3::splat(lamp.weight), given[number].bounds);
             }
             let nothing = is_id(&pack.ids, 0);
             shade.n_hits = Lanes::select(nothing, zero, Lanes::lit(1.0));
@@ -473,13 +435,17 @@ impl<'a, F: Linear> LightPass<'a, F> {
 
     /// Writes means of samples.
     #[inline(always)]
-    fn write<C: Written, const N: usize>(&self, part: &mut PixelBlock<C>, scratch: &Scratch<F, N>) {
-        let PixelBlock { pixels, first, out, open, n_rays, .. } = part;
+    fn write<C: Written, const N: usize>(
+        &self,
+        part: &mut PixelBlock<C>,
+        scratch: &Scratch<F, N>,
+    ) -> u64 {
+        let PixelBlock { pixels, first, out, open, .. } = part;
+        let mut n_rays = 0;
         let n = self.job.n_samples();
         let background = self.job.color(0).map(C::of);
         let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
-        let [low, high] = [-self.width, self.width].map(|x| Lanes::lit(1.0 + x));
-        let width = Bounds { low, high };
+        let width = self.lighting.width.map(Lanes::splat);
         let all = pixels.chunks(N).zip(scratch.shades.chunks(n * n));
         for (number, (pixels, shades)) in one_by_one(all).enumerate() {
             let mut sum = shades[0];
@@ -506,7 +472,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
             }
             if are_all_known && is_stretch::<N>(pixels) {
                 out[pixels[0] - *first..][..N].copy_from_slice(&found);
-                **n_rays += all_rays as u64;
+                n_rays += all_rays as u64;
                 continue;
             }
             for (lane, &pixel) in pixels.iter().enumerate() {
@@ -514,7 +480,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
                     out[pixel - *first] = background;
                 } else if is_known[lane] {
                     out[pixel - *first] = found[lane];
-                    **n_rays += sum.n_rays.0[lane].to_f64() as u64;
+                    n_rays += sum.n_rays.0[lane].to_f64() as u64;
                 } else {
                     let bounds = std::array::from_fn(|channel| Bounds {
                         low: low.0[channel].0[lane].to_f64(),
@@ -529,6 +495,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
                 }
             }
         }
+        n_rays
     }
 }
 
@@ -571,11 +538,11 @@ struct Write<'a, 'b, 'c, C, F: Float, const N: usize>(
 );
 
 impl<C: Written, F: Linear, const N: usize> WithSimd for Write<'_, '_, '_, C, F, N> {
-    type Output = ();
+    type Output = u64;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.0.write(self.2, self.1);
+    fn with_simd<S: Simd>(self, _: S) -> u64 {
+        self.0.write(self.2, self.1)
     }
 }
 

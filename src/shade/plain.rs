@@ -6,6 +6,7 @@
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
+use super::ColorCounts;
 use super::lit::{Job, Lit};
 use super::written::Written;
 use crate::control::Control;
@@ -15,56 +16,60 @@ use crate::kernel::plain::{Hit, Plain, PlainRay, PlainRays};
 use crate::kernel::{Lists, ObjectRecords};
 use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3, dispatch};
 use crate::prepare::{Lamp, LampOrigin, Lighting, Prepared};
-use crate::rays::Pixels;
-use crate::trace::{Kernel, Level, Rays, StageCounts};
+use crate::trace::{Level, Rays, StageCounts};
 use crate::tracer::{Backend, Tracer};
 
 /// Samples whose light comes from a device at a time; bounds the memory for it.
 const SAMPLES_AT_ONCE: u32 = 1 << 18;
 
-/// Fills `colors` with those of all pixels, whose samples are the rays `samples`. True where the device of `tracer` lit them.
+/// Fills `colors` with those of all pixels, by the device of `tracer` where that lights them. Returns where they are from; all ways
+/// to lamps are looked at in the kernel's own arithmetic.
 pub(super) fn shade<C: Written>(
     job: &Job,
-    (prepared, samples): (&Prepared, &Pixels),
+    prepared: &Prepared,
     tracer: &mut Tracer,
     control: &Control,
     colors: &mut [[C; 3]],
-) -> Result<bool> {
+) -> Result<(ColorCounts, StageCounts)> {
+    let n_pixels = colors.len() as u64;
+    let n_hits = job.ids.iter().filter(|&&id| id != 0).count();
+    let n_rays = (n_hits * job.lit.lighting.lamps.len()) as u64;
+    let counts = StageCounts::of(n_rays, Level::of(prepared.kernel));
     if let Some(backend) = tracer.backend()
-        && shade_with(backend, job, samples, control, colors)?
+        && shade_with(backend, job, control, colors)?
     {
-        return Ok(true);
+        return Ok((ColorCounts { device: n_pixels, ..ColorCounts::default() }, counts));
     }
-    let here = (job, prepared, samples);
     let rows = colors.par_chunks_mut(job.n_columns().max(1)).enumerate();
     rows.try_for_each_init(Vec::new, |lights, (row, colors)| -> Result<()> {
         lights.clear();
         lights.resize(samples_of_row(job), [0.0; 3]);
         match &prepared.objects {
             ObjectRecords::Lecture(lists) => {
-                light_row::<_, _, 16>(lists, here, row, control, lights)
+                dispatch(Light::<_, _, 16> { lists, prepared, job, row, control, lights })
             }
             ObjectRecords::Stable(lists) => {
-                light_row::<_, _, 16>(lists, here, row, control, lights)
+                dispatch(Light::<_, _, 16> { lists, prepared, job, row, control, lights })
             }
-            ObjectRecords::Double(lists) => light_row::<_, _, 8>(lists, here, row, control, lights),
+            ObjectRecords::Double(lists) => {
+                dispatch(Light::<_, _, 8> { lists, prepared, job, row, control, lights })
+            }
             ObjectRecords::Certified { .. } => Ok(()),
         }?;
         mix(job, row, lights, control, colors);
         Ok(())
     })?;
-    Ok(false)
+    Ok((ColorCounts { cpu: n_pixels, ..ColorCounts::default() }, counts))
 }
 
 /// Fills `colors` as [`shade`] does, by a device's light, some rows at a time. False where that is left to the CPU.
 fn shade_with<C: Written>(
     backend: &mut dyn Backend,
     job: &Job,
-    samples: &Pixels,
     control: &Control,
     colors: &mut [[C; 3]],
 ) -> Result<bool> {
-    let Lit { lighting, style, .. } = job.lit;
+    let Job { lit: Lit { lighting, style, .. }, samples, .. } = job;
     let n_samples = job.n_samples() as u32;
     let columns = job.n_columns().max(1);
     let n_rows = (SAMPLES_AT_ONCE / (samples.width * n_samples).max(1)).max(1) as usize;
@@ -85,29 +90,9 @@ fn shade_with<C: Written>(
     Ok(true)
 }
 
-/// The light that a row of pixels' samples find on what they see.
-fn light_row<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
-    lists: &Lists<S, P>,
-    (job, prepared, samples): (&Job, &Prepared, &Pixels),
-    row: usize,
-    control: &Control,
-    lights: &mut [[f64; 3]],
-) -> Result<()> {
-    let coordinates = prepared.coordinates();
-    let Lit { lighting, style, .. } = job.lit;
-    let scene = &Scene { lists, coordinates, lighting, epsilon: style.epsilon };
-    let rays = &PlainRays::of_pixels(coordinates, samples);
-    let first = row * samples_of_row(job);
-    for (first, lights) in (first..).step_by(job.row).zip(lights.chunks_mut(job.row)) {
-        let ids = &job.ids[first..][..job.row];
-        dispatch(Light::<S, P, N> { scene, rays, control, first, ids, lights })?;
-    }
-    Ok(())
-}
-
 /// Samples of a row of pixels.
 fn samples_of_row(job: &Job) -> usize {
-    job.n_samples() * job.row
+    job.n_samples() * job.row()
 }
 
 /// The mean colours of a row's pixels, from the light on what its samples see.
@@ -121,7 +106,7 @@ fn mix<C: Written>(
     job.advance(control, colors.len());
     for (pixel, color) in (row * job.n_columns()..).zip(colors) {
         let mut sum = [0.0; 3];
-        for sample in job.samples(pixel) {
+        for sample in job.samples_of(pixel) {
             let id = job.ids[sample];
             let light = if id == 0 { [1.0; 3] } else { lights[sample - row * samples_of_row(job)] };
             let color = job.color(id);
@@ -134,14 +119,13 @@ fn mix<C: Written>(
     }
 }
 
-/// Consecutive samples of a row, compiled for each instruction set that the processor may have.
+/// The light that a row of pixels' samples find on what they see, compiled for each instruction set that the processor may have.
 struct Light<'a, S: Plain, P, const N: usize> {
-    scene: &'a Scene<'a, S, P>,
-    rays: &'a PlainRays<'a, S::Float>,
+    lists: &'a Lists<S, P>,
+    prepared: &'a Prepared,
+    job: &'a Job<'a>,
+    row: usize,
     control: &'a Control,
-    first: usize,
-    /// What they see.
-    ids: &'a [u32],
     lights: &'a mut [[f64; 3]],
 }
 
@@ -150,17 +134,23 @@ impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Light<'_
 
     #[inline(always)]
     fn with_simd<I: Simd>(self, _: I) -> Result<()> {
-        let Light { scene, rays, control, first, ids, lights } = self;
-        let packs = ids.chunks(N).zip(lights.chunks_mut(N));
-        for (start, (ids, lights)) in (first..).step_by(N).zip(packs) {
-            // A ray may have millions of spheres to look at.
-            control.check()?;
-            if ids.iter().all(|&id| id == 0) {
-                continue;
-            }
-            let found = scene.light(&rays.pack::<N>(start));
-            for (lane, light) in lights.iter_mut().enumerate() {
-                *light = std::array::from_fn(|channel| found.0[channel].0[lane].to_f64());
+        let Light { lists, prepared, job, row, control, lights } = self;
+        let coordinates = prepared.coordinates();
+        let Lit { lighting, style, .. } = job.lit;
+        let scene = Scene { lists, coordinates, lighting, epsilon: style.epsilon };
+        let rays = PlainRays::of_pixels(coordinates, job.samples);
+        let first = row * samples_of_row(job);
+        for (first, lights) in (first..).step_by(job.row()).zip(lights.chunks_mut(job.row())) {
+            for (first, lights) in (first..).step_by(N).zip(lights.chunks_mut(N)) {
+                // A ray may have millions of spheres to look at.
+                control.check()?;
+                if job.ids[first..][..lights.len()].iter().all(|&id| id == 0) {
+                    continue;
+                }
+                let found = scene.light(&rays.pack::<N>(first));
+                for (lane, light) in lights.iter_mut().enumerate() {
+                    *light = std::array::from_fn(|channel| found.0[channel].0[lane].to_f64());
+                }
             }
         }
         Ok(())
@@ -315,10 +305,4 @@ fn point<F: Float, S: Plain<Float = F>, P: Plain<Float = F>>(
         ways: lighting.lamps.par_iter().map(way).collect(),
         light: to_f64(scene.light(&ray)),
     })
-}
-
-/// All ways to lamps are looked at in the kernel's own arithmetic.
-pub(super) fn counts(job: &Job, kernel: Kernel) -> StageCounts {
-    let n_hits = job.ids.iter().filter(|&&id| id != 0).count() as u64;
-    StageCounts::of(n_hits * job.lit.lighting.lamps.len() as u64, Level::of(kernel))
 }

@@ -108,11 +108,7 @@ impl Written for u16 {
         low: Lanes<F, N>,
         high: Lanes<F, N>,
     ) -> ([u16; N], [bool; N]) {
-        let (mut lows, mut highs) = ([0.0; N], [0.0; N]);
-        for lane in 0..N {
-            (lows[lane], highs[lane]) = (low.0[lane].to_f64(), high.0[lane].to_f64());
-        }
-        Edges::srgb16().numbers(&lows, &highs)
+        Edges::srgb16().numbers(&low.each(F::to_f64).0, &high.each(F::to_f64).0)
     }
 }
 

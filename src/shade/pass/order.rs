@@ -9,8 +9,8 @@ use crate::num::{Float, Lanes};
 /// How samples are put side by side that see one object.
 #[derive(Default)]
 pub struct SampleOrder<F: Float, const N: usize> {
-    /// Ids and offsets in the order of pixels.
-    before: Vec<([u32; N], [Lanes<F, N>; 2])>,
+    /// Offsets in the order of pixels.
+    before: Vec<[Lanes<F, N>; 2]>,
     /// Ids, and below each the lane in the order of pixels.
     from: Vec<u64>,
     /// Where each lane of the order of pixels went; nothing where all are in that order.
@@ -32,7 +32,7 @@ impl<F: Float, const N: usize> SampleOrder<F, N> {
         before.clear();
         from.clear();
         for (number, pack) in packs.iter().enumerate() {
-            before.push((pack.ids, pack.offset));
+            before.push(pack.offset);
             for lane in 0..N {
                 from.push(u64::from(pack.ids[lane]) << 32 | (number * N + lane) as u64);
             }
@@ -43,10 +43,9 @@ impl<F: Float, const N: usize> SampleOrder<F, N> {
             let mut seen = [0; N];
             for lane in 0..N {
                 let at = from[lane] as u32 as usize;
-                let (ids, offset) = &before[at / N];
-                seen[lane] = ids[at % N];
+                seen[lane] = (from[lane] >> 32) as u32;
                 for axis in 0..2 {
-                    pack.offset[axis].0[lane] = offset[axis].0[at % N];
+                    pack.offset[axis].0[lane] = before[at / N][axis].0[at % N];
                 }
                 to[at] = (number * N + lane) as u32;
             }

@@ -15,7 +15,7 @@ use crate::guard::length_bound;
 use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3};
 use crate::scene::Linear;
 use crate::seen::shadow::Aim;
-use crate::seen::{ShadowRay, Surface, Verdict};
+use crate::seen::{ShadowRay, SphereMet, Surface, Verdict};
 
 /// Most packs whose points of an object are looked at together: with more the beams get wide, with fewer there are more of them.
 const TOGETHER: usize = 8;
@@ -133,7 +133,7 @@ impl<F: Linear> LightPass<'_, F> {
     #[inline(always)]
     pub fn gather<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
         let Scratch { packs, groups, left, .. } = scratch;
-        let together = self.occluders.tree().map_or(packs.len(), |_| TOGETHER);
+        let together = self.occluders.tree.map_or(packs.len(), |_| TOGETHER);
         groups.clear();
         left.clear();
         for pack in &*packs {
@@ -162,7 +162,7 @@ impl<F: Linear> LightPass<'_, F> {
     pub fn occlude<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
         let Scratch { light: index, packs, given, groups, places, .. } = scratch;
         let (origin, lamp) = (self.occluders.origins[*index], &self.job.lit.lighting.lamps[*index]);
-        let (aim, of_ball) = (self.lights[*index].aim.map(Lanes::splat), Aim::new(origin));
+        let (aim, of_ball) = (self.lighting.lamps[*index].aim.map(Lanes::splat), Aim::new(origin));
         for PointGroup { id, packs: among, ball, has_back } in &*groups {
             let (packs, given) = (&packs[among.clone()], &mut given[*index][among.clone()]);
             if !given.iter().any(|given| given.is_lit) {
@@ -180,10 +180,10 @@ impl<F: Linear> LightPass<'_, F> {
                 }
                 let mut verdict = Verdict::dark();
                 if !is_dark {
-                    let rays = self.shadow_rays(&aim, pack);
+                    let rays = ShadowRay::new(&aim, pack.surface.point, pack.surface.point_error);
                     verdict = Verdict::none();
                     for &place in &*places {
-                        verdict = verdict.with(self.listed[place].occlude(&rays));
+                        verdict = verdict.with(self.lighting.occluders[place].1.occlude(&rays));
                     }
                     if has_back {
                         verdict = Verdict::select(pack.surface.front, verdict, Verdict::dark());
@@ -198,10 +198,10 @@ impl<F: Linear> LightPass<'_, F> {
     /// Takes away what spheres of the tree are in the way of.
     #[inline(always)]
     pub fn occlude_by_tree<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
-        let Some(bvh) = self.occluders.tree() else { return };
+        let Some(bvh) = self.occluders.tree else { return };
         let Scratch { light: index, packs, given, groups, ways, walk, .. } = scratch;
         let (origin, aim) =
-            (self.occluders.origins[*index], self.lights[*index].aim.map(Lanes::splat));
+            (self.occluders.origins[*index], self.lighting.lamps[*index].aim.map(Lanes::splat));
         let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
         for PointGroup { id, packs: among, .. } in &*groups {
             let (packs, given) = (&packs[among.clone()], &mut given[*index][among.clone()]);
@@ -211,7 +211,7 @@ impl<F: Linear> LightPass<'_, F> {
                 let asked = given.bounds.high.min(one - given.clear);
                 let asked = Lanes::select(lanes_on(pack, *id), asked, zero);
                 around.add(zero.lt(asked), &pack.surface);
-                let rays = self.shadow_rays(&aim, pack);
+                let rays = ShadowRay::new(&aim, pack.surface.point, pack.surface.point_error);
                 ways.push(Way { rays, verdict: Verdict::none(), asked });
             }
             if ways.iter().any(Way::is_open) {
@@ -252,7 +252,8 @@ impl<F: Linear, const N: usize> Visitor for Darken<'_, '_, F, N> {
             if self.bvh.ids[place] == self.own {
                 continue;
             }
-            let met = self.pass.occluders.met::<F>(&self.bvh.spheres[place]);
+            let reference = self.pass.occluders.prepared.reference;
+            let met: SphereMet<F> = SphereMet::new(&self.bvh.spheres[place], reference);
             let met = met.map(Lanes::splat);
             self.is_dark = true;
             for way in &mut *self.ways {

@@ -14,10 +14,11 @@ use super::*;
 use crate::control::Control;
 use crate::kernel::Kernel;
 use crate::prepare::Prepared;
-use crate::rays::{Rays, View};
+use crate::rays::{Pixels, Rays, View};
 use crate::scene::{
     Camera, Color, Light, Plane, Projection, Samples, Scene, Source, Sphere, parse_scene,
 };
+use crate::seen::Surface;
 use crate::trace::{Hits, Wants};
 use crate::tracer::Tracer;
 
@@ -66,7 +67,6 @@ fn scene(rng: &mut ChaCha8Rng, n: u32) -> Arc<Scene> {
 struct Lights<'a> {
     job: Job<'a>,
     occluders: &'a Occluders<'a>,
-    samples: &'a Pixels,
 }
 
 fn with_lights(scene: &Arc<Scene>, n_samples: u32, run: &mut dyn FnMut(&Lights)) {
@@ -82,8 +82,8 @@ fn with_lights(scene: &Arc<Scene>, n_samples: u32, run: &mut dyn FnMut(&Lights))
     let style = Style { n_samples: Samples::nearest(n_samples), ..Style::new(Encoding::Srgb8) };
     let lit = Lit::new(Arc::clone(scene), lighting, style);
     let occluders = Occluders::new(&prepared, &rays, &lit.lighting);
-    let job = Job { lit: &lit, ids: &hits.id, row: pixels.width as usize };
-    run(&Lights { job, occluders: &occluders, samples: &pixels });
+    let job = Job { lit: &lit, samples: &pixels, ids: &hits.id };
+    run(&Lights { job, occluders: &occluders });
 }
 
 /// A number that no bounds tell, so that all colours are left open.
@@ -112,16 +112,9 @@ fn bounds<F: Linear, const N: usize>(
     pixels: &[usize],
     scratch: &mut Scratch<F, N>,
 ) -> Vec<Open> {
-    let (mut open, mut n_rays, first) = (Vec::new(), 0, pixels[0]);
+    let (mut open, first) = (Vec::new(), pixels[0]);
     let mut out = vec![[Untold; 3]; pixels[pixels.len() - 1] + 1 - first];
-    let part = PixelBlock {
-        pixels,
-        known: &[],
-        first,
-        out: &mut out,
-        open: &mut open,
-        n_rays: &mut n_rays,
-    };
+    let part = PixelBlock { pixels, known: &[], first, out: &mut out, open: &mut open };
     pass.find(part, &Control::default(), scratch).unwrap();
     open
 }
@@ -132,11 +125,11 @@ fn look(share: f64) -> (usize, Vec<String>) {
     let (mut n_known, mut wrong) = (0, Vec::new());
     for number in 0..300 {
         let scene = scene(&mut rng, 4);
-        with_lights(&scene, 1 + number % 2, &mut |&Lights { job, occluders, samples }| {
-            let in_f32 = LightPass::in_f32(job, occluders, samples).unwrap();
-            let in_f64 = LightPass::in_f64(job, occluders, samples);
+        with_lights(&scene, 1 + number % 2, &mut |&Lights { job, occluders }| {
+            let in_f32 = LightPass::in_f32(job, occluders).unwrap();
+            let in_f64 = LightPass::in_f64(job, occluders);
             let n = job.n_columns();
-            for row in 0..samples.height as usize / job.n_samples() {
+            for row in 0..job.samples.height as usize / job.n_samples() {
                 let pixels: Vec<usize> = (row * n..(row + 1) * n).collect();
                 let narrow = bounds::<f32, 16>(&in_f32, &pixels, &mut Scratch::default());
                 let wide = bounds::<f64, 8>(&in_f64, &pixels, &mut Scratch::default());
@@ -182,12 +175,12 @@ fn bytes_are_those_that_f64_finds() {
     let (mut n_f32, mut n_f64) = (0, 0);
     for number in 0..60 {
         let scene = scene(&mut rng, [4, 400][number as usize % 2]);
-        with_lights(&scene, 1 + number % 3, &mut |&Lights { job, occluders, samples }| {
-            assert_eq!(occluders.tree().is_some(), scene.spheres.len() == 400);
+        with_lights(&scene, 1 + number % 3, &mut |&Lights { job, occluders }| {
+            assert_eq!(occluders.tree.is_some(), scene.spheres.len() == 400);
             let n = job.n_columns();
-            for row in 0..samples.height as usize / job.n_samples() {
+            for row in 0..job.samples.height as usize / job.n_samples() {
                 let [narrow, wide] = [true, false].map(|is_f32_enough| {
-                    let certified = Certified::new(job, occluders, samples, is_f32_enough);
+                    let certified = Certified::new(job, occluders, is_f32_enough);
                     let (mut out, mut work) = (vec![[0u8; 3]; n], Work::default());
                     work.pixels.extend(row * n..(row + 1) * n);
                     certified.find((row * n, &mut out), &Control::default(), &mut work).unwrap();
@@ -210,10 +203,10 @@ fn pixels_are_the_same_alone_and_among_others() {
     let mut n_apart = 0;
     for number in 0..40 {
         let scene = scene(&mut rng, [4, 400][number as usize % 2]);
-        with_lights(&scene, 1 + number % 3, &mut |&Lights { job, occluders, samples }| {
-            let certified = Certified::new(job, occluders, samples, number % 4 < 2);
+        with_lights(&scene, 1 + number % 3, &mut |&Lights { job, occluders }| {
+            let certified = Certified::new(job, occluders, number % 4 < 2);
             let (n, mut used) = (job.n_columns(), Work::default());
-            for row in 0..samples.height as usize / job.n_samples() {
+            for row in 0..job.samples.height as usize / job.n_samples() {
                 let first = row * n;
                 let mut whole = vec![[0u8; 3]; n];
                 let mut work = Work::default();
@@ -249,10 +242,10 @@ fn equal_questions_are_asked_once() {
     );
     let scene = Arc::new(parse_scene(&text.unwrap(), "byte_edge.toml".as_ref()).unwrap());
     for n_samples in [1, 3] {
-        with_lights(&scene, n_samples, &mut |&Lights { job, occluders, samples }| {
-            let certified = Certified::new(job, occluders, samples, true);
+        with_lights(&scene, n_samples, &mut |&Lights { job, occluders }| {
+            let certified = Certified::new(job, occluders, true);
             let (n, mut work) = (job.n_columns(), Work::default());
-            for row in 0..samples.height as usize / job.n_samples() {
+            for row in 0..job.samples.height as usize / job.n_samples() {
                 let mut out = vec![[0u8; 3]; n];
                 work.pixels.extend(row * n..(row + 1) * n);
                 certified.find((row * n, &mut out), &Control::default(), &mut work).unwrap();

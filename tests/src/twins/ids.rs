@@ -50,7 +50,7 @@ impl Twin<'_> {
             }
             Rays::List(rays) => {
                 let (origin, direction) = List::new(rays, self.prepared.reference).ray(index);
-                let [origin, direction] = [origin, direction].map(V3::<f32>::near);
+                let [origin, direction] = [origin, direction].map(V3::<f32>::lit);
                 Ray::new(V3::splat(origin), V3::splat(direction))
             }
         }
