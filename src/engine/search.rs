@@ -27,7 +27,7 @@ pub enum Search<'a> {
     /// Few objects.
     Few(SquareSearch),
     /// Many spheres.
-    Many(CloudSearch<'a>),
+    Many(Box<CloudSearch<'a>>),
 }
 
 /// Pixels of a picture of few objects, that are looked at in squares before each by itself.
@@ -65,7 +65,7 @@ impl<'a> Search<'a> {
         share: f64,
     ) -> Search<'a> {
         if let Some(cloud) = CloudSearch::of(prepared, pixels, n, share) {
-            return Search::Many(cloud);
+            return Search::Many(Box::new(cloud));
         }
         let samples = pixels.samples(n);
         let objects = |reach| {

@@ -19,6 +19,9 @@ pub struct Tile {
     pub ids: Vec<u32>,
 }
 
+/// Twice the offsets of rays that go together, to the right and to the top, and what they see.
+pub type TilePacks<'a, const N: usize> = (&'a [[f32; N]], &'a [[f32; N]], &'a mut [[u32; N]]);
+
 impl Tile {
     /// Forgets all rays.
     pub fn clear(&mut self) {
@@ -57,7 +60,7 @@ impl Tile {
     /// Twice their offsets from the picture's centre, to the right and to the top, and what they see, `N` of them together. The
     /// last ones stand for lanes that don't count.
     #[inline(always)]
-    pub fn packs<const N: usize>(&mut self) -> (&[[f32; N]], &[[f32; N]], &mut [[u32; N]]) {
+    pub fn packs<const N: usize>(&mut self) -> TilePacks<'_, N> {
         let Tile { across, up, ids } = self;
         let padded = across.len().next_multiple_of(N);
         for numbers in [&mut *across, &mut *up] {
