@@ -22,6 +22,10 @@ impl Stage<'_> {
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled.
     pub fn decide(&self, rays: &[u32], control: &Control, timing: &mut Timing) -> Result<Decided> {
+        // Most parts of a picture leave none.
+        if rays.is_empty() {
+            return Ok(Decided::default());
+        }
         let start = Instant::now();
         let mut ids = vec![OPEN; rays.len()];
         self.decide_f64(rays, control, &mut ids)?;

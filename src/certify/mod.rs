@@ -26,7 +26,7 @@ pub fn is_ordinary(ray: &WorldRay) -> bool {
 }
 
 /// The objects of rays that f32 left undecided.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Decided {
     /// The objects' ids, one a ray; 0 is the background.
     pub ids: Vec<u32>,
