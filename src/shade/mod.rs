@@ -10,15 +10,18 @@ mod plain;
 mod unlit;
 mod written;
 
+use bytemuck::Zeroable;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 pub use crate::prepare::{Lamp, LampOrigin, Lighting};
+use crate::trace::resize;
 pub use lit::certified_lighting;
 pub use mean::ExactMean;
 pub use painter::{Background, ColorCounts, Framebuffer, Painter, Rendered, Style};
 pub use plain::{PlainPoint, PlainWay};
 pub use unlit::Palette;
+use written::Written;
 
 /// The numbers that a picture's colours are written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -119,9 +122,7 @@ macro_rules! encodings {
             pub(crate) fn look_up(&mut self, palette: &Colors, ids: &[u32]) {
                 match (self, palette) {
                     $((Colors::$encoding(out), Colors::$encoding(palette)) => {
-                        let color = |&id: &u32| *palette.get(id as usize).unwrap_or(&palette[0]);
-                        let ids = ids.par_iter().with_min_len(PIXELS_AT_ONCE);
-                        ids.map(color).collect_into_vec(out);
+                        look_up(out, palette, ids);
                     })+
                     (other, palette) => {
                         *other = Colors::new(palette.encoding());
@@ -134,6 +135,32 @@ macro_rules! encodings {
 }
 
 encodings!(u8 => Srgb8, u16 => Srgb16, f32 => Linear);
+
+/// Pixels that mostly show one object.
+const RUN: usize = 16;
+
+/// Makes `out` the colours that a palette has of ids; other ids have the first one.
+fn look_up<C: Written + Zeroable>(out: &mut Vec<[C; 3]>, palette: &[[C; 3]], ids: &[u32]) {
+    let color = |id: u32| *palette.get(id as usize).unwrap_or(&palette[0]);
+    resize(out, ids.len());
+    let parts = out.par_chunks_mut(PIXELS_AT_ONCE).zip(ids.par_chunks(PIXELS_AT_ONCE));
+    parts.for_each(|(out, ids)| {
+        let (runs, rest) = out.as_chunks_mut::<RUN>();
+        let (ids_of_runs, ids_of_rest) = ids.as_chunks::<RUN>();
+        let (mut shown, mut run) = (0, [palette[0]; RUN]);
+        for (out, ids) in runs.iter_mut().zip(ids_of_runs) {
+            if ids.iter().fold(0, |differ, &id| differ | (id ^ ids[0])) != 0 {
+                *out = ids.map(color);
+                continue;
+            }
+            if ids[0] != shown {
+                (shown, run) = (ids[0], [color(ids[0]); RUN]);
+            }
+            *out = run;
+        }
+        rest.iter_mut().zip(ids_of_rest).for_each(|(out, &id)| *out = color(id));
+    });
+}
 
 impl Colors {
     /// Number of pixels.
