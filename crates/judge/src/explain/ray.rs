@@ -159,15 +159,15 @@ impl<'a> RayNumbers<'a> {
     pub fn object(&self, rank: &Rank) -> Option<ObjectExplanation> {
         let id = rank.id;
         let object = self.scene.object(id)?;
-        let (shape, told) = match object {
-            Object::Sphere(sphere) => ("sphere", self.sphere(sphere)),
-            Object::Plane(plane) => ("plane", self.plane(plane)),
+        let told = match object {
+            Object::Sphere(sphere) => self.sphere(sphere),
+            Object::Plane(plane) => self.plane(plane),
         };
         let (gap, is_at_origin) = self.gap(object);
         let mut explanation = ObjectExplanation {
             id,
             label: self.label(id),
-            shape,
+            shape: object.shape(),
             lines: told.lines,
             quantities: told.rows,
             reason: Reason::Degenerate,
