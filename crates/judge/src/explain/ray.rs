@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use kugelblitz::Result;
-use kugelblitz::exact::{Dyadic, ExactHit, ExactRay, ExactRays, Root, visible_hit};
+use kugelblitz::exact::{
+    Dyadic, ExactHit, ExactRay, ExactRays, Root, plane_numbers, signum_of_discriminant, visible_hit,
+};
 use kugelblitz::kernel::lecture::{plane_quotient, quadratic, quadratic_roots};
 use kugelblitz::kernel::plain::{PlainRay, PlainRays};
 use kugelblitz::kernel::relative::{PlaneStable, SphereStable, approach, half_root, roots_stable};
@@ -109,6 +111,15 @@ impl<'a> RayNumbers<'a> {
             return None;
         }
         visible_hit(&self.exact, id, object).map(|hit| hit.root)
+    }
+
+    /// Whether the ray's whole line meets an object.
+    pub fn line_meets(&self, object: Object) -> Option<bool> {
+        Some(match object {
+            _ if is_clearly_missed(&self.near, &object) => false,
+            Object::Sphere(sphere) => signum_of_discriminant(&self.exact, sphere)? >= 0,
+            Object::Plane(plane) => plane_numbers(&self.exact, plane)?.denominator.signum() != 0,
+        })
     }
 
     /// How far the half line passes from a surface that it misses, and whether its origin is as near as any
