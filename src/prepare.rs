@@ -7,6 +7,7 @@ mod in_space;
 mod lamp;
 
 use std::collections::HashSet;
+use std::ops::RangeInclusive;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
@@ -22,9 +23,8 @@ use crate::memory;
 use crate::num::Float as _;
 use crate::num::fields::words;
 use crate::rays::{Lens, Pixels, Rays, WorldRay, look_at_all};
-use crate::scene::{Object, Scene, Sphere};
+use crate::scene::{Object, Scene};
 use crate::seen::{Eye, PlaneSeen, Record as _, Seen as _, SphereLeaf, SphereSeen};
-use crate::shape::PlanePlace;
 use crate::trace::Wants;
 
 pub use crate::kernel::certified::{FEW_SPHERES, LISTED_SPHERES};
@@ -104,9 +104,9 @@ pub struct Prepared {
     /// the reference point than the eye's.
     picture: Option<Pixels>,
     starts_in_f64: bool,
-    /// Ids of the planes that a ray may see, found when they are first asked for: of those in one place, however long their normals
-    /// are, the first. No other is in the way of anything that the first is not in.
-    seen_planes: OnceLock<Vec<u32>>,
+    /// Ids of the objects behind the spheres that a ray may see, found when they are first asked for: of those in one place the
+    /// first. No other is in the way of anything that the first is not in.
+    others: OnceLock<Vec<u32>>,
 }
 
 impl Prepared {
@@ -166,7 +166,7 @@ impl Prepared {
             eye,
             picture,
             starts_in_f64: false,
-            seen_planes: OnceLock::new(),
+            others: OnceLock::new(),
         };
         if kernel == Kernel::Certified {
             prepared.objects = prepared.records();
@@ -186,31 +186,19 @@ impl Prepared {
         Some(&self.hierarchy.as_ref()?.bvh.outside)
     }
 
-    /// The objects that a ray may see and their ids: the planes, and the spheres with these ids, or all where none are given. Of
-    /// equal ones only the first is among all, and none that no ray hits.
+    /// The objects that a ray may see and their ids: the spheres with these ids, or all where none are given, and all others. Of
+    /// those in one place only the first is among all, and none that no ray hits.
     pub(crate) fn listed(&self, spheres: Option<&[u32]>) -> Vec<(u32, Object<'_>)> {
-        let all = &self.scene.spheres;
-        let seen_spheres = || {
-            let mut seen = HashSet::new();
-            let mut is_first = |sphere: &Sphere| {
-                let [x, y, z] = sphere.center.to_array().map(f64::to_bits);
-                seen.insert([x, y, z, sphere.radius.to_bits()])
-            };
-            let ids = (1..).zip(all.iter());
-            let ids = ids.filter(|(_, sphere)| sphere.radius != 0.0 && is_first(sphere));
-            ids.map(|(id, _)| id).collect()
+        let scene = &*self.scene;
+        let firsts = |ids: RangeInclusive<u32>| {
+            let (mut seen, place) = (HashSet::new(), |&id: &u32| scene.object(id)?.place());
+            ids.filter(|id| place(id).is_some_and(|place| seen.insert(place))).collect()
         };
-        let spheres = spheres.map_or_else(seen_spheres, <[u32]>::to_vec);
-        let planes = self.seen_planes.get_or_init(|| {
-            let mut seen = HashSet::new();
-            let mut is_first =
-                |plane| PlanePlace::new(plane).is_none_or(|place| seen.insert(place));
-            let ids = (all.len() as u32 + 1..).zip(&self.scene.planes);
-            let ids = ids.filter(|(_, plane)| plane.normal != DVec3::ZERO && is_first(plane));
-            ids.map(|(id, _)| id).collect()
-        });
-        let ids = spheres.into_iter().chain(planes.iter().copied());
-        ids.filter_map(|id| Some((id, self.scene.object(id)?))).collect()
+        let [n_spheres, n_objects] = [scene.spheres.len(), scene.n_objects()].map(|n| n as u32);
+        let spheres = spheres.map_or_else(|| firsts(1..=n_spheres), <[u32]>::to_vec);
+        let others = self.others.get_or_init(|| firsts(n_spheres + 1..=n_objects));
+        let ids = spheres.into_iter().chain(others.iter().copied());
+        ids.filter_map(|id| Some((id, scene.object(id)?))).collect()
     }
 
     /// The records of the objects that a device tests one after the other: of many spheres those of

@@ -214,9 +214,7 @@ impl Scene {
 
     /// Linear colours by id: the first is the background's.
     pub fn colors(&self) -> impl Iterator<Item = Color> {
-        std::iter::once(self.background)
-            .chain(self.spheres.colors())
-            .chain(self.planes.iter().map(|p| p.color))
+        (0..=self.n_objects() as u32).map(|id| self.color(id))
     }
 }
 
@@ -230,6 +228,14 @@ pub enum Object<'a> {
 }
 
 impl Object<'_> {
+    /// The word for its shape, in English.
+    pub fn shape(self) -> &'static str {
+        match self {
+            Object::Sphere(_) => "sphere",
+            Object::Plane(_) => "plane",
+        }
+    }
+
     /// A point and how far from it the object goes; of one without an end any of its points.
     pub fn extent(self) -> (DVec3, f64) {
         match self {

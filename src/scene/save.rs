@@ -7,7 +7,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::document::in_utf8;
-use super::schema::{CloudKeys, ImageKeys, SceneKeys, SphereKeys};
+use super::schema::SceneKeys;
 use super::{Color, Scene, Sphere};
 use crate::control::Control;
 use crate::error::{Error, Result, wrong_usage};
@@ -36,7 +36,7 @@ impl Scene {
         let cloud_path = path.with_extension("npy");
         let cloud = in_utf8(cloud_path.file_name().unwrap_or_default().as_ref())?;
         let has_cloud = n_single < self.spheres.len();
-        let text = self.text(n_single, has_cloud.then_some(cloud));
+        let text = SceneKeys::of(self, n_single, has_cloud.then_some(cloud)).document();
         let mut file = OutputFile::create(path, false)?;
         file.write_all(text.as_bytes()).map_err(Error::io(path))?;
         if !has_cloud {
@@ -61,32 +61,7 @@ impl Scene {
 
     /// The text of a scene file with all but the spheres.
     pub fn text_without_spheres(&self) -> String {
-        self.text(0, None)
-    }
-
-    fn text(&self, n_single: usize, cloud_file: Option<&str>) -> String {
-        let sphere = |(index, sphere): (usize, &Sphere)| SphereKeys {
-            name: self.spheres.name(index).map(Into::into),
-            center: Some(sphere.center),
-            radius: Some(sphere.radius),
-            color: self.spheres.color(index),
-            ..SphereKeys::default()
-        };
-        let cloud = |file: &str| CloudKeys { file: Some(file.into()), ..CloudKeys::default() };
-        SceneKeys {
-            background: Some(self.background),
-            ambient: self.ambient,
-            camera: self.camera.as_ref().map(Into::into),
-            image: Some(ImageKeys::new(self.image, self.samples))
-                .filter(|image| *image != ImageKeys::default()),
-            light: Some(self.lights.iter().map(Into::into).collect()),
-            sky: self.sky.as_ref().map(Into::into),
-            sphere: Some(self.spheres[..n_single].iter().enumerate().map(sphere).collect()),
-            spheres: Some(cloud_file.into_iter().map(cloud).collect()),
-            plane: Some(self.planes.iter().map(Into::into).collect()),
-            ..SceneKeys::default()
-        }
-        .document()
+        SceneKeys::of(self, 0, None).document()
     }
 }
 

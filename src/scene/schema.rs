@@ -7,7 +7,9 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::table::{Checked, Field};
-use super::{Camera, Color, ColorMap, Light, Plane, Projection, Samples, Sky, Source};
+use super::{
+    Camera, Color, ColorMap, Light, Plane, Projection, Samples, Scene, Sky, Source, Sphere,
+};
 
 pub use value::*;
 
@@ -225,6 +227,31 @@ pub const SECTIONS: [&SectionInfo; 9] = [
 ];
 
 impl SceneKeys {
+    /// What a scene is, with so many of its spheres and the name of a file that has the others.
+    pub(super) fn of(scene: &Scene, n_single: usize, cloud_file: Option<&str>) -> SceneKeys {
+        let sphere = |(index, sphere): (usize, &Sphere)| SphereKeys {
+            name: scene.spheres.name(index).map(Into::into),
+            center: Some(sphere.center),
+            radius: Some(sphere.radius),
+            color: scene.spheres.color(index),
+            ..SphereKeys::default()
+        };
+        let cloud = |file: &str| CloudKeys { file: Some(file.into()), ..CloudKeys::default() };
+        SceneKeys {
+            background: Some(scene.background),
+            ambient: scene.ambient,
+            camera: scene.camera.as_ref().map(Into::into),
+            image: Some(ImageKeys::new(scene.image, scene.samples))
+                .filter(|image| *image != ImageKeys::default()),
+            light: Some(scene.lights.iter().map(Into::into).collect()),
+            sky: scene.sky.as_ref().map(Into::into),
+            sphere: Some(scene.spheres[..n_single].iter().enumerate().map(sphere).collect()),
+            spheres: Some(cloud_file.into_iter().map(cloud).collect()),
+            plane: Some(scene.planes.iter().map(Into::into).collect()),
+            ..SceneKeys::default()
+        }
+    }
+
     /// The text of a scene file that says this.
     pub fn document(&self) -> String {
         let (mut keys, mut parts) = (Vec::new(), Vec::new());

@@ -18,12 +18,12 @@ use glam::DVec3;
 
 pub use light::LightBounds;
 pub use plane::{PlaneMet, PlaneSeen};
-pub use shadow::{Met, ShadowRay, Verdict};
+pub use shadow::{ShadowRay, Verdict};
 pub use sphere::{SphereLeaf, SphereMet, SphereSeen, is_near_surface};
 
 use crate::guard::{self, InputError, ROOM, Reach, rows, steps};
 pub use crate::num::Ray;
-use crate::num::fields::{fields, numbers};
+use crate::num::fields::{fields, numbers, words};
 use crate::num::{Float, Lanes, OPEN, Real, V3};
 use crate::rays::Pixels;
 use crate::scene::Object;
@@ -304,6 +304,44 @@ pub fn bounds_from(eye: &Eye, object: Object, ray: &Ray<f64>) -> Option<Bounds<f
         Object::Plane(plane) => {
             let l = V3((plane.point - eye.reference).to_array());
             PlaneSeen::bounds(&PlaneSeen::of::<f64>(plane, l, eye), ray)
+        }
+    }
+}
+
+/// Any object as shadow rays meet it.
+#[derive(Clone, Copy)]
+pub enum Met<F: Copy> {
+    /// A sphere.
+    Sphere(SphereMet<F>),
+    /// A plane.
+    Plane(PlaneMet<F>),
+}
+
+impl<F: Float> Met<F> {
+    /// For arithmetic of `F`, from a reference point.
+    pub fn new(object: Object, reference: DVec3) -> Met<F> {
+        match object {
+            Object::Sphere(sphere) => Met::Sphere(SphereMet::new(sphere, reference)),
+            Object::Plane(plane) => Met::Plane(PlaneMet::new(plane, reference)),
+        }
+    }
+
+    /// Whether it is in the way of rays that don't start on it.
+    #[inline(always)]
+    pub fn occlude<R: Real<One = F>>(&self, ray: &ShadowRay<R>) -> Verdict<R> {
+        match self {
+            Met::Sphere(met) => met.map(R::splat).occlude(ray),
+            Met::Plane(met) => met.map(R::splat).occlude(ray),
+        }
+    }
+}
+
+impl Met<f32> {
+    /// The place of its shape among all, and its words in a device's buffer.
+    pub fn words(&self) -> (usize, Vec<f32>) {
+        match self {
+            Met::Sphere(met) => (0, words::<8>(met).to_vec()),
+            Met::Plane(met) => (1, words::<12>(met).to_vec()),
         }
     }
 }

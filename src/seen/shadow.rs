@@ -45,11 +45,9 @@
 
 use glam::DVec3;
 
-use super::{PlaneMet, SphereMet};
 use crate::guard::{ROOM, length_bound, steps};
-use crate::num::fields::{numbers, words};
+use crate::num::fields::numbers;
 use crate::num::{Float, Real, V3};
-use crate::scene::Object;
 
 /// What a squared distance and the square that it is compared with are off by together, in units. No test sees it cut: as a
 /// length it is less than a third of what [`OF_OFFSET`] grants, as no object is nearer to a ray than to the ray's start.
@@ -231,44 +229,6 @@ impl Verdict<f64> {
     #[inline(always)]
     pub fn is_clear(self) -> bool {
         self.clear > 0.0
-    }
-}
-
-/// Any object as shadow rays meet it.
-#[derive(Clone, Copy)]
-pub enum Met<F: Copy> {
-    /// A sphere.
-    Sphere(SphereMet<F>),
-    /// A plane.
-    Plane(PlaneMet<F>),
-}
-
-impl<F: Float> Met<F> {
-    /// For arithmetic of `F`, from a reference point.
-    pub fn new(object: Object, reference: DVec3) -> Met<F> {
-        match object {
-            Object::Sphere(sphere) => Met::Sphere(SphereMet::new(sphere, reference)),
-            Object::Plane(plane) => Met::Plane(PlaneMet::new(plane, reference)),
-        }
-    }
-
-    /// Whether it is in the way of rays that don't start on it.
-    #[inline(always)]
-    pub fn occlude<R: Real<One = F>>(&self, ray: &ShadowRay<R>) -> Verdict<R> {
-        match self {
-            Met::Sphere(met) => met.map(R::splat).occlude(ray),
-            Met::Plane(met) => met.map(R::splat).occlude(ray),
-        }
-    }
-}
-
-impl Met<f32> {
-    /// The place of its shape among all, and its words in a device's buffer.
-    pub fn words(&self) -> (usize, Vec<f32>) {
-        match self {
-            Met::Sphere(met) => (0, words::<8>(met).to_vec()),
-            Met::Plane(met) => (1, words::<12>(met).to_vec()),
-        }
     }
 }
 

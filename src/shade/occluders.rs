@@ -54,10 +54,7 @@ impl<'a> Occluders<'a> {
         let listed = Occluders::listed_in(prepared);
         let spheres: Vec<SphereMet<f64>> = listed
             .iter()
-            .map_while(|(_, met)| match met {
-                Met::Sphere(met) => Some(*met),
-                Met::Plane(_) => None,
-            })
+            .map_while(|(_, met)| if let Met::Sphere(met) = met { Some(*met) } else { None })
             .collect();
         Occluders {
             spheres: spheres.chunks(LANES).map(side_by_side).collect(),

@@ -5,11 +5,13 @@ mod plane;
 mod sphere;
 
 pub(crate) use plane::plane_normal;
-pub use plane::{PlaneNumbers, PlanePlace, plane_numbers};
+pub use plane::{PlaneNumbers, plane_numbers};
 pub use sphere::{SphereNumbers, is_outside, signum_of_discriminant, sphere_numbers};
 
+use dashu_int::IBig;
+
 use crate::exact::{ExactHit, ExactRay, Root, signum};
-use crate::scene::Object;
+use crate::scene::{Object, Sphere};
 
 /// The side of a surface that a ray meets (contract §1, "normal").
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -42,5 +44,27 @@ pub(crate) fn outward_normal(ray: &ExactRay, hit: &ExactHit) -> Option<[Root; 3]
     match hit.object {
         Object::Sphere(sphere) => sphere::outward_normal(ray, &hit.root, sphere),
         Object::Plane(plane) => plane_normal(plane),
+    }
+}
+
+/// The points of an object: the same for two that are in one place.
+#[derive(PartialEq, Eq, Hash)]
+pub(crate) enum Place {
+    /// Bits of a centre and a radius.
+    Sphere([u64; 4]),
+    /// A normal and an offset.
+    Plane(Box<([IBig; 3], (IBig, isize))>),
+}
+
+impl Object<'_> {
+    /// Where it is; `None` where no ray hits it.
+    pub(crate) fn place(self) -> Option<Place> {
+        match self {
+            Object::Sphere(Sphere { center, radius }) => {
+                let [x, y, z] = center.to_array();
+                (*radius != 0.0).then(|| Place::Sphere([x, y, z, *radius].map(f64::to_bits)))
+            }
+            Object::Plane(plane) => plane::place(plane),
+        }
     }
 }

@@ -1,8 +1,6 @@
 //! A plane, exactly.
 
-use dashu_int::IBig;
-
-use super::Side;
+use super::{Place, Side};
 use crate::exact::{Dyadic, ExactRay, Root, primitive, product3, real3, signum};
 use crate::scene::Plane;
 
@@ -56,18 +54,11 @@ pub fn plane_numbers(ray: &ExactRay, plane: &Plane) -> Option<PlaneNumbers> {
 }
 
 /// The points of a plane, however long its normal is, and whichever of its points is named: the same for planes that are one.
-#[derive(Debug, PartialEq, Eq, Hash)]
-pub struct PlanePlace {
-    /// Whole numbers without a common divisor, the first of which that is not 0 is positive.
-    normal: [IBig; 3],
-    offset: (IBig, isize),
-}
-
-impl PlanePlace {
-    /// `None` for a normal of 0 and where a number is not finite.
-    pub fn new(plane: &Plane) -> Option<PlanePlace> {
-        let normal = primitive(&real3(plane.normal)?)?;
-        let n = normal.each_ref().map(|x| Dyadic::from(x.clone()));
-        Some(PlanePlace { offset: product3(&real3(plane.point)?, &n).shortest(), normal })
-    }
+/// Of the normal whole numbers without a common divisor, the first of which that is not 0 is positive. `None` for a normal of 0
+/// and where a number is not finite.
+pub(super) fn place(plane: &Plane) -> Option<Place> {
+    let normal = primitive(&real3(plane.normal)?)?;
+    let n = normal.each_ref().map(|x| Dyadic::from(x.clone()));
+    let offset = product3(&real3(plane.point)?, &n).shortest();
+    Some(Place::Plane(Box::new((normal, offset))))
 }

@@ -30,7 +30,7 @@ pub struct BoundingSphere {
 impl BoundingSphere {
     /// Around the spheres; planes have no end, so they count only where there is nothing else.
     pub fn new(scene: &Scene) -> BoundingSphere {
-        let has_end = |object: &Object| matches!(object, Object::Sphere(_));
+        let has_end = |object: &Object| object.extent().1 > 0.0;
         let objects = scene.objects().map(|(_, object)| object);
         let counted = objects.filter(|object| scene.spheres.is_empty() || has_end(object));
         let balls: Vec<(DVec3, f64)> = counted.map(Object::extent).collect();

@@ -8,8 +8,8 @@ use super::*;
 use crate::exact::{ExactBeam, ExactPoint, ExactRay, visible_hit};
 use crate::guard::tests::worst::{UNIT, Worst, assert_tight, worst};
 use crate::rays::WorldRay;
-use crate::scene::{Color, Plane, Sphere};
-use crate::seen::{PlaneMet, SphereMet};
+use crate::scene::{Color, Object, Plane, Sphere};
+use crate::seen::{Met, PlaneMet, SphereMet};
 
 /// A shape of its own.
 #[derive(Clone, Debug)]

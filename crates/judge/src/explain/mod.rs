@@ -31,16 +31,15 @@ pub use words::{Lang, Remark};
 use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
-use kugelblitz::exact::{Root, Side, nearest, plane_numbers, signum_of_discriminant};
+use kugelblitz::exact::{Root, Side, nearest};
 use kugelblitz::memory;
 use kugelblitz::plain::steers;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
-use kugelblitz::scene::{Object, Scene};
+use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Hits, Kernel, Level, Rays, Wants};
 
 use crate::compare::Precision;
-use crate::verify::is_clearly_missed;
 use crate::wrong_usage;
 use line::Line;
 use numbers::error_ulp;
@@ -341,11 +340,8 @@ pub fn label(scene: &Scene, id: u32) -> String {
 
 /// `sphere 3 (red giant)`, in the language of the words.
 fn label_in(words: &Words, scene: &Scene, id: u32) -> String {
-    let kind = match scene.object(id) {
-        None => return words.background.into(),
-        Some(Object::Sphere(_)) => words.sphere,
-        Some(Object::Plane(_)) => words.plane,
-    };
+    let Some(object) = scene.object(id) else { return words.background.into() };
+    let kind = words.shape(object);
     let Some(name) = scene.name(id) else { return format!("{kind} {id}") };
     format!("{kind} {id} ({})", shortened(name, NAME_CHARS))
 }
@@ -418,15 +414,9 @@ fn ranked(numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, LeftOut) {
 
 fn left_out(numbers: &RayNumbers, ranks: &[Rank]) -> LeftOut {
     let hit = ranks.iter().filter(|rank| rank.root.is_some()).count();
-    let is_behind = |rank: &&Rank| match numbers.scene.object(rank.id) {
-        Some(object) if rank.root.is_some() || is_clearly_missed(&numbers.near, &object) => false,
-        Some(Object::Sphere(s)) => {
-            signum_of_discriminant(&numbers.exact, s).is_some_and(|sign| sign >= 0)
-        }
-        Some(Object::Plane(p)) => {
-            plane_numbers(&numbers.exact, p).is_some_and(|plane| plane.denominator.signum() != 0)
-        }
-        None => false,
+    let is_behind = |rank: &&Rank| {
+        let object = numbers.scene.object(rank.id).filter(|_| rank.root.is_none());
+        object.and_then(|object| numbers.line_meets(object)) == Some(true)
     };
     let behind = ranks.par_iter().filter(is_behind).count();
     LeftOut { hit, behind, missed: ranks.len() - hit - behind }

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use kugelblitz::Result;
-use kugelblitz::exact::{Dyadic, ExactHit, ExactRay, ExactRays, Root, visible_hit};
+use kugelblitz::exact::{
+    Dyadic, ExactHit, ExactRay, ExactRays, Root, plane_numbers, signum_of_discriminant, visible_hit,
+};
 use kugelblitz::kernel::lecture::{plane_quotient, quadratic, quadratic_roots};
 use kugelblitz::kernel::plain::{PlainRay, PlainRays};
 use kugelblitz::kernel::relative::{PlaneStable, SphereStable, approach, half_root, roots_stable};
@@ -111,6 +113,15 @@ impl<'a> RayNumbers<'a> {
         visible_hit(&self.exact, id, object).map(|hit| hit.root)
     }
 
+    /// Whether the ray's whole line meets an object.
+    pub fn line_meets(&self, object: Object) -> Option<bool> {
+        Some(match object {
+            _ if is_clearly_missed(&self.near, &object) => false,
+            Object::Sphere(sphere) => signum_of_discriminant(&self.exact, sphere)? >= 0,
+            Object::Plane(plane) => plane_numbers(&self.exact, plane)?.denominator.signum() != 0,
+        })
+    }
+
     /// How far the half line passes from a surface that it misses, and whether its origin is as near as any
     /// point of it; only for order and for the eye.
     pub fn gap(&self, object: Object) -> (f64, bool) {
@@ -159,15 +170,15 @@ impl<'a> RayNumbers<'a> {
     pub fn object(&self, rank: &Rank) -> Option<ObjectExplanation> {
         let id = rank.id;
         let object = self.scene.object(id)?;
-        let (shape, told) = match object {
-            Object::Sphere(sphere) => ("sphere", self.sphere(sphere)),
-            Object::Plane(plane) => ("plane", self.plane(plane)),
+        let told = match object {
+            Object::Sphere(sphere) => self.sphere(sphere),
+            Object::Plane(plane) => self.plane(plane),
         };
         let (gap, is_at_origin) = self.gap(object);
         let mut explanation = ObjectExplanation {
             id,
             label: self.label(id),
-            shape,
+            shape: object.shape(),
             lines: told.lines,
             quantities: told.rows,
             reason: Reason::Degenerate,

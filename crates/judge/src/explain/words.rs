@@ -6,6 +6,7 @@
 
 use std::fmt;
 
+use kugelblitz::scene::Object;
 use serde::{Serialize, Serializer};
 
 use super::line::Notation;
@@ -119,6 +120,16 @@ macro_rules! words {
             Words { $($phrase: $german,)* $($list: $all_german,)* },
         ];
     };
+}
+
+impl Words {
+    /// The word for an object's shape.
+    pub(super) fn shape(&self, object: Object) -> &'static str {
+        match object {
+            Object::Sphere(_) => self.sphere,
+            Object::Plane(_) => self.plane,
+        }
+    }
 }
 
 words! {

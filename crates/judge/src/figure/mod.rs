@@ -75,21 +75,19 @@ impl Figure {
     /// [`Error::Usage`] where it is of another kind, or the scene has none.
     pub fn object(self, scene: &Scene, named: Option<u32>) -> Result<Option<u32>> {
         let (number, kind) = (self.number(), self.kind());
-        let is_of_kind = |object| matches!(object, Object::Plane(_)) == (self == Figure::Plane);
-        let first = || scene.objects().find(|(_, object)| is_of_kind(*object)).map(|(id, _)| id);
+        let first = || scene.objects().find(|(_, object)| object.shape() == kind).map(|(id, _)| id);
         let Some(id) = named.or_else(first) else {
             return wrong_usage(format!(
                 "figure {number} shows a {kind}, and the scene has none; name another scene"
             ));
         };
         let other = match scene.object(id) {
-            Some(object) if is_of_kind(object) => {
+            Some(object) if object.shape() == kind => {
                 let is_of_one = matches!(self, Figure::Plane | Figure::Sphere);
                 return Ok(if is_of_one { Some(id) } else { named });
             }
             None => format!("the scene has {} objects", scene.n_objects()),
-            Some(Object::Plane(_)) => "that is a plane".into(),
-            Some(Object::Sphere(_)) => "that is a sphere".into(),
+            Some(object) => format!("that is a {}", object.shape()),
         };
         wrong_usage(format!(
             "object {id}: figure {number} shows a {kind}, and {other}; spheres count from 1, planes \
