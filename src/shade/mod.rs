@@ -13,7 +13,7 @@ mod written;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-pub use crate::prepare::{Lamp, LampOrigin, Lighting};
+pub use crate::prepare::{Lamp, Lighting};
 pub use lit::certified_lighting;
 pub use mean::ExactMean;
 pub use painter::{Background, ColorCounts, Framebuffer, Painter, Rendered, Style};
