@@ -34,7 +34,7 @@ pub use crate::num::{Scaled, exponent_of, power_of_two};
 pub use certified_light::{CertifiedLamp, CertifiedLighting};
 pub use hierarchy::Hierarchy;
 pub use in_space::InSpace;
-pub use lamp::{Lamp, LampOrigin, Lighting, MOST_IN_F32};
+pub use lamp::{Lamp, Lighting, MOST_IN_F32};
 
 use first_stage::is_left_open;
 

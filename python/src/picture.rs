@@ -257,7 +257,7 @@ impl Picture {
         let format = Format::from_path(&path).map_err(error::of("path"))?;
         let transparent = self.style.background != Background::Shown;
         let options = PictureOptions { bits, certificates, transparent };
-        if certificates && matches!(format, Format::Png | Format::Ppm) {
+        if certificates && !format.holds_numbers() {
             return wrong_value(format!(
                 "certificates: {format} has no place for them; write .exr or .npy"
             ));

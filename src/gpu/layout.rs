@@ -5,8 +5,9 @@ use glam::DVec3;
 
 use crate::kernel::FloatType;
 use crate::kernel::coordinates::{Coordinates, split};
-use crate::prepare::{self, LampOrigin};
+use crate::prepare;
 use crate::rays::WorldRay;
+use crate::scene::Source;
 
 /// A number, three of them, or a whole number. In WGSL a number is a `Real`, which a kernel says what that is.
 pub trait Member {
@@ -207,9 +208,9 @@ impl Lamp {
     /// A light, or a sun of the sky.
     pub fn new(coordinates: Coordinates, lamp: &prepare::Lamp) -> Lamp {
         let (at, kind) = match lamp.origin {
-            LampOrigin::Eye => (DVec3::ZERO, Lamp::EYE),
-            LampOrigin::Point(position) => (coordinates.of(position), Lamp::POINT),
-            LampOrigin::Sun(direction) => (-direction, Lamp::SUN),
+            Source::Eye => (DVec3::ZERO, Lamp::EYE),
+            Source::Point(position) => (coordinates.of(position), Lamp::POINT),
+            Source::Sun(direction) => (-direction, Lamp::SUN),
         };
         Lamp { at: at.to_array(), kind, weight: lamp.weight, shadows: lamp.shadows.into() }
     }

@@ -61,22 +61,24 @@ impl Format {
         find(&ending, ".", wrong)
     }
 
+    /// True where a file holds what was found, in floats; else it holds colours alone, for the eye.
+    pub fn holds_numbers(self) -> bool {
+        matches!(self, Format::Exr | Format::Npy)
+    }
+
     /// The part of [`Hits`](crate::trace::Hits) that this format writes. `certificates` adds the
     /// level where the format has a place for it (EXR and NPY).
     pub fn wants(self, certificates: bool) -> Wants {
-        let surface = match self {
-            Format::Png | Format::Ppm => false,
-            Format::Exr | Format::Npy => true,
-        };
+        let surface = self.holds_numbers();
         Wants { surface, level: surface && certificates }
     }
 
     /// How its colours are encoded.
     pub fn encoding(self, bits: ChannelBits) -> Encoding {
-        match (self, bits) {
-            (Format::Png | Format::Ppm, ChannelBits::Eight) => Encoding::Srgb8,
-            (Format::Png | Format::Ppm, ChannelBits::Sixteen) => Encoding::Srgb16,
-            (Format::Exr | Format::Npy, _) => Encoding::Linear,
+        match bits {
+            _ if self.holds_numbers() => Encoding::Linear,
+            ChannelBits::Eight => Encoding::Srgb8,
+            ChannelBits::Sixteen => Encoding::Srgb16,
         }
     }
 

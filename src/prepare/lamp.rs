@@ -9,24 +9,14 @@ use crate::scene::{Color, Light, Scene, Source};
 /// Most of a weight or a colour for light in f32. No test sees it halved: the range may be smaller.
 pub const MOST_IN_F32: f64 = (1u64 << 40) as f64;
 
-/// Where a lamp's light comes from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LampOrigin {
-    /// The point that all rays start from. What is seen from there is lit from there.
-    Eye,
-    /// A point, world units.
-    Point(DVec3),
-    /// A sun: the direction that its light travels.
-    Sun(DVec3),
-}
-
 /// A light, or a part of the sky.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lamp {
     /// Index of the light in the scene; `None` for a part of the sky.
     pub light: Option<usize>,
-    /// Where its light comes from.
-    pub origin: LampOrigin,
+    /// Where its light comes from: the eye is the point that all rays start from, which lights what is seen from there, and
+    /// in place of it there is a sun where they are parallel.
+    pub origin: Source,
     /// Linear light that a surface across its rays gets: within 2 units `2⁻⁵²` of it, or `2⁻¹⁰⁷⁴` where it is
     /// subnormal; infinite where f64 does not have it.
     pub weight: [f64; 3],
@@ -39,15 +29,15 @@ pub struct Lamp {
 impl Lamp {
     /// Whether something may be in its way: what is seen from the eye is lit from there.
     pub fn casts_shadows(&self) -> bool {
-        self.shadows && self.origin != LampOrigin::Eye
+        self.shadows && self.origin != Source::Eye
     }
 
     /// The way to it from a point that is seen from `eye`.
     pub fn beam<'a>(&self, point: &'a ExactPoint<'a>, eye: DVec3) -> Option<ExactBeam<'a>> {
         match self.origin {
-            LampOrigin::Eye => ExactBeam::to_position(point, eye),
-            LampOrigin::Point(position) => ExactBeam::to_position(point, position),
-            LampOrigin::Sun(direction) => ExactBeam::against(point, direction),
+            Source::Eye => ExactBeam::to_position(point, eye),
+            Source::Point(position) => ExactBeam::to_position(point, position),
+            Source::Sun(direction) => ExactBeam::against(point, direction),
         }
     }
 }
@@ -84,7 +74,7 @@ impl Lighting {
             let exact_weight = [four.clone(), four.clone(), four];
             sky.suns().into_iter().map(move |direction| Lamp {
                 light: None,
-                origin: LampOrigin::Sun(direction),
+                origin: Source::Sun(direction),
                 weight,
                 exact_weight: exact_weight.clone(),
                 shadows: true,
@@ -100,14 +90,10 @@ impl Lighting {
     }
 }
 
-fn origin_of(light: &Light, view: &View) -> LampOrigin {
+fn origin_of(light: &Light, view: &View) -> Source {
     match (light.source, view.lens) {
-        (Source::Point(position), Lens::Perspective) if position == view.position => {
-            LampOrigin::Eye
-        }
-        (Source::Point(position), _) => LampOrigin::Point(position),
-        (Source::Sun(direction), _) => LampOrigin::Sun(direction),
-        (Source::Eye, Lens::Perspective) => LampOrigin::Eye,
-        (Source::Eye, Lens::Orthographic) => LampOrigin::Sun(view.forward),
+        (Source::Point(position), Lens::Perspective) if position == view.position => Source::Eye,
+        (Source::Eye, Lens::Orthographic) => Source::Sun(view.forward),
+        (source, _) => source,
     }
 }

@@ -11,7 +11,8 @@ use crate::certify::Pack;
 use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{ExactBeam, ExactPoint};
-use crate::prepare::{Lamp, LampOrigin};
+use crate::prepare::Lamp;
+use crate::scene::Source;
 use crate::seen::Surface;
 use crate::trace::StageCounts;
 
@@ -115,7 +116,7 @@ impl<'a> Certified<'a> {
     ) -> Option<Vec<u8>> {
         let lamps = &self.job.lit.lighting.lamps;
         let n_spheres = self.occluders.scene.spheres.len() as u32;
-        let is_even = lamps.iter().all(|lamp| matches!(lamp.origin, LampOrigin::Sun(_)))
+        let is_even = lamps.iter().all(|lamp| matches!(lamp.origin, Source::Sun(_)))
             && samples.iter().all(|sample| sample.id == 0 || sample.id > n_spheres);
         if !is_even {
             return None;

@@ -14,7 +14,7 @@ use bytemuck::Zeroable;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-pub use crate::prepare::{Lamp, LampOrigin, Lighting};
+pub use crate::prepare::{Lamp, Lighting};
 use crate::trace::resize;
 pub use lit::certified_lighting;
 pub use mean::ExactMean;

@@ -6,9 +6,9 @@ use crate::bvh::{Beam, Bvh, Corners, Enter, Node, Visitor, Walk};
 use crate::certify::Stage;
 use crate::exact::is_outside;
 use crate::num::{Float, Lanes, Real};
-use crate::prepare::{Lamp, LampOrigin, Lighting, Prepared, Scaled, exponent_of, power_of_two};
+use crate::prepare::{Lamp, Lighting, Prepared, Scaled, exponent_of, power_of_two};
 use crate::rays::Rays;
-use crate::scene::{Object, Scene, Sphere};
+use crate::scene::{Object, Scene, Source, Sphere};
 use crate::seen::{Met, ShadowRay, SphereMet, Surface, Verdict, shadow};
 
 /// Spheres that a ball is compared with at a time.
@@ -47,9 +47,9 @@ impl<'a> Occluders<'a> {
             median(bvh.spheres.iter().step_by(bvh.spheres.len() / 64 + 1).map(apparent))
         });
         let origin = |lamp: &Lamp| match lamp.origin {
-            LampOrigin::Eye => shadow::Origin::Point(DVec3::ZERO),
-            LampOrigin::Point(position) => shadow::Origin::Point(relative(position)),
-            LampOrigin::Sun(way) => shadow::Origin::Sun(Scaled::new(way).rounded()),
+            Source::Eye => shadow::Origin::Point(DVec3::ZERO),
+            Source::Point(position) => shadow::Origin::Point(relative(position)),
+            Source::Sun(way) => shadow::Origin::Sun(Scaled::new(way).rounded()),
         };
         let listed = Occluders::listed_in(prepared);
         let spheres: Vec<SphereMet<f64>> = listed
@@ -139,10 +139,10 @@ impl<'a> Occluders<'a> {
     /// is outside.
     pub fn own_is_in_the_way(&self, lamp: &Lamp, id: u32) -> bool {
         match (lamp.origin, self.scene.object(id)) {
-            (LampOrigin::Point(position), Some(Object::Sphere(sphere))) => {
+            (Source::Point(position), Some(Object::Sphere(sphere))) => {
                 is_outside(position, sphere) != Some(false)
             }
-            (LampOrigin::Sun(_), Some(Object::Sphere(_))) => true,
+            (Source::Sun(_), Some(Object::Sphere(_))) => true,
             _ => false,
         }
     }

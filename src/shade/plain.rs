@@ -15,7 +15,8 @@ use crate::kernel::coordinates::Coordinates;
 use crate::kernel::plain::{Hit, Plain, PlainRay, PlainRays};
 use crate::kernel::{Lists, ObjectRecords};
 use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3, dispatch};
-use crate::prepare::{Lamp, LampOrigin, Lighting, Prepared};
+use crate::prepare::{Lamp, Lighting, Prepared};
+use crate::scene::Source;
 use crate::trace::{Level, Rays, StageCounts};
 use crate::tracer::{Backend, Tracer};
 
@@ -200,9 +201,9 @@ impl<F: Float, S: Plain<Float = F>, P: Plain<Float = F>> Scene<'_, S, P> {
         let (zero, one) = (Lanes::lit(0.0), Lanes::lit(1.0));
         let point = ray.origin + ray.direction * hit.t;
         let way = match lamp.origin {
-            LampOrigin::Eye => -(ray.direction * hit.t),
-            LampOrigin::Point(position) => V3::lit(self.coordinates.of(position)) - point,
-            LampOrigin::Sun(direction) => V3::lit(-direction),
+            Source::Eye => -(ray.direction * hit.t),
+            Source::Point(position) => V3::lit(self.coordinates.of(position)) - point,
+            Source::Sun(direction) => V3::lit(-direction),
         };
         let length = way.dot(way).sqrt();
         let cosine = normal.dot(way) * (one / length);
@@ -216,7 +217,7 @@ impl<F: Float, S: Plain<Float = F>, P: Plain<Float = F>> Scene<'_, S, P> {
                 .lists
                 .closest(&PlainRay { ray: Ray::new(point + way * step, way), origin_low });
             let end = match lamp.origin {
-                LampOrigin::Sun(_) => Lanes::lit(f64::INFINITY),
+                Source::Sun(_) => Lanes::lit(f64::INFINITY),
                 _ => one - step,
             };
             is_blocked = is_asked & first.t.lt(end);

@@ -8,6 +8,7 @@ use kugelblitz::device::DeviceChoice;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
 use kugelblitz::trace::{Kernel, WorldRay};
+use kugelblitz::words::joined;
 use kugelblitz_judge::explain::{DEFAULT_DIGITS, Lang, MAX_DIGITS};
 use kugelblitz_judge::export::Language;
 use kugelblitz_judge::show::Show;
@@ -151,14 +152,18 @@ pub struct SceneArgs {
 pub struct RenderArgs {
     /// Scene file (TOML), or data: .npy, .csv, .xyz
     pub scene: PathBuf,
-    /// Picture file; its ending (.png, .exr, .ppm, .npy) tells the format. `-` is standard output
-    #[arg(short, long, value_name = "OUT", required_unless_present = "print_scene")]
+    #[arg(short, long, value_name = "OUT", required_unless_present = "print_scene", help = format!(
+        "Picture file; its ending ({}) tells the format. `-` is standard output",
+        joined(Format::ALL.map(|format| format!(".{format}")), ", "),
+    ))]
     pub output: Option<PathBuf>,
     /// Also write the bar of colours of each cloud that is coloured by a column, with its numbers
     #[arg(long, value_name = "LEGEND.svg", requires = "output")]
     pub legend: Option<PathBuf>,
-    /// Format, where the file's name doesn't tell it: png, exr, ppm, npy
-    #[arg(long)]
+    #[arg(long, help = format!(
+        "Format, where the file's name doesn't tell it: {}",
+        joined(Format::ALL.map(Format::name), ", "),
+    ))]
     pub format: Option<Format>,
     /// Bits a colour channel in PNG and PPM: 8 or 16 [default: 8]
     #[arg(long, value_parser = ["8", "16"], hide_possible_values = true)]

@@ -239,14 +239,14 @@ fn what_to_write(
     };
     let outputs = [(output, "the picture")].into_iter().chain(args.picture.printed());
     run.refuse_sharing_stdout(outputs)?;
-    let holds_colours_only = matches!(format, Format::Png | Format::Ppm);
-    if args.certificates && holds_colours_only {
+    let holds_numbers = format.holds_numbers();
+    if args.certificates && !holds_numbers {
         return wrong_usage(format!(
             "{format} has no place for --certificates; write .exr or .npy"
         ));
     }
     let bits = match args.bits.as_deref() {
-        Some(bits) if !holds_colours_only => {
+        Some(bits) if holds_numbers => {
             return wrong_usage(format!(
                 "--bits {bits} is for png and ppm; {format} always holds 32-bit floats"
             ));

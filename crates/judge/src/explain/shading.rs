@@ -5,7 +5,7 @@ use kugelblitz::exact::{ExactPixels, Root, Side, integer, real};
 use kugelblitz::num::{Real as _, V3};
 use kugelblitz::rays::{Pixels, Rays, View};
 use kugelblitz::scene::{Camera, Edges, Light, Object, Plane, Scene, Source, Sphere};
-use kugelblitz::shade::{ExactMean, Lamp, LampOrigin, Lighting, PlainPoint, PlainWay};
+use kugelblitz::shade::{ExactMean, Lamp, Lighting, PlainPoint, PlainWay};
 use rayon::prelude::*;
 
 use super::light::{
@@ -156,7 +156,7 @@ impl RayNumbers<'_> {
         let (w, shown) = match (source, way.lamp.origin) {
             (Source::Point(position), _) => (vector_of_scene("l", position) - p, Numbers),
             (Source::Sun(direction), _) => (-vector_of_scene("l", direction), LineDetail::Result),
-            (Source::Eye, LampOrigin::Sun(_)) => (-d, LineDetail::Result),
+            (Source::Eye, Source::Sun(_)) => (-d, LineDetail::Result),
             (Source::Eye, _) => (o - p, Numbers),
         };
         told.line("w", &w.0, shown);
@@ -203,7 +203,7 @@ impl RayNumbers<'_> {
                 let root = Short::new(root, self.digits).text;
                 Remark::of(words.hidden, [self.label(*by), root])
             }
-            _ if way.lamp.origin == LampOrigin::Eye => words.counts_at_eye.into(),
+            _ if way.lamp.origin == Source::Eye => words.counts_at_eye.into(),
             _ if way.lamp.shadows => words.counts.into(),
             _ => words.counts_without_shadow.into(),
         }];

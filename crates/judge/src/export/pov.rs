@@ -5,8 +5,8 @@
 
 use glam::DVec3;
 use kugelblitz::rays::{Lens, View};
-use kugelblitz::scene::{Color, Object};
-use kugelblitz::shade::{Lamp, LampOrigin};
+use kugelblitz::scene::{Color, Object, Source};
+use kugelblitz::shade::Lamp;
 
 use super::{Syntax, separated};
 
@@ -45,9 +45,9 @@ impl Syntax for Pov {
 
     fn lamp(&self, lamp: &Lamp, eye: DVec3, reach: f64) -> String {
         let (position, kind) = match lamp.origin {
-            LampOrigin::Eye => (eye, String::new()),
-            LampOrigin::Point(position) => (position, String::new()),
-            LampOrigin::Sun(direction) => {
+            Source::Eye => (eye, String::new()),
+            Source::Point(position) => (position, String::new()),
+            Source::Sun(direction) => {
                 let position = eye - direction.normalize() * (FAR * reach);
                 (position, format!(" parallel point_at {}", vector(eye)))
             }

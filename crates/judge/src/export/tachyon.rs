@@ -4,8 +4,8 @@
 
 use glam::DVec3;
 use kugelblitz::rays::{Lens, View};
-use kugelblitz::scene::{Color, Object};
-use kugelblitz::shade::{Lamp, LampOrigin};
+use kugelblitz::scene::{Color, Object, Source};
+use kugelblitz::shade::Lamp;
 
 use super::{Syntax, separated};
 
@@ -62,9 +62,9 @@ impl Syntax for Tachyon {
     fn lamp(&self, lamp: &Lamp, eye: DVec3, _: f64) -> String {
         let at = |position| format!("LIGHT CENTER {} RAD 0.0", vector(position));
         let place = match lamp.origin {
-            LampOrigin::Eye => at(eye),
-            LampOrigin::Point(position) => at(position),
-            LampOrigin::Sun(direction) => {
+            Source::Eye => at(eye),
+            Source::Point(position) => at(position),
+            Source::Sun(direction) => {
                 format!("DIRECTIONAL_LIGHT DIRECTION {}", vector(direction))
             }
         };

@@ -111,19 +111,19 @@ impl Show {
     /// [`Error::Usage`](kugelblitz::Error::Usage)
     pub fn check(self, format: Format, options: PictureOptions) -> Result<()> {
         let refuse = |why: &str| wrong_usage(format!("--show {self} {why}"));
-        match format {
+        match options {
             _ if self == Show::Color => Ok(()),
-            Format::Exr | Format::Npy => refuse(
+            _ if format.holds_numbers() => refuse(
                 "is a picture for the eye: write .png or .ppm; .exr and .npy hold the numbers \
                  themselves without --show",
             ),
-            Format::Png | Format::Ppm if options.bits == ChannelBits::Sixteen => {
+            PictureOptions { bits: ChannelBits::Sixteen, .. } => {
                 refuse("has 8 bits a channel; leave --bits out")
             }
-            Format::Png | Format::Ppm if options.transparent => {
+            PictureOptions { transparent: true, .. } => {
                 refuse("has a colour for the background; leave --transparent out")
             }
-            Format::Png | Format::Ppm => Ok(()),
+            _ => Ok(()),
         }
     }
 }

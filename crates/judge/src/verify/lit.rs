@@ -4,8 +4,8 @@
 use glam::DVec3;
 use kugelblitz::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay};
 use kugelblitz::num::Scaled;
-use kugelblitz::scene::{Object, Scene};
-use kugelblitz::shade::{ExactMean, Lamp, LampOrigin, Lighting};
+use kugelblitz::scene::{Object, Scene, Source};
+use kugelblitz::shade::{ExactMean, Lamp, Lighting};
 
 use super::truth::{GRANTED, Line, Near};
 
@@ -47,12 +47,12 @@ impl<'a> LitPoint<'a> {
 
     fn line(&self, lamp: &Lamp) -> Line {
         let (way, reach) = match lamp.origin {
-            LampOrigin::Eye => (-self.from_eye, 0.0),
-            LampOrigin::Point(position) => {
+            Source::Eye => (-self.from_eye, 0.0),
+            Source::Point(position) => {
                 let from_eye = position - self.eye;
                 (from_eye - self.from_eye, from_eye.length() + self.from_eye.length())
             }
-            LampOrigin::Sun(direction) => (-direction, 0.0),
+            Source::Sun(direction) => (-direction, 0.0),
         };
         let turned = GRANTED * (1.0 + reach / way.length());
         let way = Scaled::new(way).rounded();
@@ -110,7 +110,7 @@ mod tests {
             let ray = WorldRay { origin: eye, direction: far - eye };
             let way = vector(&mut rng) * 10f64.powi(rng.random_range(-9..3));
             let is_sun = rng.random();
-            let origin = if is_sun { LampOrigin::Sun(-way) } else { LampOrigin::Point(far + way) };
+            let origin = if is_sun { Source::Sun(-way) } else { Source::Point(far + way) };
             let side = way.cross(vector(&mut rng)).normalize();
             let radius = 10f64.powi(rng.random_range(-3..3));
             let off = radius * (1.0 + rng.random_range(-1..2) as f64 * 2f64.powi(-50));
