@@ -265,12 +265,8 @@ impl<'a> Certified<'a> {
     fn take<C: Written>(&self, first: usize, out: &mut [[C; 3]], work: &mut Work<C>) {
         let n_lamps =
             self.job.lit.lighting.lamps.iter().filter(|lamp| lamp.casts_shadows()).count();
-        let is_hit = |id: &&u32| **id != 0;
-        let mut n_hits: usize = self
-            .job
-            .rows_of_samples(first, out.len())
-            .map(|ids| ids.iter().filter(is_hit).count())
-            .sum();
+        let all = self.job.rows_of_samples(first, out.len()).flatten();
+        let mut n_hits = all.filter(|&&id| id != 0).count();
         for (pixel, out) in (first..).zip(out) {
             match self.codes[pixel] {
                 OPEN => {
