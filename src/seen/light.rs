@@ -6,7 +6,7 @@ use crate::num::fields::numbers;
 use crate::num::{Real, V3};
 
 /// Bounds of light, or of a colour.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct LightBounds<R> {
     /// Lower bounds.
     pub low: V3<R>,

@@ -80,7 +80,7 @@ pub struct LightPass<'a, F: Float> {
 }
 
 /// Bounds of what a light gives to some samples.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct Given<F: Float, const N: usize> {
     bounds: Bounds<Lanes<F, N>>,
     /// 1 where it is known that nothing is in its way, else 0.
@@ -90,11 +90,6 @@ pub(super) struct Given<F: Float, const N: usize> {
 }
 
 impl<F: Float, const N: usize> Given<F, N> {
-    fn none() -> Self {
-        let zero = Lanes::lit(0.0);
-        Given { bounds: Bounds { low: zero, high: zero }, clear: zero, is_lit: false }
-    }
-
     /// Takes away what something is surely, or perhaps, in the way of.
     #[inline(always)]
     fn take(&mut self, Verdict { blocked, clear }: Verdict<Lanes<F, N>>) {
@@ -114,7 +109,7 @@ impl<F: Float, const N: usize> Given<F, N> {
 }
 
 /// Bounds of the colours of some samples.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Shade<F: Float, const N: usize> {
     light: LightBounds<Lanes<F, N>>,
     /// Shadow rays that are looked along.
@@ -124,11 +119,6 @@ struct Shade<F: Float, const N: usize> {
 }
 
 impl<F: Float, const N: usize> Shade<F, N> {
-    fn none() -> Self {
-        let (zero, none) = (Lanes::lit(0.0), V3([Lanes::lit(0.0); 3]));
-        Shade { light: LightBounds::of(none), n_rays: zero, n_hits: zero }
-    }
-
     /// Adds another one's numbers.
     #[inline(always)]
     fn add(&mut self, other: &Self) {
@@ -295,10 +285,10 @@ impl<'a, F: Linear> LightPass<'a, F> {
         let (n, row, ids) = (self.job.n_samples(), self.job.row(), self.job.ids);
         let n_packs = pixels.len().div_ceil(N) * n * n;
         shades.clear();
-        shades.resize(n_packs, Shade::none());
+        shades.resize(n_packs, Shade::default());
         given.resize_with(self.lighting.lamps.len(), Vec::new);
         for given in given {
-            given.resize(n_packs, Given::none());
+            given.resize(n_packs, Given::default());
         }
         packs.resize_with(packs.len().max(n_packs), Pack::default);
         packs.truncate(n_packs);

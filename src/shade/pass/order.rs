@@ -65,7 +65,7 @@ impl<F: Float, const N: usize> SampleOrder<F, N> {
             return;
         }
         std::mem::swap(shades, &mut self.shades);
-        shades.resize(self.shades.len(), Shade::none());
+        shades.resize(self.shades.len(), Shade::default());
         for at in 0..self.to.len() {
             let (pack, lane) = self.place(at);
             shades[at / N].set_lane(at % N, &self.shades[pack], lane);
