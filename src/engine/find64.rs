@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::cloud::TreeAim;
 use super::list::beam_of;
 use super::tile::Tile;
-use crate::bvh::{Bvh, Enter, Node, Visitor, WIDTH, Walk, above};
+use crate::bvh::{Bvh, Visitor, Walk, above};
 use crate::control::Control;
 use crate::error::Result;
 use crate::guard::{self, Reach};
@@ -220,19 +220,12 @@ impl Visitor for Seek<'_> {
     }
 
     #[inline(always)]
-    fn visit(&mut self, node: &Node, mut leaves: u32, enter: &Enter) {
-        while leaves != 0 {
-            let lane = leaves.trailing_zeros();
-            leaves &= leaves - 1;
-            if enter.0[lane as usize % WIDTH] <= self.last() {
-                let place = node.place(lane) as usize;
-                if self.beside.binary_search(&self.bvh.ids[place]).is_ok() {
-                    continue;
-                }
-                let sphere = Object::Sphere(&self.bvh.spheres[place]);
-                let bounds = bounds_from(&self.eye, sphere, &self.ray);
-                self.candidates.add(self.bvh.ids[place], bounds);
-            }
+    fn see(&mut self, place: u32) {
+        let Bvh { spheres, ids, .. } = self.bvh;
+        let (sphere, id) = (&spheres[place as usize], ids[place as usize]);
+        if self.beside.binary_search(&id).is_err() {
+            let bounds = bounds_from(&self.eye, Object::Sphere(sphere), &self.ray);
+            self.candidates.add(id, bounds);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
-use crate::bvh::{Beam, Bvh, Enter, Leaves, Node, Visitor, WIDTH, Walk};
+use crate::bvh::{Beam, Bvh, Leaves, Visitor, Walk};
 use crate::num::{Bits, V3, dispatch};
 use crate::prepare::{Hierarchy, Prepared};
 use crate::rays::{self, List};
@@ -92,14 +92,8 @@ impl Visitor for Alone<'_> {
     }
 
     #[inline(always)]
-    fn visit(&mut self, node: &Node, mut leaves: u32, enter: &Enter) {
-        while leaves != 0 {
-            let lane = leaves.trailing_zeros();
-            leaves &= leaves - 1;
-            if enter.0[lane as usize % WIDTH] <= self.last() {
-                self.leaves.add(node.place(lane), &self.ray, &mut self.best);
-            }
-        }
+    fn see(&mut self, place: u32) {
+        self.leaves.add(place, &self.ray, &mut self.best);
     }
 }
 
