@@ -193,8 +193,8 @@ impl Prepared {
         let seen_spheres = || {
             let mut seen = HashSet::new();
             let mut is_first = |sphere: &Sphere| {
-                let [x, y, z] = sphere.center.to_array().map(f64::to_bits);
-                seen.insert([x, y, z, sphere.radius.to_bits()])
+                let &Sphere { center, radius } = sphere;
+                seen.insert([center.x, center.y, center.z, radius].map(f64::to_bits))
             };
             let ids = (1..).zip(all.iter());
             let ids = ids.filter(|(_, sphere)| sphere.radius != 0.0 && is_first(sphere));

@@ -2,8 +2,6 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
-use std::sync::{Mutex, PoisonError};
-
 use rayon::prelude::*;
 
 use super::{Bvh, prefetch};
@@ -38,22 +36,23 @@ impl Leaves {
 
     /// Makes the leaves of a tree for an eye.
     pub fn new(bvh: &Bvh, eye: &Eye) -> Leaves {
-        let rest = Mutex::new(bvh.outside.clone());
-        let see_block = |(spheres, ids): (&[Sphere], &[u32])| {
-            let (block, is_close) = dispatch(
-                #[inline(always)]
-                || see(spheres, ids, eye),
-            );
-            if is_close.contains(&true) {
-                let some = ids.iter().zip(is_close).filter(|&(_, is_close)| is_close);
-                let mut rest = rest.lock().unwrap_or_else(PoisonError::into_inner);
-                rest.extend(some.map(|(&id, _)| id));
+        let (mut blocks, mut close) = (Vec::new(), Vec::new());
+        let spheres = bvh.spheres.par_chunks(BLOCK).zip(bvh.ids.par_chunks(BLOCK));
+        spheres
+            .map(|(spheres, ids)| {
+                dispatch(
+                    #[inline(always)]
+                    || see(spheres, ids, eye),
+                )
+            })
+            .unzip_into_vecs(&mut blocks, &mut close);
+        let mut rest = bvh.outside.clone();
+        for (ids, close) in bvh.ids.chunks(BLOCK).zip(close) {
+            if close.contains(&true) {
+                let ids = ids.iter().zip(close).filter(|&(_, is_close)| is_close);
+                rest.extend(ids.map(|(&id, _)| id));
             }
-            block
-        };
-        let blocks =
-            bvh.spheres.par_chunks(BLOCK).zip(bvh.ids.par_chunks(BLOCK)).map(see_block).collect();
-        let mut rest = rest.into_inner().unwrap_or_else(PoisonError::into_inner);
+        }
         rest.sort_unstable();
         Leaves { blocks, rest }
     }

@@ -153,7 +153,7 @@ impl<'a> Surfaces<'a, f64> {
     /// For `t` and normals in f32: a plane's is the nearest one already.
     pub fn to_be_rounded(stage: &Stage<'a>) -> Surfaces<'a, f64> {
         let mut found = Surfaces::in_f64(stage);
-        found.units = stage.scene.planes.iter().map(unit_f32).collect();
+        found.units = stage.prepared.scene.planes.iter().map(unit_f32).collect();
         for (seen, unit) in found.planes.iter_mut().zip(&found.units) {
             *seen = rounded(*seen, unit, |x| x);
         }
@@ -271,8 +271,9 @@ impl<'a, F: Float> Surfaces<'a, F> {
             Rays::List(_) => (Eye { unit, ..Eye::of_list(DVec3::ZERO, 0.0) }, LONGEST_SCALED),
         };
         let eye = Eye { input, ..eye };
+        let scene = &*stage.prepared.scene;
         let mut found = Surfaces {
-            scene: stage.scene,
+            scene,
             are_known: stage.find.are_known(),
             eye,
             lengths: Lengths::new(&eye, longest),
@@ -284,18 +285,17 @@ impl<'a, F: Float> Surfaces<'a, F> {
         };
         if let Rays::Pixels(pixels) = stage.rays {
             found.camera = Some(Frame::of_pixels(pixels));
-            let spheres = &stage.scene.spheres[..];
+            let spheres = &scene.spheres[..];
             let seen = |id: u32| {
                 let seen = SphereSeen::new::<F>(&spheres[id as usize - 1], &eye);
                 (id, seen.round(), seen.is_close())
             };
-            found.spheres = match stage.hierarchy {
+            found.spheres = match stage.prepared.rest() {
                 None => (1..=spheres.len() as u32).map(seen).collect(),
-                Some(hierarchy) => hierarchy.leaves.rest.iter().copied().map(seen).collect(),
+                Some(rest) => rest.iter().copied().map(seen).collect(),
             };
-            found.spheres.sort_unstable_by_key(|&(id, ..)| id);
             let plane = |plane| PlaneSeen::new::<F>(plane, &eye).round();
-            found.planes = stage.scene.planes.iter().map(plane).collect();
+            found.planes = scene.planes.iter().map(plane).collect();
         }
         found
     }
@@ -527,7 +527,7 @@ fn put<T: Copy>(lanes: &[T; LANES], to: &mut [T]) {
 impl Stage<'_> {
     /// `t` and normal of a hit that is known to exist: with some 100 bits, else exactly.
     pub fn surface(&self, index: usize, id: u32) -> Option<TAndNormal> {
-        let object = self.scene.object(id)?;
+        let object = self.prepared.scene.object(id)?;
         if let Some(surface) = self.surface_in_balls(index, object) {
             return Some(surface);
         }
