@@ -144,8 +144,7 @@ impl Session {
         control: &Control,
     ) -> Result<(&mut Tracer, Making)> {
         let source = (&self.scene, &self.device, self.kernel);
-        let (tracer, making) = renewed(&mut self.ready, None, source, rays, wants, control)?;
-        Ok((self.ready.insert(tracer), making))
+        renewed(&mut self.ready, None, source, rays, wants, control)
     }
 
     /// A painter that has what pixels and their samples need.
@@ -159,7 +158,6 @@ impl Session {
         let source = (&self.scene, &self.device, self.kernel);
         let rays = Rays::Pixels(*pixels);
         let (tracer, _) = renewed(&mut self.ready, None, source, &rays, wants, control)?;
-        let tracer = self.ready.insert(tracer);
         if style.n_samples == Samples::ONE {
             return Ok(Painter::new(style, pixels, tracer, None));
         }
@@ -167,7 +165,7 @@ impl Session {
         // The tree is there already.
         let (slot, tree) = (&mut self.of_samples, Some(&**tracer.prepared()));
         let (of_samples, _) = renewed(slot, tree, source, &rays, Wants::default(), control)?;
-        Ok(Painter::new(style, pixels, tracer, Some(self.of_samples.insert(of_samples))))
+        Ok(Painter::new(style, pixels, tracer, Some(of_samples)))
     }
 
     /// Draws pixels into any sink, band by band.
@@ -373,14 +371,14 @@ impl Session {
 
 /// What there is where it suits, else another tracer: with the tree of `tree` or of the old one where these are of the same
 /// scene.
-fn renewed(
-    old: &mut Option<Tracer>,
+fn renewed<'a>(
+    old: &'a mut Option<Tracer>,
     tree: Option<&Prepared>,
     (scene, device, kernel): (&Arc<Scene>, &Device, Kernel),
     rays: &Rays,
     wants: Wants,
     control: &Control,
-) -> Result<(Tracer, Making)> {
+) -> Result<(&'a mut Tracer, Making)> {
     let suits = |tracer: &mut Tracer| {
         let prepared = tracer.prepared();
         tracer.wants() == wants
@@ -389,7 +387,7 @@ fn renewed(
             && prepared.is_for(rays)
     };
     if let Some(tracer) = old.take_if(suits) {
-        return Ok((tracer, Making::default()));
+        return Ok((old.insert(tracer), Making::default()));
     }
     let start = Instant::now();
     let tree = tree.or(old.as_ref().map(|old| &**old.prepared()));
@@ -401,10 +399,10 @@ fn renewed(
     if let Some(mut tracer) = old.take_if(|old| old.wants() == wants) {
         let start = Instant::now();
         tracer.retarget(prepared)?;
-        return Ok((tracer, Making { upload: start.elapsed(), ..making }));
+        return Ok((old.insert(tracer), Making { upload: start.elapsed(), ..making }));
     }
     let Made { tracer, compile, upload } = device.tracer(&prepared, wants)?;
-    Ok((tracer, Making { compile, upload, ..making }))
+    Ok((old.insert(tracer), Making { compile, upload, ..making }))
 }
 
 #[cfg(test)]

@@ -2,9 +2,6 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
-use std::sync::{Mutex, PoisonError};
-
-use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::{Bvh, prefetch};
@@ -39,19 +36,23 @@ impl Leaves {
 
     /// Makes the leaves of a tree for an eye.
     pub fn new(bvh: &Bvh, eye: &Eye) -> Leaves {
-        let rest = Mutex::new(bvh.outside.clone());
-        let see = |(spheres, ids): (&[Sphere], &[u32])| {
-            let (block, is_close) = dispatch(See { spheres, ids, eye });
-            if is_close.contains(&true) {
-                let some = ids.iter().zip(is_close).filter(|&(_, is_close)| is_close);
-                let mut rest = rest.lock().unwrap_or_else(PoisonError::into_inner);
-                rest.extend(some.map(|(&id, _)| id));
+        let (mut blocks, mut close) = (Vec::new(), Vec::new());
+        let spheres = bvh.spheres.par_chunks(BLOCK).zip(bvh.ids.par_chunks(BLOCK));
+        spheres
+            .map(|(spheres, ids)| {
+                dispatch(
+                    #[inline(always)]
+                    || see(spheres, ids, eye),
+                )
+            })
+            .unzip_into_vecs(&mut blocks, &mut close);
+        let mut rest = bvh.outside.clone();
+        for (ids, close) in bvh.ids.chunks(BLOCK).zip(close) {
+            if close.contains(&true) {
+                let ids = ids.iter().zip(close).filter(|&(_, is_close)| is_close);
+                rest.extend(ids.map(|(&id, _)| id));
             }
-            block
-        };
-        let blocks =
-            bvh.spheres.par_chunks(BLOCK).zip(bvh.ids.par_chunks(BLOCK)).map(see).collect();
-        let mut rest = rest.into_inner().unwrap_or_else(PoisonError::into_inner);
+        }
         rest.sort_unstable();
         Leaves { blocks, rest }
     }
@@ -95,46 +96,34 @@ impl std::fmt::Debug for Leaves {
     }
 }
 
-/// Some spheres, compiled for each instruction set that the processor may have.
-struct See<'a> {
-    spheres: &'a [Sphere],
-    ids: &'a [u32],
-    eye: &'a Eye,
-}
-
-impl WithSimd for See<'_> {
-    /// Their leaves, and which of them the eye is close to.
-    type Output = ([Leaf; BLOCK], [bool; BLOCK]);
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        let See { spheres, ids, eye } = self;
-        let last = spheres.len() - 1;
-        let (mut center, mut r) = (V3([Lanes::<f64, BLOCK>::lit(0.0); 3]), Lanes::lit(0.0));
-        for lane in 0..BLOCK {
-            let sphere = &spheres[lane.min(last)];
-            for axis in 0..3 {
-                center.0[axis].0[lane] = sphere.center[axis] - eye.reference[axis];
-            }
-            r.0[lane] = sphere.radius.abs();
+/// The leaves of some spheres, and which of them the eye is close to.
+#[inline(always)]
+fn see(spheres: &[Sphere], ids: &[u32], eye: &Eye) -> ([Leaf; BLOCK], [bool; BLOCK]) {
+    let last = spheres.len() - 1;
+    let (mut center, mut r) = (V3([Lanes::<f64, BLOCK>::lit(0.0); 3]), Lanes::lit(0.0));
+    for lane in 0..BLOCK {
+        let sphere = &spheres[lane.min(last)];
+        for axis in 0..3 {
+            center.0[axis].0[lane] = sphere.center[axis] - eye.reference[axis];
         }
-        let seen = SphereLeaf::at::<f32>(center, r, eye).round_lanes();
-        let mut is_close = [false; BLOCK];
-        // From elsewhere the size of a sphere hides no more than its own part of the distance.
-        if eye.spread == 0.0 && eye.reach.apart == 0.0 {
-            let distance = length_bounds(center);
-            let near = is_near_surface(distance, r, distance);
-            for lane in 0..spheres.len() {
-                is_close[lane] = near.0[lane] != 0;
-            }
-        }
-        let mut leaves = [Leaf { seen: SphereLeaf::nowhere(), id: 0 }; BLOCK];
-        for lane in 0..spheres.len() {
-            leaves[lane].id = ids[lane];
-            if !is_close[lane] {
-                leaves[lane].seen = seen.map(|x| x.0[lane]);
-            }
-        }
-        (leaves, is_close)
+        r.0[lane] = sphere.radius.abs();
     }
+    let seen = SphereLeaf::at::<f32>(center, r, eye).round_lanes();
+    let mut is_close = [false; BLOCK];
+    // From elsewhere the size of a sphere hides no more than its own part of the distance.
+    if eye.spread == 0.0 && eye.reach.apart == 0.0 {
+        let distance = length_bounds(center);
+        let near = is_near_surface(distance, r, distance);
+        for lane in 0..spheres.len() {
+            is_close[lane] = near.0[lane] != 0;
+        }
+    }
+    let mut leaves = [Leaf { seen: SphereLeaf::nowhere(), id: 0 }; BLOCK];
+    for lane in 0..spheres.len() {
+        leaves[lane].id = ids[lane];
+        if !is_close[lane] {
+            leaves[lane].seen = seen.map(|x| x.0[lane]);
+        }
+    }
+    (leaves, is_close)
 }

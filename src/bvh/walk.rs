@@ -26,7 +26,18 @@ pub trait Visitor {
     #[inline(always)]
     fn expect(&self, _place: u32) {}
     /// Some spheres of a node, by the lanes of their boxes, and where these are met.
-    fn visit(&mut self, node: &Node, leaves: u32, enter: &Enter);
+    #[inline(always)]
+    fn visit(&mut self, node: &Node, mut leaves: u32, enter: &Enter) {
+        while leaves != 0 {
+            let lane = leaves.trailing_zeros();
+            leaves &= leaves - 1;
+            if enter.0[lane as usize % WIDTH] <= self.last() {
+                self.see(node.place(lane));
+            }
+        }
+    }
+    /// The sphere at a place, of those that are visited one after the other.
+    fn see(&mut self, _place: u32) {}
 }
 
 /// Rays between bounds: one ray, a pack of pixels, a square of them, or the ways to a light.

@@ -13,9 +13,6 @@ use crate::host;
 use crate::num::OPEN;
 use crate::trace::{Level, Timing};
 
-/// Rays that one thread decides at a time.
-const RAYS_PER_PART: usize = 1 << 10;
-
 impl Stage<'_> {
     /// Decides rays that f32 left open: in f64, and what is left exactly.
     ///
@@ -28,7 +25,7 @@ impl Stage<'_> {
         }
         let start = Instant::now();
         let mut ids = vec![OPEN; rays.len()];
-        self.decide_f64(rays, control, &mut ids)?;
+        self.find.decide(rays, control, &mut ids)?;
         timing.refine += start.elapsed();
 
         let start = Instant::now();
@@ -49,22 +46,13 @@ impl Stage<'_> {
         Ok(Decided { ids, exactly })
     }
 
-    /// The ids of some rays in f64, [`OPEN`] where they are left open.
-    pub fn decide_f64(&self, rays: &[u32], control: &Control, ids: &mut [u32]) -> Result<()> {
-        let parts = rays.par_chunks(RAYS_PER_PART).zip(ids.par_chunks_mut(RAYS_PER_PART));
-        parts.try_for_each_init(Scratch64::default, |scratch, (rays, ids)| {
-            host::check()?;
-            self.find.decide(rays, control, scratch, ids)
-        })
-    }
-
     /// What a ray sees, exactly where f64 leaves it open.
     fn settle(&self, index: usize, scratch: &mut Scratch64) -> (u32, Level) {
         let found = match self.find.look(index, scratch) {
             Ok(id) => return (id, Level::F64),
             Err(found) => found,
         };
-        let object = |&(id, _): &(u32, f64)| Some((id, self.scene.object(id)?));
+        let object = |&(id, _): &(u32, f64)| Some((id, self.prepared.scene.object(id)?));
         let seen = nearest(&self.exact.ray(index), found.iter().filter_map(object));
         (seen.map_or(0, |hit| hit.id), Level::Exact)
     }

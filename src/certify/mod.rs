@@ -14,8 +14,7 @@ use crate::engine::Find64;
 use crate::error::Result;
 use crate::exact::ExactRays;
 use crate::guard;
-use crate::prepare::{Hierarchy, Prepared, exponent_of};
-use crate::scene::Scene;
+use crate::prepare::{Prepared, exponent_of};
 use crate::trace::{Rays, StageCounts, WorldRay};
 use surfaces::MISS;
 pub(crate) use surfaces::{Pack, PackF64, Surfaces, is_id};
@@ -45,21 +44,16 @@ impl Decided {
 
 /// The stages after f32 for one scene and its rays.
 pub(crate) struct Stage<'a> {
-    scene: &'a Scene,
+    prepared: &'a Prepared,
     rays: &'a Rays,
     exact: ExactRays<'a>,
-    /// Has the spheres that are not listed.
-    hierarchy: Option<&'a Hierarchy>,
     /// What f64 says of them.
     find: Find64<'a>,
 }
 
 impl<'a> Stage<'a> {
     pub(crate) fn new(prepared: &'a Prepared, rays: &'a Rays) -> Stage<'a> {
-        let scene = &*prepared.scene;
-        let find = Find64::new(prepared, rays);
-        let hierarchy = prepared.hierarchy.as_ref();
-        Stage { scene, rays, exact: rays.into(), hierarchy, find }
+        Stage { prepared, rays, exact: rays.into(), find: Find64::new(prepared, rays) }
     }
 
     /// Fills in `t` and normals of the rays from `first` on, which see these objects: in f64, with more digits, and exactly.

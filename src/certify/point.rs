@@ -7,7 +7,7 @@ impl<'a> Stage<'a> {
     /// The point that a ray is known to see, exactly.
     pub(crate) fn exact_point(&self, index: usize, id: u32) -> Option<ExactPoint<'a>> {
         let ray = self.exact.ray(index);
-        Some(ExactPoint::new(&ray, &visible_hit(&ray, id, self.scene.object(id)?)?))
+        Some(ExactPoint::new(&ray, &visible_hit(&ray, id, self.prepared.scene.object(id)?)?))
     }
 }
 

@@ -2,8 +2,6 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
-use pulp::{Simd, WithSimd};
-
 use super::Stage;
 use crate::exact::{ExactHit, ExactRay, visible_hit};
 use crate::guard::host::{HOST_UNIT_F64, input_in_f64};
@@ -155,7 +153,7 @@ impl<'a> Surfaces<'a, f64> {
     /// For `t` and normals in f32: a plane's is the nearest one already.
     pub fn to_be_rounded(stage: &Stage<'a>) -> Surfaces<'a, f64> {
         let mut found = Surfaces::in_f64(stage);
-        found.units = stage.scene.planes.iter().map(unit_f32).collect();
+        found.units = stage.prepared.scene.planes.iter().map(unit_f32).collect();
         for (seen, unit) in found.planes.iter_mut().zip(&found.units) {
             *seen = rounded(*seen, unit, |x| x);
         }
@@ -180,8 +178,39 @@ impl<'a> Surfaces<'a, f64> {
         };
         let rows = ids.chunks(row).zip(t.chunks_mut(row)).zip(normal.chunks_mut(row));
         for (first, ((ids, t), normal)) in (first..).step_by(row).zip(rows) {
-            let packs = &mut *room;
-            dispatch(Round { surfaces: self, first, ids, packs, t, normal });
+            dispatch(
+                #[inline(always)]
+                || self.round_row((first, ids), room, t, normal),
+            );
+        }
+    }
+
+    /// Those of a row.
+    #[inline(always)]
+    fn round_row(
+        &self,
+        (first, ids): (usize, &[u32]),
+        packs: &mut Vec<PackF64>,
+        t: &mut [f32],
+        normal: &mut [[f32; 3]],
+    ) {
+        for (at, ids) in (0..).step_by(TOGETHER).zip(ids.chunks(TOGETHER)) {
+            let is_missed = ids.iter().fold(0, |any, id| any | id) == 0;
+            if !is_missed {
+                self.load(first + at, ids, packs);
+                self.solve(packs);
+            }
+            for (number, ids) in ids.chunks(LANES).enumerate() {
+                let at = at + number * LANES;
+                let (t, normal) = (&mut t[at..at + ids.len()], &mut normal[at..at + ids.len()]);
+                match is_missed || packs[number].kind == Kind::Nothing {
+                    true => {
+                        t.fill(MISS.0);
+                        normal.fill(MISS.1);
+                    }
+                    false => round_pack(&packs[number], t, normal),
+                }
+            }
         }
     }
 
@@ -242,8 +271,9 @@ impl<'a, F: Float> Surfaces<'a, F> {
             Rays::List(_) => (Eye { unit, ..Eye::of_list(DVec3::ZERO, 0.0) }, LONGEST_SCALED),
         };
         let eye = Eye { input, ..eye };
+        let scene = &*stage.prepared.scene;
         let mut found = Surfaces {
-            scene: stage.scene,
+            scene,
             are_known: stage.find.are_known(),
             eye,
             lengths: Lengths::new(&eye, longest),
@@ -255,18 +285,17 @@ impl<'a, F: Float> Surfaces<'a, F> {
         };
         if let Rays::Pixels(pixels) = stage.rays {
             found.camera = Some(Frame::of_pixels(pixels));
-            let spheres = &stage.scene.spheres[..];
+            let spheres = &scene.spheres[..];
             let seen = |id: u32| {
                 let seen = SphereSeen::new::<F>(&spheres[id as usize - 1], &eye);
                 (id, seen.round(), seen.is_close())
             };
-            found.spheres = match stage.hierarchy {
+            found.spheres = match stage.prepared.rest() {
                 None => (1..=spheres.len() as u32).map(seen).collect(),
-                Some(hierarchy) => hierarchy.leaves.rest.iter().copied().map(seen).collect(),
+                Some(rest) => rest.iter().copied().map(seen).collect(),
             };
-            found.spheres.sort_unstable_by_key(|&(id, ..)| id);
             let plane = |plane| PlaneSeen::new::<F>(plane, &eye).round();
-            found.planes = stage.scene.planes.iter().map(plane).collect();
+            found.planes = scene.planes.iter().map(plane).collect();
         }
         found
     }
@@ -447,45 +476,8 @@ pub fn is_id<F: Float, const N: usize>(ids: &[u32; N], id: u32) -> LaneBits<F, N
     here
 }
 
-/// Some rays, compiled for each instruction set that the processor may have.
-struct Round<'a> {
-    surfaces: &'a Surfaces<'a, f64>,
-    first: usize,
-    ids: &'a [u32],
-    packs: &'a mut Vec<PackF64>,
-    t: &'a mut [f32],
-    normal: &'a mut [[f32; 3]],
-}
-
 /// Rays that go from stage to stage together.
 const TOGETHER: usize = 64;
-
-impl WithSimd for Round<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Round { surfaces, first, ids, packs, t, normal } = self;
-        for (at, ids) in (0..).step_by(TOGETHER).zip(ids.chunks(TOGETHER)) {
-            let is_missed = ids.iter().fold(0, |any, id| any | id) == 0;
-            if !is_missed {
-                surfaces.load(first + at, ids, packs);
-                surfaces.solve(packs);
-            }
-            for (number, ids) in ids.chunks(LANES).enumerate() {
-                let at = at + number * LANES;
-                let (t, normal) = (&mut t[at..at + ids.len()], &mut normal[at..at + ids.len()]);
-                match is_missed || packs[number].kind == Kind::Nothing {
-                    true => {
-                        t.fill(MISS.0);
-                        normal.fill(MISS.1);
-                    }
-                    false => round_pack(&packs[number], t, normal),
-                }
-            }
-        }
-    }
-}
 
 /// Rounds what is found of the first lanes of a pack; `t` is 0 where two numbers are as near.
 #[inline(always)]
@@ -535,7 +527,7 @@ fn put<T: Copy>(lanes: &[T; LANES], to: &mut [T]) {
 impl Stage<'_> {
     /// `t` and normal of a hit that is known to exist: with some 100 bits, else exactly.
     pub fn surface(&self, index: usize, id: u32) -> Option<TAndNormal> {
-        let object = self.scene.object(id)?;
+        let object = self.prepared.scene.object(id)?;
         if let Some(surface) = self.surface_in_balls(index, object) {
             return Some(surface);
         }

@@ -8,7 +8,7 @@ use crate::num::OPEN;
 use crate::prepare::Scaled;
 use crate::random::SplitMix;
 use crate::rays::{Lens, Pixels, View};
-use crate::scene::{Camera, Color, Plane, Projection, Sphere};
+use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
 use crate::trace::{Hits, Timing, Wants};
 use std::sync::Arc;
 
@@ -212,7 +212,7 @@ fn surfaces_in_balls_are_exact() {
             let stage = Stage::new(&prepared, &rays);
             let hits = decided(&stage, rays.len());
             for (index, &id) in hits.id.iter().enumerate() {
-                let Some(object) = stage.scene.object(id) else { continue };
+                let Some(object) = stage.prepared.scene.object(id) else { continue };
                 let Some(found) = stage.surface_in_balls(index, object) else {
                     n_open += 1;
                     continue;
@@ -253,13 +253,13 @@ fn what_f64_decides_is_what_is_seen() {
             let stage = Stage::new(&prepared, &rays);
             let all: Vec<u32> = (0..rays.len() as u32).collect();
             let mut ids = vec![7; all.len()];
-            stage.decide_f64(&all, &Control::default(), &mut ids).unwrap();
+            stage.find.decide(&all, &Control::default(), &mut ids).unwrap();
             for (ray, id) in ids.into_iter().enumerate() {
                 n_rays += 1;
                 n_hits += usize::from(id != 0 && id != OPEN);
                 n_open += usize::from(id == OPEN);
                 if id != OPEN {
-                    let seen = nearest(&stage.exact.ray(ray), stage.scene.objects())
+                    let seen = nearest(&stage.exact.ray(ray), stage.prepared.scene.objects())
                         .map_or(0, |hit| hit.id);
                     assert_eq!(id, seen, "{lens:?} of {n_spheres}, seed {seed}, ray {ray}");
                 }

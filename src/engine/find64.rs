@@ -1,14 +1,16 @@
 //! What f64 says of the rays that f32 leaves open.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::cloud::TreeAim;
 use super::list::beam_of;
 use super::tile::Tile;
-use crate::bvh::{Bvh, Enter, Node, Visitor, WIDTH, Walk, above};
+use crate::bvh::{Bvh, Visitor, Walk, above};
 use crate::control::Control;
 use crate::error::Result;
 use crate::guard::{self, Reach};
+use crate::host;
 use crate::num::{Float, OPEN, V3};
 use crate::prepare::{Hierarchy, Prepared, Scaled, power_of_two};
 use crate::rays::{self, Frame, Pixels, Rays};
@@ -43,6 +45,9 @@ struct OfPixels<'a> {
 
 /// Up to so many objects are looked at one after the other also where there is a tree.
 const FEW: usize = 64;
+
+/// Rays that one thread decides at a time.
+const RAYS_PER_PART: usize = 1 << 10;
 
 /// Memory for the rays in f64.
 #[derive(Default)]
@@ -124,29 +129,27 @@ impl<'a> Find64<'a> {
     ///
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled.
-    pub fn decide(
-        &self,
-        rays: &[u32],
-        control: &Control,
-        scratch: &mut Scratch64,
-        ids: &mut [u32],
-    ) -> Result<()> {
-        if let Rays64::Pixels(all) = &self.rays
-            && let OfPixels { pixels, camera, objects, aim: None, .. } = &**all
-        {
-            control.check()?;
-            let tile = &mut scratch.tile;
-            tile.take_samples(pixels, 1, rays);
-            tile.find_f64(camera, objects);
-            ids.copy_from_slice(&tile.ids);
-            return Ok(());
-        }
-        for (&ray, id) in rays.iter().zip(ids) {
-            // A ray may have millions of spheres to look at.
-            control.check()?;
-            *id = self.look(ray as usize, scratch).unwrap_or(OPEN);
-        }
-        Ok(())
+    pub fn decide(&self, rays: &[u32], control: &Control, ids: &mut [u32]) -> Result<()> {
+        let parts = rays.par_chunks(RAYS_PER_PART).zip(ids.par_chunks_mut(RAYS_PER_PART));
+        parts.try_for_each_init(Scratch64::default, |scratch, (rays, ids)| {
+            host::check()?;
+            if let Rays64::Pixels(all) = &self.rays
+                && let OfPixels { pixels, camera, objects, aim: None, .. } = &**all
+            {
+                control.check()?;
+                let tile = &mut scratch.tile;
+                tile.take_samples(pixels, 1, rays);
+                tile.find_f64(camera, objects);
+                ids.copy_from_slice(&tile.ids);
+                return Ok(());
+            }
+            for (&ray, id) in rays.iter().zip(ids) {
+                // A ray may have millions of spheres to look at.
+                control.check()?;
+                *id = self.look(ray as usize, scratch).unwrap_or(OPEN);
+            }
+            Ok(())
+        })
     }
 
     /// The id of what a ray sees, 0 for the background; or those of the objects of which one may be it, ascending, with lower
@@ -220,19 +223,12 @@ impl Visitor for Seek<'_> {
     }
 
     #[inline(always)]
-    fn visit(&mut self, node: &Node, mut leaves: u32, enter: &Enter) {
-        while leaves != 0 {
-            let lane = leaves.trailing_zeros();
-            leaves &= leaves - 1;
-            if enter.0[lane as usize % WIDTH] <= self.last() {
-                let place = node.place(lane) as usize;
-                if self.beside.binary_search(&self.bvh.ids[place]).is_ok() {
-                    continue;
-                }
-                let sphere = Object::Sphere(&self.bvh.spheres[place]);
-                let bounds = bounds_from(&self.eye, sphere, &self.ray);
-                self.candidates.add(self.bvh.ids[place], bounds);
-            }
+    fn see(&mut self, place: u32) {
+        let Bvh { spheres, ids, .. } = self.bvh;
+        let (sphere, id) = (&spheres[place as usize], ids[place as usize]);
+        if self.beside.binary_search(&id).is_err() {
+            let bounds = bounds_from(&self.eye, Object::Sphere(sphere), &self.ray);
+            self.candidates.add(id, bounds);
         }
     }
 }

@@ -2,14 +2,12 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
-use glam::DVec3;
-use pulp::{Simd, WithSimd};
-
-use crate::bvh::{Beam, Bvh, Enter, Leaves, Node, Visitor, WIDTH, Walk};
+use crate::bvh::{Beam, Bvh, Leaves, Visitor, Walk};
 use crate::num::{Bits, V3, dispatch};
 use crate::prepare::{Hierarchy, Prepared};
 use crate::rays::{self, List};
 use crate::seen::{Nearest, Objects, Ray};
+use glam::DVec3;
 
 /// Rays that go side by side.
 const LANES: usize = 16;
@@ -30,24 +28,16 @@ impl<'a> ListSearch<'a> {
 
     /// Finds what rays see in f32: ids, or [`OPEN`](crate::num::OPEN).
     pub fn look(&self, rays: &[rays::WorldRay], ids: &mut [u32]) {
-        let list = List::new(rays, self.prepared.reference);
-        dispatch(FindList { search: self, list, ids });
+        dispatch(
+            #[inline(always)]
+            || self.find(rays, ids),
+        );
     }
-}
-
-/// Some rays, compiled for each instruction set that the processor may have.
-struct FindList<'a> {
-    search: &'a ListSearch<'a>,
-    list: List<'a>,
-    ids: &'a mut [u32],
-}
-
-impl WithSimd for FindList<'_> {
-    type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let FindList { search: ListSearch { beside, prepared }, list, ids } = self;
+    fn find(&self, rays: &[rays::WorldRay], ids: &mut [u32]) {
+        let ListSearch { beside, prepared } = self;
+        let list = List::new(rays, prepared.reference);
         match &prepared.hierarchy {
             None => {
                 for (first, ids) in (0..).step_by(LANES).zip(ids.chunks_mut(LANES)) {
@@ -102,14 +92,8 @@ impl Visitor for Alone<'_> {
     }
 
     #[inline(always)]
-    fn visit(&mut self, node: &Node, mut leaves: u32, enter: &Enter) {
-        while leaves != 0 {
-            let lane = leaves.trailing_zeros();
-            leaves &= leaves - 1;
-            if enter.0[lane as usize % WIDTH] <= self.last() {
-                self.leaves.add(node.place(lane), &self.ray, &mut self.best);
-            }
-        }
+    fn see(&mut self, place: u32) {
+        self.leaves.add(place, &self.ray, &mut self.best);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::bvh::{Beam, Bvh, Corners, Enter, Node, Visitor, Walk};
+use crate::bvh::{Beam, Bvh, Corners, Visitor, Walk};
 use crate::certify::Stage;
 use crate::exact::is_outside;
 use crate::num::{Float, Lanes, Real};
@@ -188,15 +188,12 @@ impl Visitor for Look<'_> {
         f32::INFINITY
     }
 
-    fn visit(&mut self, node: &Node, leaves: u32, _: &Enter) {
-        for lane in (0..u32::BITS).filter(|lane| leaves >> lane & 1 == 1) {
-            let place = node.place(lane) as usize;
-            let id = self.bvh.ids[place];
-            let reference = self.occluders.prepared.reference;
-            let met: SphereMet<f64> = SphereMet::new(&self.bvh.spheres[place], reference);
-            if id != self.own && !met.occlude(self.ray).is_clear() {
-                self.ids.push(id);
-            }
+    fn see(&mut self, place: u32) {
+        let id = self.bvh.ids[place as usize];
+        let reference = self.occluders.prepared.reference;
+        let met: SphereMet<f64> = SphereMet::new(&self.bvh.spheres[place as usize], reference);
+        if id != self.own && !met.occlude(self.ray).is_clear() {
+            self.ids.push(id);
         }
     }
 }

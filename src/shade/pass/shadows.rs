@@ -9,7 +9,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::{LightPass, Scratch};
-use crate::bvh::{Bvh, Corners, Enter, Node, Visitor};
+use crate::bvh::{Bvh, Corners, Visitor};
 use crate::certify::{Pack, is_id};
 use crate::guard::length_bound;
 use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3};
@@ -244,28 +244,22 @@ impl<F: Linear, const N: usize> Visitor for Darken<'_, '_, F, N> {
     }
 
     #[inline(always)]
-    fn visit(&mut self, node: &Node, mut leaves: u32, _: &Enter) {
+    fn see(&mut self, place: u32) {
         let zero = Lanes::<F, N>::lit(0.0);
-        while leaves != 0 {
-            let place = node.place(leaves.trailing_zeros()) as usize;
-            leaves &= leaves - 1;
-            if self.bvh.ids[place] == self.own {
-                continue;
-            }
-            let reference = self.pass.occluders.prepared.reference;
-            let met: SphereMet<F> = SphereMet::new(&self.bvh.spheres[place], reference);
-            let met = met.map(Lanes::splat);
-            self.is_dark = true;
-            for way in &mut *self.ways {
-                if way.is_open() {
-                    let found = met.occlude(&way.rays);
-                    way.verdict = way.verdict.with(found);
-                    way.asked = Lanes::select(zero.lt(found.blocked), zero, way.asked);
-                    self.is_dark &= !way.is_open();
-                }
-            }
-            if self.is_dark {
-                return;
+        let place = place as usize;
+        if self.bvh.ids[place] == self.own {
+            return;
+        }
+        let reference = self.pass.occluders.prepared.reference;
+        let met: SphereMet<F> = SphereMet::new(&self.bvh.spheres[place], reference);
+        let met = met.map(Lanes::splat);
+        self.is_dark = true;
+        for way in &mut *self.ways {
+            if way.is_open() {
+                let found = met.occlude(&way.rays);
+                way.verdict = way.verdict.with(found);
+                way.asked = Lanes::select(zero.lt(found.blocked), zero, way.asked);
+                self.is_dark &= !way.is_open();
             }
         }
     }
