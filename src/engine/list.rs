@@ -2,12 +2,13 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
+use glam::DVec3;
+
 use crate::bvh::{Beam, Bvh, Leaves, Visitor, Walk};
 use crate::num::{Bits, V3, dispatch};
 use crate::prepare::{Hierarchy, Prepared};
 use crate::rays::{self, List};
 use crate::seen::{Nearest, Objects, Ray};
-use glam::DVec3;
 
 /// Rays that go side by side.
 const LANES: usize = 16;
