@@ -228,6 +228,7 @@ impl Cut {
 }
 
 /// A beam on its way.
+#[derive(Default)]
 pub struct Walk {
     beam: Beam,
     /// Nodes to be looked at, and lower bounds of their `t`: as one number, which is larger where that is later.
@@ -235,13 +236,6 @@ pub struct Walk {
     /// A node whose spheres the memory was asked for, these, and where their boxes are met.
     awaited: (u32, u32),
     enter: Enter,
-}
-
-impl Default for Walk {
-    fn default() -> Walk {
-        let stack = Vec::with_capacity(256);
-        Walk { beam: Beam::default(), stack, awaited: (0, 0), enter: Lanes::splat(0.0) }
-    }
 }
 
 impl Walk {
