@@ -2,6 +2,8 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
+use pulp::{Simd, WithSimd};
+
 use super::Stage;
 use crate::exact::{ExactHit, ExactRay, visible_hit};
 use crate::guard::host::{HOST_UNIT_F64, input_in_f64};
@@ -178,39 +180,8 @@ impl<'a> Surfaces<'a, f64> {
         };
         let rows = ids.chunks(row).zip(t.chunks_mut(row)).zip(normal.chunks_mut(row));
         for (first, ((ids, t), normal)) in (first..).step_by(row).zip(rows) {
-            dispatch(
-                #[inline(always)]
-                || self.round_row((first, ids), room, t, normal),
-            );
-        }
-    }
-
-    /// Those of a row.
-    #[inline(always)]
-    fn round_row(
-        &self,
-        (first, ids): (usize, &[u32]),
-        packs: &mut Vec<PackF64>,
-        t: &mut [f32],
-        normal: &mut [[f32; 3]],
-    ) {
-        for (at, ids) in (0..).step_by(TOGETHER).zip(ids.chunks(TOGETHER)) {
-            let is_missed = ids.iter().fold(0, |any, id| any | id) == 0;
-            if !is_missed {
-                self.load(first + at, ids, packs);
-                self.solve(packs);
-            }
-            for (number, ids) in ids.chunks(LANES).enumerate() {
-                let at = at + number * LANES;
-                let (t, normal) = (&mut t[at..at + ids.len()], &mut normal[at..at + ids.len()]);
-                match is_missed || packs[number].kind == Kind::Nothing {
-                    true => {
-                        t.fill(MISS.0);
-                        normal.fill(MISS.1);
-                    }
-                    false => round_pack(&packs[number], t, normal),
-                }
-            }
+            let packs = &mut *room;
+            dispatch(Round { surfaces: self, first, ids, packs, t, normal });
         }
     }
 
@@ -476,8 +447,45 @@ pub fn is_id<F: Float, const N: usize>(ids: &[u32; N], id: u32) -> LaneBits<F, N
     here
 }
 
+/// Some rays, compiled for each instruction set that the processor may have.
+struct Round<'a> {
+    surfaces: &'a Surfaces<'a, f64>,
+    first: usize,
+    ids: &'a [u32],
+    packs: &'a mut Vec<PackF64>,
+    t: &'a mut [f32],
+    normal: &'a mut [[f32; 3]],
+}
+
 /// Rays that go from stage to stage together.
 const TOGETHER: usize = 64;
+
+impl WithSimd for Round<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Round { surfaces, first, ids, packs, t, normal } = self;
+        for (at, ids) in (0..).step_by(TOGETHER).zip(ids.chunks(TOGETHER)) {
+            let is_missed = ids.iter().fold(0, |any, id| any | id) == 0;
+            if !is_missed {
+                surfaces.load(first + at, ids, packs);
+                surfaces.solve(packs);
+            }
+            for (number, ids) in ids.chunks(LANES).enumerate() {
+                let at = at + number * LANES;
+                let (t, normal) = (&mut t[at..at + ids.len()], &mut normal[at..at + ids.len()]);
+                match is_missed || packs[number].kind == Kind::Nothing {
+                    true => {
+                        t.fill(MISS.0);
+                        normal.fill(MISS.1);
+                    }
+                    false => round_pack(&packs[number], t, normal),
+                }
+            }
+        }
+    }
+}
 
 /// Rounds what is found of the first lanes of a pack; `t` is 0 where two numbers are as near.
 #[inline(always)]

@@ -275,10 +275,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
         }
         dispatch(Tint(self, scratch));
         scratch.order.restore(&mut scratch.shades);
-        Ok(dispatch(
-            #[inline(always)]
-            || self.write(&mut part, scratch),
-        ))
+        Ok(dispatch(Write(self, scratch, &mut part)))
     }
 
     /// Puts samples of pixels into packs, and makes room for their light.
@@ -522,6 +519,22 @@ macro_rules! stages {
 stages!(
     Load: load, Sort: sort, See: see, Gather: gather, Face: face, Occlude: occlude, OccludeByTree: occlude_by_tree, Tint: tint
 );
+
+/// The last stage, of the numbers that a picture has.
+struct Write<'a, 'b, 'c, C, F: Float, const N: usize>(
+    &'a LightPass<'b, F>,
+    &'a Scratch<F, N>,
+    &'a mut PixelBlock<'c, C>,
+);
+
+impl<C: Written, F: Linear, const N: usize> WithSimd for Write<'_, '_, '_, C, F, N> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> u64 {
+        self.0.write(self.2, self.1)
+    }
+}
 
 #[cfg(test)]
 mod tests;

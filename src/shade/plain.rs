@@ -3,6 +3,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::ColorCounts;
@@ -46,13 +47,13 @@ pub(super) fn shade<C: Written>(
         lights.resize(samples_of_row(job), [0.0; 3]);
         match &prepared.objects {
             ObjectRecords::Lecture(lists) => {
-                light_row::<_, _, 16>(lists, prepared, job, row, control, lights)
+                dispatch(Light::<_, _, 16> { lists, prepared, job, row, control, lights })
             }
             ObjectRecords::Stable(lists) => {
-                light_row::<_, _, 16>(lists, prepared, job, row, control, lights)
+                dispatch(Light::<_, _, 16> { lists, prepared, job, row, control, lights })
             }
             ObjectRecords::Double(lists) => {
-                light_row::<_, _, 8>(lists, prepared, job, row, control, lights)
+                dispatch(Light::<_, _, 8> { lists, prepared, job, row, control, lights })
             }
             ObjectRecords::Certified { .. } => Ok(()),
         }?;
@@ -119,39 +120,42 @@ fn mix<C: Written>(
     }
 }
 
-/// The light that a row of pixels' samples find on what they see.
-fn light_row<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
-    lists: &Lists<S, P>,
-    prepared: &Prepared,
-    job: &Job,
+/// The light that a row of pixels' samples find on what they see, compiled for each instruction set that the processor may have.
+struct Light<'a, S: Plain, P, const N: usize> {
+    lists: &'a Lists<S, P>,
+    prepared: &'a Prepared,
+    job: &'a Job<'a>,
     row: usize,
-    control: &Control,
-    lights: &mut [[f64; 3]],
-) -> Result<()> {
-    dispatch(
-        #[inline(always)]
-        || {
-            let coordinates = prepared.coordinates();
-            let Lit { lighting, style, .. } = job.lit;
-            let scene = Scene { lists, coordinates, lighting, epsilon: style.epsilon };
-            let rays = PlainRays::of_pixels(coordinates, job.samples);
-            let first = row * samples_of_row(job);
-            for (first, lights) in (first..).step_by(job.row()).zip(lights.chunks_mut(job.row())) {
-                for (first, lights) in (first..).step_by(N).zip(lights.chunks_mut(N)) {
-                    // A ray may have millions of spheres to look at.
-                    control.check()?;
-                    if job.ids[first..][..lights.len()].iter().all(|&id| id == 0) {
-                        continue;
-                    }
-                    let found = scene.light(&rays.pack::<N>(first));
-                    for (lane, light) in lights.iter_mut().enumerate() {
-                        *light = std::array::from_fn(|channel| found.0[channel].0[lane].to_f64());
-                    }
+    control: &'a Control,
+    lights: &'a mut [[f64; 3]],
+}
+
+impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Light<'_, S, P, N> {
+    type Output = Result<()>;
+
+    #[inline(always)]
+    fn with_simd<I: Simd>(self, _: I) -> Result<()> {
+        let Light { lists, prepared, job, row, control, lights } = self;
+        let coordinates = prepared.coordinates();
+        let Lit { lighting, style, .. } = job.lit;
+        let scene = Scene { lists, coordinates, lighting, epsilon: style.epsilon };
+        let rays = PlainRays::of_pixels(coordinates, job.samples);
+        let first = row * samples_of_row(job);
+        for (first, lights) in (first..).step_by(job.row()).zip(lights.chunks_mut(job.row())) {
+            for (first, lights) in (first..).step_by(N).zip(lights.chunks_mut(N)) {
+                // A ray may have millions of spheres to look at.
+                control.check()?;
+                if job.ids[first..][..lights.len()].iter().all(|&id| id == 0) {
+                    continue;
+                }
+                let found = scene.light(&rays.pack::<N>(first));
+                for (lane, light) in lights.iter_mut().enumerate() {
+                    *light = std::array::from_fn(|channel| found.0[channel].0[lane].to_f64());
                 }
             }
-            Ok(())
-        },
-    )
+        }
+        Ok(())
+    }
 }
 
 /// A kernel's objects, with what lights them.
