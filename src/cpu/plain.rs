@@ -2,6 +2,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::{Part, parts};
@@ -40,57 +41,62 @@ fn trace_with<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
     let rays = &PlainRays::new(prepared.coordinates(), rays);
     parts.try_for_each(|part| {
         let n_rays = part.ids.len() as u64;
-        dispatch(
-            #[inline(always)]
-            || trace_part::<_, _, N>(lists, rays, control, part),
-        )?;
+        dispatch(Trace::<S, P, N> { lists, rays, control, part })?;
         control.advance(n_rays);
         Ok(())
     })
 }
 
-#[inline(always)]
-fn trace_part<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
-    lists: &Lists<S, P>,
-    rays: &PlainRays<S::Float>,
-    control: &Control,
-    part: Part,
-) -> Result<()> {
-    let Part { first, ids, t, normal, .. } = part;
-    // In f64 what f32 can't hold is a miss.
-    let misses_infinity = S::Float::UNIT < f32::UNIT;
-    for start in (0..ids.len()).step_by(N) {
-        // A ray may have millions of spheres to look at.
-        control.check()?;
-        let ray = rays.pack::<N>(first + start);
-        let hit = lists.closest(&ray);
-        let (mut all, mut ts) = ([0; N], [f32::INFINITY; N]);
-        let scales = rays.scales::<N>(first + start);
-        for lane in 0..N {
-            all[lane] = hit.id.0[lane].to_id();
-            ts[lane] = (hit.t.0[lane].to_f64() * scales[lane]) as f32;
-        }
-        let here = start..ids.len().min(start + N);
-        if misses_infinity {
+/// Consecutive rays, compiled for each instruction set that the processor may have.
+struct Trace<'a, S: Plain, P, const N: usize> {
+    lists: &'a Lists<S, P>,
+    rays: &'a PlainRays<'a, S::Float>,
+    control: &'a Control,
+    part: Part<'a>,
+}
+
+impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Trace<'_, S, P, N> {
+    type Output = Result<()>;
+
+    #[inline(always)]
+    fn with_simd<I: Simd>(self, _: I) -> Result<()> {
+        let Trace { lists, rays, control, part } = self;
+        let Part { first, ids, t, normal, .. } = part;
+        // In f64 what f32 can't hold is a miss.
+        let misses_infinity = S::Float::UNIT < f32::UNIT;
+        for start in (0..ids.len()).step_by(N) {
+            // A ray may have millions of spheres to look at.
+            control.check()?;
+            let ray = rays.pack::<N>(first + start);
+            let hit = lists.closest(&ray);
+            let (mut all, mut ts) = ([0; N], [f32::INFINITY; N]);
+            let scales = rays.scales::<N>(first + start);
             for lane in 0..N {
-                all[lane] = if ts[lane] < f32::INFINITY { all[lane] } else { 0 };
+                all[lane] = hit.id.0[lane].to_id();
+                ts[lane] = (hit.t.0[lane].to_f64() * scales[lane]) as f32;
             }
-        }
-        ids[here.clone()].copy_from_slice(&all[..here.len()]);
-        if t.is_empty() {
-            continue;
-        }
-        t[here.clone()].copy_from_slice(&ts[..here.len()]);
-        let found = lists.normals(&ray, &hit);
-        let mut rounded = [[0.0; 3]; N];
-        for lane in 0..N {
-            for axis in 0..3 {
-                let is_hit = all[lane] != 0;
-                rounded[lane][axis] =
-                    if is_hit { found.0[axis].0[lane].to_f64() as f32 } else { 0.0 };
+            let here = start..ids.len().min(start + N);
+            if misses_infinity {
+                for lane in 0..N {
+                    all[lane] = if ts[lane] < f32::INFINITY { all[lane] } else { 0 };
+                }
             }
+            ids[here.clone()].copy_from_slice(&all[..here.len()]);
+            if t.is_empty() {
+                continue;
+            }
+            t[here.clone()].copy_from_slice(&ts[..here.len()]);
+            let found = lists.normals(&ray, &hit);
+            let mut rounded = [[0.0; 3]; N];
+            for lane in 0..N {
+                for axis in 0..3 {
+                    let is_hit = all[lane] != 0;
+                    rounded[lane][axis] =
+                        if is_hit { found.0[axis].0[lane].to_f64() as f32 } else { 0.0 };
+                }
+            }
+            normal[here.clone()].copy_from_slice(&rounded[..here.len()]);
         }
-        normal[here.clone()].copy_from_slice(&rounded[..here.len()]);
+        Ok(())
     }
-    Ok(())
 }

@@ -9,6 +9,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use pulp::{Simd, WithSimd};
 
 use super::tile::Tile;
 use crate::bvh::{Beam, Bvh, Cut, Enter, Leaves, Node, Visitor, Walk};
@@ -213,6 +214,66 @@ pub struct CloudScratch {
     packs: Vec<Pack>,
 }
 
+/// A tile, compiled for each instruction set that the processor may have.
+struct Find<'a> {
+    search: &'a CloudSearch<'a>,
+    sight: &'a Sight,
+    room: &'a mut CloudScratch,
+}
+
+impl WithSimd for Find<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Find { search, sight, room: CloudScratch { tile, cut, walk, packs, .. } } = self;
+        let (across, up, ids) = tile.packs::<LANES>();
+        let together = across.chunks(TOGETHER).zip(up.chunks(TOGETHER));
+        for ((across, up), ids) in together.zip(ids.chunks_mut(TOGETHER)) {
+            let hull = |all: &[[f32; LANES]]| {
+                let mut hull = extent(&all[0]);
+                for pack in &all[1..] {
+                    let [low, high] = extent(pack);
+                    hull = [Real::min(hull[0], low), Real::max(hull[1], high)];
+                }
+                wider(hull, sight.reach)
+            };
+            let beam = search.aim.beam(hull(across), hull(up));
+            packs.clear();
+            let mut seek = Packs { search, sight, across, up, packs, last: f32::BEYOND as f32 };
+            if !sight.beside.is_empty() {
+                seek.begin();
+            }
+            walk.all(search.aim.bvh, cut.nodes(), beam, &mut seek);
+            for ids in ids.iter_mut() {
+                *ids = [0; LANES];
+            }
+            for (pack, ids) in packs.iter().zip(ids) {
+                let (found, _) = pack.best.decide();
+                for lane in 0..LANES {
+                    ids[lane] = found.0[lane].to_id();
+                }
+            }
+        }
+    }
+}
+
+/// A square cuts the tree.
+struct MakeCut<'a> {
+    bvh: &'a Bvh,
+    beam: Beam,
+    cut: &'a mut Cut,
+}
+
+impl WithSimd for MakeCut<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.cut.make(self.bvh, &self.beam);
+    }
+}
+
 /// Pixels of a picture of many spheres.
 pub struct CloudSearch<'a> {
     /// Samples across and down a pixel.
@@ -296,48 +357,6 @@ impl<'a> CloudSearch<'a> {
         (mixed, ids.concat())
     }
 
-    /// Finds what the rays of the tile see.
-    fn find(&self, sight: &Sight, room: &mut CloudScratch) {
-        dispatch(
-            #[inline(always)]
-            || self.find_in_lanes(sight, room),
-        );
-    }
-
-    #[inline(always)]
-    fn find_in_lanes(&self, sight: &Sight, room: &mut CloudScratch) {
-        let CloudScratch { tile, cut, walk, packs, .. } = room;
-        let (across, up, ids) = tile.packs::<LANES>();
-        let together = across.chunks(TOGETHER).zip(up.chunks(TOGETHER));
-        for ((across, up), ids) in together.zip(ids.chunks_mut(TOGETHER)) {
-            let hull = |all: &[[f32; LANES]]| {
-                let mut hull = extent(&all[0]);
-                for pack in &all[1..] {
-                    let [low, high] = extent(pack);
-                    hull = [Real::min(hull[0], low), Real::max(hull[1], high)];
-                }
-                wider(hull, sight.reach)
-            };
-            let beam = self.aim.beam(hull(across), hull(up));
-            packs.clear();
-            let mut seek =
-                Packs { search: self, sight, across, up, packs, last: f32::BEYOND as f32 };
-            if !sight.beside.is_empty() {
-                seek.begin();
-            }
-            walk.all(self.aim.bvh, cut.nodes(), beam, &mut seek);
-            for ids in ids.iter_mut() {
-                *ids = [0; LANES];
-            }
-            for (pack, ids) in packs.iter().zip(ids) {
-                let (found, _) = pack.best.decide();
-                for lane in 0..LANES {
-                    ids[lane] = found.0[lane].to_id();
-                }
-            }
-        }
-    }
-
     /// Finds what the pixels of a square see; of several samples those that are left are in [`CloudScratch::index`].
     fn look_at_square(
         &self,
@@ -353,10 +372,7 @@ impl<'a> CloudSearch<'a> {
             .map(|[x, y]| self.middle(pixels, x, y));
         let reach = self.reach;
         let beam = self.aim.beam(wider([across, right], reach), wider([bottom, up], reach));
-        dispatch(
-            #[inline(always)]
-            || room.cut.make(self.aim.bvh, &beam),
-        );
+        dispatch(MakeCut { bvh: self.aim.bvh, beam, cut: &mut room.cut });
         room.index.clear();
         if room.cut.nodes().is_empty() && self.of_rays.beside.is_empty() {
             for row in whole.chunks_mut(width).skip(top as usize).take(rows as usize) {
@@ -370,7 +386,7 @@ impl<'a> CloudSearch<'a> {
             None if self.n == 1 => &self.of_rays,
             None => return room.index.iter().for_each(|&at| whole[at as usize] = OPEN),
         };
-        self.find(sight, room);
+        dispatch(Find { search: self, sight, room });
         let side = SIDE as usize;
         for (places, ids) in room.index.chunks(side).zip(room.tile.ids.chunks(side)) {
             if places.iter().zip(places[0]..).all(|(&at, next)| at == next) {
@@ -457,7 +473,7 @@ impl<'a> CloudSearch<'a> {
         ids: &mut Vec<u32>,
     ) {
         room.tile.take_samples(pixels, self.n, &room.index);
-        self.find(&self.of_rays, room);
+        dispatch(Find { search: self, sight: &self.of_rays, room });
         let n_each = (self.n * self.n) as usize;
         for (&at, seen) in room.index.iter().zip(room.tile.ids.chunks_exact(n_each)) {
             let first = seen[0];

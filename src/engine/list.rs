@@ -3,6 +3,7 @@
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
 use glam::DVec3;
+use pulp::{Simd, WithSimd};
 
 use crate::bvh::{Beam, Bvh, Leaves, Visitor, Walk};
 use crate::num::{Bits, V3, dispatch};
@@ -29,16 +30,24 @@ impl<'a> ListSearch<'a> {
 
     /// Finds what rays see in f32: ids, or [`OPEN`](crate::num::OPEN).
     pub fn look(&self, rays: &[rays::WorldRay], ids: &mut [u32]) {
-        dispatch(
-            #[inline(always)]
-            || self.find(rays, ids),
-        );
+        let list = List::new(rays, self.prepared.reference);
+        dispatch(FindList { search: self, list, ids });
     }
+}
+
+/// Some rays, compiled for each instruction set that the processor may have.
+struct FindList<'a> {
+    search: &'a ListSearch<'a>,
+    list: List<'a>,
+    ids: &'a mut [u32],
+}
+
+impl WithSimd for FindList<'_> {
+    type Output = ();
 
     #[inline(always)]
-    fn find(&self, rays: &[rays::WorldRay], ids: &mut [u32]) {
-        let ListSearch { beside, prepared } = self;
-        let list = List::new(rays, prepared.reference);
+    fn with_simd<S: Simd>(self, _: S) {
+        let FindList { search: ListSearch { beside, prepared }, list, ids } = self;
         match &prepared.hierarchy {
             None => {
                 for (first, ids) in (0..).step_by(LANES).zip(ids.chunks_mut(LANES)) {

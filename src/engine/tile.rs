@@ -1,5 +1,7 @@
 //! Rays of a picture, side by side.
 
+use pulp::{Simd, WithSimd};
+
 use crate::num::{Bits, Float, Lanes, dispatch};
 use crate::rays::{Frame, Pixels};
 use crate::seen::Objects;
@@ -71,24 +73,30 @@ impl Tile {
 
     /// Finds what they see in f32: ids, or [`crate::num::OPEN`].
     pub fn find_f32(&mut self, camera: &Frame<f32>, objects: &Objects<f32>) {
-        dispatch(
-            #[inline(always)]
-            || self.find::<f32, LANES_F32>(camera, objects),
-        );
+        dispatch(Find::<f32, LANES_F32> { camera, objects, tile: self });
     }
 
     /// Finds what the rays see in f64: ids, or [`crate::num::OPEN`].
     pub fn find_f64(&mut self, camera: &Frame<f64>, objects: &Objects<f64>) {
-        dispatch(
-            #[inline(always)]
-            || self.find::<f64, LANES_F64>(camera, objects),
-        );
+        dispatch(Find::<f64, LANES_F64> { camera, objects, tile: self });
     }
+}
+
+/// A tile, compiled for each instruction set that the processor may have.
+struct Find<'a, F: Float, const N: usize> {
+    camera: &'a Frame<F>,
+    objects: &'a Objects<F>,
+    tile: &'a mut Tile,
+}
+
+impl<F: Float, const N: usize> WithSimd for Find<'_, F, N> {
+    type Output = ();
 
     #[inline(always)]
-    fn find<F: Float, const N: usize>(&mut self, camera: &Frame<F>, objects: &Objects<F>) {
-        let len = self.across.len();
-        let (across, up, ids) = self.packs::<N>();
+    fn with_simd<S: Simd>(self, _: S) {
+        let Find { camera, objects, tile } = self;
+        let len = tile.across.len();
+        let (across, up, ids) = tile.packs::<N>();
         for ((across, up), ids) in across.iter().zip(up).zip(ids) {
             let (mut i, mut j) = ([F::default(); N], [F::default(); N]);
             for lane in 0..N {
@@ -100,6 +108,6 @@ impl Tile {
                 *id = found.to_id();
             }
         }
-        self.ids.truncate(len);
+        tile.ids.truncate(len);
     }
 }

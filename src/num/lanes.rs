@@ -54,8 +54,8 @@ pub fn one_by_one<I: IntoIterator>(packs: I) -> impl Iterator<Item = I::Item> {
     packs.into_iter().map(std::hint::black_box)
 }
 
-/// Runs loops over lanes, compiled for each instruction set that the processor may have: a closure that is `#[inline(always)]`,
-/// as all that it calls. It is compiled once, not for each caller, but for each type that the function around it is generic over.
+/// Runs loops over lanes, compiled for each instruction set that the processor may have. What it runs is compiled once, not for
+/// each caller and each type that a caller is generic over.
 #[inline(never)]
 pub fn dispatch<W: WithSimd>(work: W) -> W::Output {
     Arch::new().dispatch(work)
