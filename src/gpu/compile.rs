@@ -179,7 +179,7 @@ fn n_lamps(key: &ShaderKey) -> usize {
 fn needs(key: &ShaderKey) -> Vec<(&'static str, bool)> {
     let about = key.kernel.about();
     let is_point = key.lens == Some(Lens::Perspective);
-    let is_plain_light = matches!(key.light, Some(LightKey::Plain { .. }));
+    let is_relative = about.space == Space::Reference;
     vec![
         // The boxes of a tree.
         ("tree", key.tree),
@@ -189,8 +189,10 @@ fn needs(key: &ShaderKey) -> Vec<(&'static str, bool)> {
         ("surface", key.surface),
         // Lights.
         ("lamps", n_lamps(key) > 0),
-        // Numbers that are moved from the camera to where a shadow ray starts: the host has made them for rays from one point.
-        ("moved", is_plain_light && is_point && about.space == Space::Reference),
+        // Numbers that are relative to the reference point,
+        ("relative", is_relative),
+        // and are moved to where each ray starts.
+        ("moved", is_relative && !is_point),
         // Rays from one point.
         ("point", is_point),
         // Rays of a list.
