@@ -52,18 +52,3 @@ fn closer_plane(ray: Ray, hit: Hit, plane: PlaneRelative, id: u32) -> Hit {
 fn plane_normal(ray: Ray, hit: Hit, plane: PlaneRelative) -> Vec3 {
     return plane.normal;
 }
-
-//#if double
-struct HitF32 {
-    t: f32,
-    id: u32,
-}
-
-// The hit as its caller sees it, in f32. What f32 can't hold is a miss.
-fn narrow(hit: Hit) -> HitF32 {
-    let infinity = f32(params.infinity);
-    let t = f32(hit.t);
-    let is_held = t < infinity;
-    return HitF32(select(infinity, t, is_held), select(0u, hit.id, is_held));
-}
-//#end
