@@ -44,7 +44,7 @@ pub type Edit = Box<dyn Fn(&str) -> String + Send + Sync>;
 /// [`Error::Shader`] names the `.wgsl` file and line; that is a defect of the program.
 pub fn compile(key: &ShaderKey, edit: Option<&Edit>) -> Result<Shader> {
     let mut parts = SHARED_PARTS.to_vec();
-    parts.extend(key.kernel.about().wgsl.parts);
+    parts.extend(key.kernel.about().shader_parts);
     match key.light {
         Some(LightKey::Plain { .. }) => parts.push(PLAIN_LIGHT),
         Some(LightKey::Certified { .. }) => parts.extend([PRINTED_LIGHT, LIT]),
@@ -147,7 +147,7 @@ fn repeats(key: &ShaderKey) -> Vec<(&'static str, Repeat)> {
 /// What the parts know of each shape: its record, how many there are, and the id of the first.
 fn constants_of_shapes(key: &ShaderKey) -> String {
     let (mut text, mut first) = (String::new(), "1u".to_string());
-    let records = key.kernel.about().wgsl.records;
+    let records = key.kernel.about().record_names;
     for ((shape, n_listed), n_met) in SHAPES.into_iter().zip(n_listed(key)).zip(n_met(key)) {
         let of_any = format!(
             "alias ShapeRecord = Shape{records};\n\

@@ -9,7 +9,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use super::about::{About, FloatType, Promise, Space, Wgsl, part};
+use super::about::{About, FloatType, Promise, Space, part};
 use super::coordinates::split;
 use super::plain::{Plain, PlainRay, first_positive};
 use crate::num::{self, Float as _, Mask, Ray, Real, Scaled, V3};
@@ -20,10 +20,8 @@ pub(super) const STABLE: About = About {
     name: "stable",
     float: FloatType::F32,
     record_bytes: [size_of::<SphereStable>(), size_of::<PlaneStable>()],
-    wgsl: Wgsl {
-        records: "Relative",
-        parts: &[part!("ray.wgsl"), part!("printed/relative.wgsl"), part!("relative.wgsl")],
-    },
+    record_names: "Relative",
+    shader_parts: &[part!("ray.wgsl"), part!("printed/relative.wgsl"), part!("relative.wgsl")],
     space: Space::Reference,
     promise: Promise::PARITY,
 };
