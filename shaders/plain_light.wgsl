@@ -11,7 +11,7 @@ fn closest_from_anywhere(ray: Ray) -> Hit {
     var hit = Hit(params.infinity, 0u);
     //#each listed shape
     for (var i = 0u; i < N_SHAPES; i++) {
-        //#if moved
+        //#if relative
         hit = closer_shape(ray, hit, shape_from(ray, shapes[i]), first_shape() + i);
         //#else
         hit = closer_shape(ray, hit, shapes[i], first_shape() + i);

@@ -29,11 +29,22 @@ fn closer(hit: Hit, t: Real, id: u32) -> Hit {
     return Hit(select(hit.t, t, is_closer), select(hit.id, id, is_closer));
 }
 
+// The numbers of an object, for where this ray starts if a kernel's are for a point.
+//#each listed shape
+fn shape_at(ray: Ray, index: u32) -> ShapeRecord {
+    //#if moved
+    return shape_from(ray, shapes[index]);
+    //#else
+    return shapes[index];
+    //#end
+}
+//#end
+
 fn closest(ray: Ray) -> Hit {
     var hit = Hit(params.infinity, 0u);
     //#each listed shape
     for (var i = 0u; i < N_SHAPES; i++) {
-        hit = closer_shape(ray, hit, shapes[i], first_shape() + i);
+        hit = closer_shape(ray, hit, shape_at(ray, i), first_shape() + i);
     }
     //#end
     return hit;
@@ -43,7 +54,7 @@ fn normal_at(ray: Ray, hit: Hit) -> Vec3 {
     var normal = Vec3(0.0);
     //#each listed shape
     if hit.id - first_shape() < N_SHAPES {
-        normal = shape_normal(ray, hit, shapes[hit.id - first_shape()]);
+        normal = shape_normal(ray, hit, shape_at(ray, hit.id - first_shape()));
     }
     //#end
     return facing(normal, ray.direction);

@@ -28,17 +28,14 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
     let id = id_of(ray);
     //#else
     let hit = closest(ray);
-    //#if double
-    let seen = narrow(hit);
-    //#else
-    let seen = hit;
-    //#end
-    let id = seen.id;
+    // What f32 can't hold of f64 is a miss.
+    let t = f32(hit.t);
+    let id = select(0u, hit.id, t < f32(params.infinity));
     //#end
     if pixel.x < params.width && index < params.n_rays {
         ids[index] = id;
         //#if surface
-        ts[index] = seen.t;
+        ts[index] = t;
         var normal = vec3f(0.0);
         if id != 0u {
             normal = vec3f(normal_at(ray, hit));

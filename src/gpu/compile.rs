@@ -44,7 +44,7 @@ pub type Edit = Box<dyn Fn(&str) -> String + Send + Sync>;
 /// [`Error::Shader`] names the `.wgsl` file and line; that is a defect of the program.
 pub fn compile(key: &ShaderKey, edit: Option<&Edit>) -> Result<Shader> {
     let mut parts = SHARED_PARTS.to_vec();
-    parts.extend(key.kernel.about().wgsl.parts);
+    parts.extend(key.kernel.about().shader_parts);
     match key.light {
         Some(LightKey::Plain { .. }) => parts.push(PLAIN_LIGHT),
         Some(LightKey::Certified { .. }) => parts.extend([PRINTED_LIGHT, LIT]),
@@ -147,7 +147,7 @@ fn repeats(key: &ShaderKey) -> Vec<(&'static str, Repeat)> {
 /// What the parts know of each shape: its record, how many there are, and the id of the first.
 fn constants_of_shapes(key: &ShaderKey) -> String {
     let (mut text, mut first) = (String::new(), "1u".to_string());
-    let records = key.kernel.about().wgsl.records;
+    let records = key.kernel.about().record_names;
     for ((shape, n_listed), n_met) in SHAPES.into_iter().zip(n_listed(key)).zip(n_met(key)) {
         let of_any = format!(
             "alias ShapeRecord = Shape{records};\n\
@@ -179,7 +179,7 @@ fn n_lamps(key: &ShaderKey) -> usize {
 fn needs(key: &ShaderKey) -> Vec<(&'static str, bool)> {
     let about = key.kernel.about();
     let is_point = key.lens == Some(Lens::Perspective);
-    let is_plain_light = matches!(key.light, Some(LightKey::Plain { .. }));
+    let is_relative = about.space == Space::Reference;
     vec![
         // The boxes of a tree.
         ("tree", key.tree),
@@ -189,8 +189,10 @@ fn needs(key: &ShaderKey) -> Vec<(&'static str, bool)> {
         ("surface", key.surface),
         // Lights.
         ("lamps", n_lamps(key) > 0),
-        // Numbers that are moved from the camera to where a shadow ray starts: the host has made them for rays from one point.
-        ("moved", is_plain_light && is_point && about.space == Space::Reference),
+        // Numbers that are relative to the reference point,
+        ("relative", is_relative),
+        // and are moved to where each ray starts.
+        ("moved", is_relative && !is_point),
         // Rays from one point.
         ("point", is_point),
         // Rays of a list.

@@ -12,8 +12,10 @@ pub struct About {
     pub promise: Promise,
     /// Bytes of the numbers of a sphere and of a plane.
     pub record_bytes: [usize; 2],
-    /// The kernel's shader.
-    pub wgsl: Wgsl,
+    /// The names of the records in the kernel's shader end with this, after `Sphere` and `Plane`.
+    pub record_names: &'static str,
+    /// The parts of the shader that are the kernel's own.
+    pub shader_parts: &'static [ShaderPart],
 }
 
 /// The floating-point numbers of a kernel.
@@ -80,14 +82,6 @@ impl Promise {
         words_elsewhere: "nothing on this device, whose arithmetic is not known to be IEEE 754's",
         exact: None,
     };
-}
-
-/// The shader of a kernel.
-pub struct Wgsl {
-    /// The names of its records end with this, after `Sphere` and `Plane`.
-    pub records: &'static str,
-    /// The parts that are its own.
-    pub parts: &'static [ShaderPart],
 }
 
 /// A part of a shader.

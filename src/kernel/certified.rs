@@ -2,7 +2,7 @@
 //! "undecided" elsewhere. f64 and exact arithmetic follow. The formulas are those of [`crate::seen`], the bounds are derived
 //! in [`crate::guard`].
 
-use super::about::{About, Exactness, FloatType, Promise, Space, Wgsl, part};
+use super::about::{About, Exactness, FloatType, Promise, Space, part};
 
 /// A sphere as the device sees it: the words of a [`SphereSeen`](crate::seen::SphereSeen).
 pub type SphereWords = [f32; 20];
@@ -17,7 +17,8 @@ pub(super) const ABOUT: About = About {
     space: Space::Reference,
     promise: PROMISE,
     record_bytes: [size_of::<SphereWords>(), size_of::<PlaneWords>()],
-    wgsl: Wgsl { records: "Seen", parts: &[part!("printed/seen.wgsl"), part!("certified.wgsl")] },
+    record_names: "Seen",
+    shader_parts: &[part!("printed/seen.wgsl"), part!("certified.wgsl")],
 };
 
 const WORDS: &str = "ids exact, t the exact one rounded, each component of a normal the exact one rounded, GPU and CPU equal bit by bit";

@@ -6,7 +6,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::about::{About, FloatType, Promise, Space, Wgsl, part};
+use super::about::{About, FloatType, Promise, Space, part};
 use super::plain::{Plain, PlainRay, first_positive};
 use crate::num::{Mask, Real, V3};
 use crate::scene::{Plane, Sphere};
@@ -18,7 +18,8 @@ pub(super) const ABOUT: About = About {
     space: Space::World,
     promise: Promise::PARITY,
     record_bytes: [size_of::<SphereLecture>(), size_of::<PlaneLecture>()],
-    wgsl: Wgsl { records: "Lecture", parts: &[part!("ray.wgsl"), part!("lecture.wgsl")] },
+    record_names: "Lecture",
+    shader_parts: &[part!("ray.wgsl"), part!("lecture.wgsl")],
 };
 
 /// A sphere as the device sees it.

@@ -17,7 +17,7 @@ use lecture::{PlaneLecture, SphereLecture};
 use relative::{PlaneDouble, PlaneStable, SphereDouble, SphereStable};
 
 pub(crate) use about::part;
-pub use about::{About, Exactness, FloatType, Promise, ShaderPart, Space, Wgsl};
+pub use about::{About, Exactness, FloatType, Promise, ShaderPart, Space};
 pub use plain::Lists;
 
 /// The intersection kernels (contract §2).

@@ -1,5 +1,5 @@
 //! The formulas of the kernels `stable` (f32) and `double` (f64): relative to the ray's origin, and
-//! free of cancellation. Twin of `shaders/relative.wgsl`.
+//! free of cancellation. `shaders/printed/relative.wgsl` is printed from them.
 //!
 //! The discriminant is `r² − ‖P‖²`, the roots come without cancellation, and the normal comes from
 //! half the chord. Offsets from the ray's origin are formed in f64 on the host where all rays start at one point, and from
@@ -9,7 +9,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use super::about::{About, FloatType, Promise, Space, Wgsl, part};
+use super::about::{About, FloatType, Promise, Space, part};
 use super::coordinates::split;
 use super::plain::{Plain, PlainRay, first_positive};
 use crate::num::{self, Float as _, Mask, Ray, Real, Scaled, V3};
@@ -20,7 +20,8 @@ pub(super) const STABLE: About = About {
     name: "stable",
     float: FloatType::F32,
     record_bytes: [size_of::<SphereStable>(), size_of::<PlaneStable>()],
-    wgsl: Wgsl { records: "Relative", parts: &[part!("ray.wgsl"), part!("relative.wgsl")] },
+    record_names: "Relative",
+    shader_parts: &[part!("ray.wgsl"), part!("printed/relative.wgsl"), part!("relative.wgsl")],
     space: Space::Reference,
     promise: Promise::PARITY,
 };
@@ -54,6 +55,7 @@ pub fn approach<R: Real>(ray: &Ray<R>, l: V3<R>, r: R) -> Approach<R> {
 
 /// Half the chord times `‖d‖²`: `√(a·(r² − p·p))`; negative for a miss.
 #[inline(always)]
+#[track_caller]
 pub fn half_root<R: Real>(ray: &Ray<R>, delta: R) -> R {
     R::select(R::lit(0.0).le(delta), (ray.a * delta).sqrt(), R::lit(-1.0))
 }
@@ -65,7 +67,8 @@ pub fn roots_stable<R: Real>(ray: &Ray<R>, b: R, h: R, k: R) -> [R; 2] {
     let is_ahead = R::lit(0.0).lt(b);
     let q = R::select(is_ahead, b + h, b - h);
     let (one, other) = (k / q, q * ray.inv_a);
-    [R::select(is_ahead, one, other), R::select(is_ahead, other, one)]
+    let (near, far) = (R::select(is_ahead, one, other), R::select(is_ahead, other, one));
+    [near, far]
 }
 
 /// The smallest positive root, or 0 for none.

@@ -1,6 +1,7 @@
 //! The formulas that a device has from the Rust text.
 
 use kugelblitz::gpu::slabs::{Slabs, Stretch, is_near};
+use kugelblitz::kernel::relative::{from_center, plane_stable, sphere_stable};
 use kugelblitz::num::fields::{FieldSink, FieldSource, Fields};
 use kugelblitz::num::{Ray, Real, V3};
 use kugelblitz::rays::{camera_direction, camera_origin};
@@ -15,8 +16,13 @@ use super::{Wgsl as W, WgslId, declaration, function};
 const HEAD: &str = "// Printed from the Rust text; see tests/library/printed.rs.\n\n";
 
 /// The files of `shaders/printed`, with their texts.
-pub fn all() -> [(&'static str, String); 3] {
-    [("camera.wgsl", camera()), ("seen.wgsl", seen()), ("light.wgsl", light())]
+pub fn all() -> [(&'static str, String); 4] {
+    [
+        ("camera.wgsl", camera()),
+        ("relative.wgsl", relative()),
+        ("seen.wgsl", seen()),
+        ("light.wgsl", light()),
+    ]
 }
 
 /// One text, with one line's end.
@@ -24,17 +30,32 @@ fn joined(parts: &[String]) -> String {
     parts.concat().trim_end().to_string() + "\n"
 }
 
-/// The rays of cameras, for kernels in f32 and in f64.
+/// One text for kernels in f32 and in f64.
+fn of_any_float(parts: &[String]) -> String {
+    joined(parts).replace("vec3f", "Vec3").replace("f32", "Real")
+}
+
+/// The rays of cameras.
 fn camera() -> String {
-    let text = joined(&[
+    of_any_float(&[
         HEAD.into(),
         function!(camera_direction(
             forward: V3<W>, right: V3<W>, true_up: V3<W>, across: W, up: W
         ) camera_direction(forward, right, true_up, across, up)),
         function!(camera_origin(right: V3<W>, true_up: V3<W>, across: W, up: W)
             camera_origin(right, true_up, across, up)),
-    ]);
-    text.replace("vec3f", "Vec3").replace("f32", "Real")
+    ])
+}
+
+/// Where rays meet objects, without a proof and without cancellation.
+fn relative() -> String {
+    of_any_float(&[
+        HEAD.into(),
+        function!(sphere_stable(ray: Ray<W>, l: V3<W>, r: W, k: W)
+            sphere_stable(&ray, l, r, k)),
+        function!(from_center(ray: Ray<W>, l: V3<W>, r: W, k: W) from_center(&ray, l, r, k)),
+        function!(plane_stable(d: V3<W>, n_offset: W, n: V3<W>) plane_stable(d, n_offset, n)),
+    ])
 }
 
 /// Where rays meet objects and the boxes of the tree, and which object is the nearest.
