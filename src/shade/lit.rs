@@ -162,12 +162,14 @@ impl Job<'_> {
         control.advance(n_pixels as u64 * u64::from(self.lit.style.n_samples.across()).pow(2));
     }
 
-    /// Most pixels that go from stage to stage together: they take a moment, between which Ctrl-C is looked at.
-    pub fn n_together(&self) -> usize {
+    /// Pixels that take a moment, between which Ctrl-C is looked at: cells in a row, and rows.
+    pub fn block(&self) -> [usize; 2] {
         let n_samples = self.n_samples().pow(2);
         let n_questions = n_samples * (self.lit.lighting.lamps.len() + 1);
         let n_pixels = (PIXELS_AT_ONCE / n_questions).min(MOST_SAMPLES / n_samples);
-        (n_pixels / CELL).max(1) * CELL
+        let n_cells = (n_pixels / CELL).max(1);
+        let rows = n_cells.min(STRIP_ROWS);
+        [n_cells / rows, rows]
     }
 
     /// Whether so many pixels from this one on are in one row.
@@ -231,7 +233,7 @@ impl<'a> Certified<'a> {
     /// sample, and whether it is seen, and of one pixel the exact cosines.
     fn require_memory(&self) -> Result<()> {
         let n_samples = self.job.n_samples().pow(2) as u64;
-        let n_cells = (self.job.n_together() / CELL) as u64;
+        let n_cells = self.job.block().iter().product::<usize>() as u64;
         let n_packs = CELL / LANES_F64;
         let of_cell = size_of::<Given<f32, LANES_F32>>()
             + n_packs * size_of::<Given<f64, LANES_F64>>()
@@ -287,15 +289,13 @@ impl<'a> Certified<'a> {
     /// `first`.
     ///
     /// # Errors
-    /// [`crate::Error::Interrupted`] when `control` was cancelled, and that of [`host::check`].
+    /// [`crate::Error::Interrupted`] when `control` was cancelled.
     pub fn find<C: Written>(
         &self,
         (first, out): (usize, &mut [[C; 3]]),
         control: &Control,
         work: &mut Work<C>,
     ) -> Result<()> {
-        control.check()?;
-        host::check()?;
         let Work { in_f32, in_f64, pixels: some, open: [after_f32, open], colors, counts } = work;
         after_f32.clear();
         open.clear();
@@ -317,22 +317,32 @@ impl<'a> Certified<'a> {
     /// Fills `out` with the colours of all pixels.
     fn run<C: Written>(&self, control: &Control, out: &mut [[C; 3]]) -> Result<StageCounts> {
         let job = &self.job;
-        let (most, width) = (job.n_together(), job.n_columns().max(1));
+        let ([cells, rows], width) = (job.block(), job.n_columns().max(1));
         let (background, is_proposed) = (job.color(0).map(C::of), !self.codes.is_empty());
         let paint = |work: &mut Work<C>, first: usize, out: &mut [[C; 3]]| -> Result<()> {
-            // Cells that lie below each other follow each other.
-            for left in (0..width).step_by(CELL) {
-                for row in (0..out.len()).step_by(width) {
-                    let cell = row + left..row + width.min(left + CELL);
-                    job.advance(control, cell.len());
-                    if work.pixels.len() + cell.len() > most {
-                        self.find((first, out), control, work)?;
+            for top in (0..out.len()).step_by(rows * width) {
+                for left in (0..width).step_by(cells * CELL) {
+                    control.check()?;
+                    host::check()?;
+                    // Cells that lie below each other follow each other.
+                    for column in (left..width.min(left + cells * CELL)).step_by(CELL) {
+                        for start in (top..out.len().min(top + rows * width)).step_by(width) {
+                            let cell = start + column..start + width.min(column + CELL);
+                            job.advance(control, cell.len());
+                            if work.pixels.len() + cell.len() > cells * rows * CELL {
+                                self.find((first, out), control, work)?;
+                            }
+                            let at = first + cell.start;
+                            match job.is_background(at, cell.len()) {
+                                true => out[cell].fill(background),
+                                false if is_proposed => self.take(at, &mut out[cell], work),
+                                false => work.pixels.extend(at..at + cell.len()),
+                            }
+                        }
                     }
-                    let at = first + cell.start;
-                    match job.is_background(at, cell.len()) {
-                        true => out[cell].fill(background),
-                        false if is_proposed => self.take(at, &mut out[cell], work),
-                        false => work.pixels.extend(at..at + cell.len()),
+                    // What a device leaves of several blocks goes together.
+                    if !is_proposed {
+                        self.find((first, out), control, work)?;
                     }
                 }
             }
