@@ -2,6 +2,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::{Bvh, prefetch};
@@ -38,14 +39,8 @@ impl Leaves {
     pub fn new(bvh: &Bvh, eye: &Eye) -> Leaves {
         let (mut blocks, mut close) = (Vec::new(), Vec::new());
         let spheres = bvh.spheres.par_chunks(BLOCK).zip(bvh.ids.par_chunks(BLOCK));
-        spheres
-            .map(|(spheres, ids)| {
-                dispatch(
-                    #[inline(always)]
-                    || see(spheres, ids, eye),
-                )
-            })
-            .unzip_into_vecs(&mut blocks, &mut close);
+        let see = |(spheres, ids)| dispatch(See { spheres, ids, eye });
+        spheres.map(see).unzip_into_vecs(&mut blocks, &mut close);
         let mut rest = bvh.outside.clone();
         for (ids, close) in bvh.ids.chunks(BLOCK).zip(close) {
             if close.contains(&true) {
@@ -96,34 +91,46 @@ impl std::fmt::Debug for Leaves {
     }
 }
 
-/// The leaves of some spheres, and which of them the eye is close to.
-#[inline(always)]
-fn see(spheres: &[Sphere], ids: &[u32], eye: &Eye) -> ([Leaf; BLOCK], [bool; BLOCK]) {
-    let last = spheres.len() - 1;
-    let (mut center, mut r) = (V3([Lanes::<f64, BLOCK>::lit(0.0); 3]), Lanes::lit(0.0));
-    for lane in 0..BLOCK {
-        let sphere = &spheres[lane.min(last)];
-        for axis in 0..3 {
-            center.0[axis].0[lane] = sphere.center[axis] - eye.reference[axis];
+/// Some spheres, compiled for each instruction set that the processor may have.
+struct See<'a> {
+    spheres: &'a [Sphere],
+    ids: &'a [u32],
+    eye: &'a Eye,
+}
+
+impl WithSimd for See<'_> {
+    /// Their leaves, and which of them the eye is close to.
+    type Output = ([Leaf; BLOCK], [bool; BLOCK]);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        let See { spheres, ids, eye } = self;
+        let last = spheres.len() - 1;
+        let (mut center, mut r) = (V3([Lanes::<f64, BLOCK>::lit(0.0); 3]), Lanes::lit(0.0));
+        for lane in 0..BLOCK {
+            let sphere = &spheres[lane.min(last)];
+            for axis in 0..3 {
+                center.0[axis].0[lane] = sphere.center[axis] - eye.reference[axis];
+            }
+            r.0[lane] = sphere.radius.abs();
         }
-        r.0[lane] = sphere.radius.abs();
-    }
-    let seen = SphereLeaf::at::<f32>(center, r, eye).round_lanes();
-    let mut is_close = [false; BLOCK];
-    // From elsewhere the size of a sphere hides no more than its own part of the distance.
-    if eye.spread == 0.0 && eye.reach.apart == 0.0 {
-        let distance = length_bounds(center);
-        let near = is_near_surface(distance, r, distance);
+        let seen = SphereLeaf::at::<f32>(center, r, eye).round_lanes();
+        let mut is_close = [false; BLOCK];
+        // From elsewhere the size of a sphere hides no more than its own part of the distance.
+        if eye.spread == 0.0 && eye.reach.apart == 0.0 {
+            let distance = length_bounds(center);
+            let near = is_near_surface(distance, r, distance);
+            for lane in 0..spheres.len() {
+                is_close[lane] = near.0[lane] != 0;
+            }
+        }
+        let mut leaves = [Leaf { seen: SphereLeaf::nowhere(), id: 0 }; BLOCK];
         for lane in 0..spheres.len() {
-            is_close[lane] = near.0[lane] != 0;
+            leaves[lane].id = ids[lane];
+            if !is_close[lane] {
+                leaves[lane].seen = seen.map(|x| x.0[lane]);
+            }
         }
+        (leaves, is_close)
     }
-    let mut leaves = [Leaf { seen: SphereLeaf::nowhere(), id: 0 }; BLOCK];
-    for lane in 0..spheres.len() {
-        leaves[lane].id = ids[lane];
-        if !is_close[lane] {
-            leaves[lane].seen = seen.map(|x| x.0[lane]);
-        }
-    }
-    (leaves, is_close)
 }

@@ -2,6 +2,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
+use glam::DVec3;
 use pulp::{Simd, WithSimd};
 
 use super::Stage;
@@ -14,7 +15,6 @@ use crate::rays::{Frame, Lens, Rays};
 use crate::scene::{Plane, Scene};
 use crate::seen::{Eye, Lengths, PlaneSeen, Ray, Record, Seen, SphereSeen, Surface};
 use crate::shape::plane_normal;
-use glam::DVec3;
 
 /// Rays that go side by side.
 pub const LANES: usize = 8;
