@@ -284,8 +284,11 @@ impl<'a, F: Linear> LightPass<'a, F> {
         let Scratch { pixels, packs, shades, given, .. } = scratch;
         let (n, row, ids) = (self.job.n_samples(), self.job.row(), self.job.ids);
         let n_packs = pixels.len().div_ceil(N) * n * n;
-        shades.clear();
         shades.resize(n_packs, Shade::default());
+        // The colours are written as a whole later.
+        for shade in &mut *shades {
+            shade.n_rays = Lanes::lit(0.0);
+        }
         given.resize_with(self.lighting.lamps.len(), Vec::new);
         for given in given {
             given.resize(n_packs, Given::default());
