@@ -36,7 +36,7 @@ pub trait Visitor {
             }
         }
     }
-    /// The sphere at a place, of those that are visited one after the other.
+    /// The sphere at a place, of those that are visited one after the other; not asked for where `visit` takes them together.
     fn see(&mut self, _place: u32) {}
 }
 

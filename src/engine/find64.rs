@@ -128,7 +128,7 @@ impl<'a> Find64<'a> {
     /// Finds the ids of some rays, [`OPEN`] where f64 leaves them so: side by side where all objects are listed.
     ///
     /// # Errors
-    /// [`crate::Error::Interrupted`] when `control` was cancelled.
+    /// [`crate::Error::Interrupted`] when `control` was cancelled, and that of [`host::check`].
     pub fn decide(&self, rays: &[u32], control: &Control, ids: &mut [u32]) -> Result<()> {
         let parts = rays.par_chunks(RAYS_PER_PART).zip(ids.par_chunks_mut(RAYS_PER_PART));
         parts.try_for_each_init(Scratch64::default, |scratch, (rays, ids)| {
