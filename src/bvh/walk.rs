@@ -257,13 +257,20 @@ impl Walk {
     #[inline(always)]
     pub fn all<V: Visitor>(&mut self, bvh: &Bvh, from: &[Node], beam: Beam, visitor: &mut V) {
         self.begin(beam);
-        for node in from {
-            let (enter, leaves) = self.look(node, 0, visitor);
+        let mut from = from.iter();
+        loop {
+            let (node, first) = match from.next() {
+                Some(node) => (node, 0),
+                None => match self.next(visitor) {
+                    Some(at) => (&bvh.nodes[at as usize], self.stack.len()),
+                    None => break,
+                },
+            };
+            let (enter, leaves) = self.look(bvh, node, first, visitor);
             if leaves != 0 {
                 visitor.visit(node, leaves, &enter);
             }
         }
-        while self.step(bvh, visitor) {}
     }
 
     /// Shows what the memory was asked for, and looks at one more node. False where none is left.
@@ -274,30 +281,37 @@ impl Walk {
             visitor.visit(&bvh.nodes[at as usize], leaves, &self.enter);
             self.awaited = (0, 0);
         }
-        while let Some(next) = self.stack.pop() {
-            let (enter, at) = (f32::from_bits((next >> 32) as u32), next as u32);
-            if enter <= visitor.last() {
-                let node = &bvh.nodes[at as usize];
-                let (enter, leaves) = self.look(node, self.stack.len(), visitor);
-                if let Some(&next) = self.stack.last() {
-                    prefetch(&bvh.nodes[next as u32 as usize]);
-                }
-                let mut coming = leaves;
-                while coming != 0 {
-                    visitor.expect(node.place(coming.trailing_zeros()));
-                    coming &= coming - 1;
-                }
-                self.awaited = (at, leaves);
-                self.enter = enter;
-                return true;
-            }
+        let next = self.next(visitor);
+        if let Some(at) = next {
+            let node = &bvh.nodes[at as usize];
+            let (enter, leaves) = self.look(bvh, node, self.stack.len(), visitor);
+            self.awaited = (at, leaves);
+            self.enter = enter;
         }
-        false
+        next.is_some()
     }
 
-    /// Notes the nodes below that are met, in order among those from `first` on; the bits of spheres that are.
+    /// The number of the next node that is not beyond.
     #[inline(always)]
-    fn look<V: Visitor>(&mut self, node: &Node, first: usize, visitor: &V) -> (Enter, u32) {
+    fn next<V: Visitor>(&mut self, visitor: &V) -> Option<u32> {
+        while let Some(next) = self.stack.pop() {
+            if f32::from_bits((next >> 32) as u32) <= visitor.last() {
+                return Some(next as u32);
+            }
+        }
+        None
+    }
+
+    /// Notes the nodes below that are met, in order among those from `first` on; the bits of spheres that are. The memory is
+    /// asked for what comes next.
+    #[inline(always)]
+    fn look<V: Visitor>(
+        &mut self,
+        bvh: &Bvh,
+        node: &Node,
+        first: usize,
+        visitor: &V,
+    ) -> (Enter, u32) {
         let (enter, hits) = self.beam.meet(node, visitor.last());
         let (stack, mut children) = (&mut self.stack, hits & node.children());
         while children != 0 {
@@ -311,7 +325,16 @@ impl Walk {
             }
             stack.push(nearer);
         }
-        (enter, hits & !node.children())
+        if let Some(&next) = stack.last() {
+            prefetch(&bvh.nodes[next as u32 as usize]);
+        }
+        let leaves = hits & !node.children();
+        let mut coming = leaves;
+        while coming != 0 {
+            visitor.expect(node.place(coming.trailing_zeros()));
+            coming &= coming - 1;
+        }
+        (enter, leaves)
     }
 }
 

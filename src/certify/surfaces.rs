@@ -432,8 +432,9 @@ impl<'a, F: Float> Surfaces<'a, F> {
 }
 
 /// With the unit normal whose components are nearest in f32.
+#[inline(always)]
 fn rounded<R: Copy>(seen: PlaneSeen<R>, unit: &[f32; 3], lit: impl Fn(f64) -> R) -> PlaneSeen<R> {
-    let unit = V3(unit.map(|x| lit(f64::from(x))));
+    let unit = V3(*unit).map(|x| lit(f64::from(x)));
     PlaneSeen { unit, unit_error: lit(0.0), ..seen }
 }
 

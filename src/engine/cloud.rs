@@ -6,6 +6,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
+use std::slice::from_ref;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -119,8 +120,9 @@ struct Pack {
 /// Joins the numbers of all lanes, by halves.
 #[inline(always)]
 fn joined(all: &[f32; LANES], join: impl Fn(f32, f32) -> f32) -> f32 {
-    let mut all = *all;
-    for n in [8, 4, 2, 1] {
+    let (mut all, mut n) = (*all, LANES);
+    while n > 1 {
+        n /= 2;
         for k in 0..n {
             all[k] = join(all[k], all[k + n]);
         }
@@ -134,10 +136,18 @@ fn farthest(all: &Lanes<f32, LANES>) -> f32 {
     joined(&all.0, Real::max)
 }
 
-/// The least and the most of some numbers.
+/// The least and the most of some packs' numbers: where these fill a square, of those of the first ray and of the last.
 #[inline(always)]
-fn extent(all: &[f32; LANES]) -> [f32; 2] {
-    [joined(all, Real::min), joined(all, Real::max)]
+fn extent(packs: &[[f32; LANES]], fill_a_square: bool) -> [f32; 2] {
+    if fill_a_square {
+        let (first, last) = (packs[0][0], packs[packs.len() - 1][LANES - 1]);
+        return [Real::min(first, last), Real::max(first, last)];
+    }
+    let (mut low, mut high) = (Lanes(packs[0]), Lanes(packs[0]));
+    for pack in &packs[1..] {
+        (low, high) = (low.min(Lanes(*pack)), high.max(Lanes(*pack)));
+    }
+    [joined(&low.0, Real::min), joined(&high.0, Real::max)]
 }
 
 /// Packs on their way together.
@@ -146,20 +156,28 @@ struct Packs<'a> {
     sight: &'a Sight,
     across: &'a [[f32; LANES]],
     up: &'a [[f32; LANES]],
+    /// Whether they, and each of them, fill a square, from its left upper corner to its right lower one.
+    fill_a_square: bool,
     /// None before something is met.
     packs: &'a mut Vec<Pack>,
     last: f32,
 }
 
 impl Packs<'_> {
+    /// That of some of the packs.
+    #[inline(always)]
+    fn beam(&self, across: &[[f32; LANES]], up: &[[f32; LANES]]) -> Beam {
+        let bounds = |packs| wider(extent(packs, self.fill_a_square), self.sight.reach);
+        self.search.aim.beam(bounds(across), bounds(up))
+    }
+
     #[inline(always)]
     fn begin(&mut self) {
-        let (Sight { beside, reach, .. }, CloudSearch { camera, aim, .. }) =
-            (self.sight, self.search);
+        let CloudSearch { camera, .. } = self.search;
         for (across, up) in self.across.iter().zip(self.up) {
             let ray = camera.ray(Lanes(*across), Lanes(*up));
-            let best = beside.nearest(&ray);
-            let beam = aim.beam(wider(extent(across), *reach), wider(extent(up), *reach));
+            let best = self.sight.beside.nearest(&ray);
+            let beam = self.beam(from_ref(across), from_ref(up));
             self.packs.push(Pack { ray, best, beam, last: farthest(&best.high()) });
         }
     }
@@ -207,6 +225,8 @@ fn wider([low, high]: [f32; 2], reach: f32) -> [f32; 2] {
 #[derive(Default)]
 pub struct CloudScratch {
     tile: Tile,
+    /// Whether its packs, and four of them together, fill squares.
+    fill_a_square: bool,
     /// The pixels of the tile, by their places among those of the rows.
     index: Vec<u32>,
     cut: Cut,
@@ -226,21 +246,15 @@ impl WithSimd for Find<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Find { search, sight, room: CloudScratch { tile, cut, walk, packs, .. } } = self;
+        let Find { search, sight, room } = self;
+        let CloudScratch { tile, fill_a_square, cut, walk, packs, .. } = room;
         let (across, up, ids) = tile.packs::<LANES>();
         let together = across.chunks(TOGETHER).zip(up.chunks(TOGETHER));
         for ((across, up), ids) in together.zip(ids.chunks_mut(TOGETHER)) {
-            let hull = |all: &[[f32; LANES]]| {
-                let mut hull = extent(&all[0]);
-                for pack in &all[1..] {
-                    let [low, high] = extent(pack);
-                    hull = [Real::min(hull[0], low), Real::max(hull[1], high)];
-                }
-                wider(hull, sight.reach)
-            };
-            let beam = search.aim.beam(hull(across), hull(up));
             packs.clear();
-            let mut seek = Packs { search, sight, across, up, packs, last: f32::BEYOND as f32 };
+            let (fill_a_square, last) = (*fill_a_square, f32::BEYOND as f32);
+            let mut seek = Packs { search, sight, across, up, fill_a_square, packs, last };
+            let beam = seek.beam(across, up);
             if !sight.beside.is_empty() {
                 seek.begin();
             }
@@ -258,19 +272,33 @@ impl WithSimd for Find<'_> {
     }
 }
 
-/// A square cuts the tree.
-struct MakeCut<'a> {
-    bvh: &'a Bvh,
-    beam: Beam,
-    cut: &'a mut Cut,
+/// A square cuts the tree, and its pixels are placed where it may see something.
+struct Begin<'a> {
+    search: &'a CloudSearch<'a>,
+    pixels: &'a Pixels,
+    corner: [u32; 2],
+    size: [u32; 2],
+    room: &'a mut CloudScratch,
 }
 
-impl WithSimd for MakeCut<'_> {
-    type Output = ();
+impl WithSimd for Begin<'_> {
+    /// Whether it may.
+    type Output = bool;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.cut.make(self.bvh, &self.beam);
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        let Begin { search, pixels, corner: [left, top], size: [columns, rows], room } = self;
+        let [(across, up), (right, bottom)] = [[left, top], [left + columns - 1, top + rows - 1]]
+            .map(|[x, y]| search.middle(pixels, x, y));
+        let reach = search.reach;
+        let beam = search.aim.beam(wider([across, right], reach), wider([bottom, up], reach));
+        room.cut.make(search.aim.bvh, &beam);
+        room.index.clear();
+        let may_see = !room.cut.nodes().is_empty() || !search.of_rays.beside.is_empty();
+        if may_see {
+            search.place(pixels, [left, top], [columns, rows], room);
+        }
+        may_see
     }
 }
 
@@ -368,19 +396,12 @@ impl<'a> CloudSearch<'a> {
         room: &mut CloudScratch,
     ) {
         let ([left, top], [columns, rows], width) = (corner, size, pixels.width as usize);
-        let [(across, up), (right, bottom)] = [[left, top], [left + columns - 1, top + rows - 1]]
-            .map(|[x, y]| self.middle(pixels, x, y));
-        let reach = self.reach;
-        let beam = self.aim.beam(wider([across, right], reach), wider([bottom, up], reach));
-        dispatch(MakeCut { bvh: self.aim.bvh, beam, cut: &mut room.cut });
-        room.index.clear();
-        if room.cut.nodes().is_empty() && self.of_rays.beside.is_empty() {
+        if !dispatch(Begin { search: self, pixels, corner, size, room }) {
             for row in whole.chunks_mut(width).skip(top as usize).take(rows as usize) {
                 row[left as usize..][..columns as usize].fill(0);
             }
             return;
         }
-        self.place(pixels, corner, size, room);
         let sight = match of_pixels {
             Some(of_pixels) => of_pixels,
             None if self.n == 1 => &self.of_rays,
@@ -411,6 +432,7 @@ impl<'a> CloudSearch<'a> {
     }
 
     /// Puts the pixels of a square into the tile, pack by pack.
+    #[inline(always)]
     fn place(
         &self,
         pixels: &Pixels,
@@ -418,6 +440,7 @@ impl<'a> CloudSearch<'a> {
         [columns, rows]: [u32; 2],
         room: &mut CloudScratch,
     ) {
+        room.fill_a_square = [columns, rows].iter().all(|side| side % (2 * SIDE) == 0);
         let CloudScratch { tile, index, .. } = room;
         let (width, step) = (pixels.width, 2.0 * self.n as f32);
         // In rows, which are written quickly; or in Morton order, so that four pixels with their samples are a square, too.
@@ -446,18 +469,17 @@ impl<'a> CloudSearch<'a> {
                         i[k] = across + step * column as f32;
                         j[k] = up - step * row as f32;
                     }
-                    let mut n = LANES;
-                    if n_columns < SIDE || n_rows < SIDE {
-                        n = 0;
-                        for k in 0..LANES {
-                            if in_order[0][k] < n_columns && in_order[1][k] < n_rows {
-                                (places[n], i[n], j[n]) = (places[k], i[k], j[k]);
-                                n += 1;
-                            }
+                    if n_columns == SIDE && n_rows == SIDE {
+                        index.extend_from_slice(&places);
+                        tile.extend(&i, &j);
+                        continue;
+                    }
+                    for k in 0..LANES {
+                        if in_order[0][k] < n_columns && in_order[1][k] < n_rows {
+                            index.push(places[k]);
+                            tile.extend(&[i[k]], &[j[k]]);
                         }
                     }
-                    index.extend_from_slice(&places[..n]);
-                    tile.extend(&i[..n], &j[..n]);
                 }
             }
         }
@@ -473,6 +495,7 @@ impl<'a> CloudSearch<'a> {
         ids: &mut Vec<u32>,
     ) {
         room.tile.take_samples(pixels, self.n, &room.index);
+        room.fill_a_square = false;
         dispatch(Find { search: self, sight: &self.of_rays, room });
         let n_each = (self.n * self.n) as usize;
         for (&at, seen) in room.index.iter().zip(room.tile.ids.chunks_exact(n_each)) {

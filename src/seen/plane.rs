@@ -73,6 +73,7 @@ impl PlaneSeen<f64> {
 
 impl<R: Real<One = f64>> PlaneSeen<R> {
     /// A plane whose point is at `l` from the eyes' reference points.
+    #[inline(always)]
     pub fn of<F: Float>(plane: &Plane, l: V3<R>, eye: &Eye) -> PlaneSeen<R> {
         let normal = Scaled::new(plane.normal).rounded();
         let distance = length_bounds(l) + R::lit(eye.spread);

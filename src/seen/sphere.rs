@@ -116,7 +116,7 @@ impl<R: Real<One = f64>> SphereLeaf<R> {
             false => R::select(is_outside, lit(F::BEYOND), lit(0.0)),
         };
         SphereLeaf {
-            center: V3(center.0.map(|x| or(x, 0.0))),
+            center: center.map(|x| or(x, 0.0)),
             inner2: or(inner2, -1.0),
             // Of a ray that starts within the spread `m` and `|k|` are at most far².
             outer2: or(outer2, 2.0 * far * far),
