@@ -12,16 +12,27 @@ use crate::plain::Shown;
 use crate::scene::places::quoted;
 use crate::scene::schema::{ColumnKeys, Section};
 use crate::scene::{Color, Sphere};
-use crate::words::{cut, did_you_mean, joined};
+use crate::words::{cut, did_you_mean};
 
-/// What a column may be: the place of its key in [`ColumnKeys`].
-type Part = usize;
+/// What a column may be: the place of its key in [`ColumnKeys`]. What spheres are coloured by is in the places of
+/// their colours.
+pub(super) type Part = usize;
 
 const X: Part = 0;
 const RADIUS: Part = 3;
 const DIAMETER: Part = 4;
-const RED: Part = 5;
+pub(super) const RED: Part = 5;
 const ELEMENT: Part = 8;
+
+/// Puts the number of a part in its place.
+pub(super) fn put(part: Part, number: f64, sphere: &mut Sphere, color: &mut Color) {
+    match part {
+        X..RADIUS => sphere.center[part] = number,
+        RADIUS => sphere.radius = number,
+        DIAMETER => sphere.radius = 0.5 * number,
+        _ => color.0[part - RED] = number,
+    }
+}
 
 /// What the scene says of each part: the name of its column, `None` in place of one where there is none.
 fn said(columns: &ColumnKeys) -> [Option<Option<&str>>; 9] {
@@ -44,35 +55,9 @@ pub(super) struct Header<'h> {
     pub has_places: bool,
 }
 
-/// What the number in a column becomes.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Target {
-    /// A coordinate of the centre.
-    Center(usize),
-    /// The radius.
-    Radius,
-    /// Twice the radius.
-    Diameter,
-    /// A channel of the colour.
-    Color(usize),
-    /// A part of what the colour is made from, the length of a vector where there are several.
-    ColorBy(usize),
-}
-
-impl Target {
-    pub fn put(self, number: f64, sphere: &mut Sphere, color: &mut Color) {
-        match self {
-            Target::Center(axis) => sphere.center[axis] = number,
-            Target::Radius => sphere.radius = number,
-            Target::Diameter => sphere.radius = 0.5 * number,
-            Target::Color(part) | Target::ColorBy(part) => color.0[part] = number,
-        }
-    }
-}
-
 /// The columns that are read, by their places.
 pub(super) struct Layout {
-    pub targets: Vec<(usize, Target)>,
+    pub parts: Vec<(usize, Part)>,
     /// The element, where it gives the radius, the colour.
     pub element: Option<(usize, [bool; 2])>,
     /// What the file calls that which spheres are coloured by.
@@ -138,36 +123,29 @@ impl Layout {
         let color = finder.color()?;
         let radius = finder.radius(color)?;
         let color = color.filter(|_| keys.color_by.is_none());
-        let gives = [
-            radius.is_none() && !finder.denies(RADIUS),
-            color.is_none() && keys.color_by.is_none() && !finder.denies(RED),
-        ];
-        let element = finder.element()?.filter(|_| gives.contains(&true));
-        let (mut vector, mut color_by) = (Vec::new(), String::new());
+        let element = finder.element()?;
+        let (mut colors, mut color_by) =
+            (Vec::from(color.as_slice().as_flattened()), String::new());
         if let Some(name) = &keys.color_by {
-            vector = finder.color_by(name, center, radius)?;
-            color_by = match vector[..] {
+            colors = finder.color_by(name, center, radius)?;
+            color_by = match colors[..] {
                 [column] => header.names[column].clone(),
                 _ => name.clone(),
             };
         }
-        let numbered = |columns: &[usize], target: fn(usize) -> Target| {
-            let parts = columns.iter().enumerate();
-            parts.map(|(part, column)| (*column, target(part))).collect::<Vec<_>>()
+        let gives =
+            [radius.is_none() && !finder.denies(RADIUS), colors.is_empty() && !finder.denies(RED)];
+        let element = element.filter(|_| gives.contains(&true));
+        let numbered = |columns: &[usize], first: Part| {
+            columns.iter().copied().zip(first..).collect::<Vec<_>>()
         };
-        let targets = [
-            numbered(&center, Target::Center),
-            Vec::from_iter(radius),
-            numbered(color.as_slice().as_flattened(), Target::Color),
-            numbered(&vector, Target::ColorBy),
-        ];
         Ok(Layout {
-            targets: targets.concat(),
+            parts: [numbered(&center, X), Vec::from_iter(radius), numbered(&colors, RED)].concat(),
             element: element.map(|column| (column, gives)),
             color_by,
             has_radius: radius.is_some() || element.is_some() && gives[0],
             has_colors: color.is_some(),
-            has_vector: vector.len() > 1,
+            has_vector: color.is_none() && colors.len() > 1,
         })
     }
 }
@@ -222,13 +200,10 @@ impl Finder<'_> {
     }
 
     fn unknown(&self, span: Range<usize>, name: &str) -> Error {
-        let names = || self.header.names.iter().map(String::as_str);
-        let known = names().chain(self.plain.iter().map(String::as_str));
-        let hint = match did_you_mean(known, name) {
-            Some(near) => format!("did you mean {:?}? ", quoted(near)),
-            None => String::new(),
-        };
-        let all = joined(names(), ", ");
+        let known = self.header.names.iter().chain(&self.plain).map(String::as_str);
+        let hint = did_you_mean(known, name)
+            .map_or(String::new(), |near| format!("did you mean {:?}? ", quoted(near)));
+        let all = self.header.names.join(", ");
         let found = format!("{} has no column {:?}", self.header.what, quoted(name));
         let help = format!("{hint}its columns are {}", cut(&all, 300).shown());
         self.source.wrong_at(span, found, help)
@@ -243,8 +218,8 @@ impl Finder<'_> {
     /// Three columns from this part on: those that the scene names, and the others by these names.
     fn three(&self, first: Part, names: &[&str; 3]) -> Result<[usize; 3]> {
         let mut columns = [0; 3];
-        for ((column, part), name) in columns.iter_mut().zip(first..).zip(names) {
-            *column = match self.named(part)? {
+        for (axis, name) in names.iter().enumerate() {
+            columns[axis] = match self.named(first + axis)? {
                 Some(column) => column,
                 None => self.find(name)?.ok_or_else(|| {
                     let found = self.header.names.join(", ").to_lowercase();
@@ -285,28 +260,25 @@ impl Finder<'_> {
     }
 
     /// The radius or the diameter.
-    fn radius(&self, color: Option<[usize; 3]>) -> Result<Option<(usize, Target)>> {
+    fn radius(&self, color: Option<[usize; 3]>) -> Result<Option<(usize, Part)>> {
         if self.denies(RADIUS) {
             return Ok(None);
         }
-        let of = |target| move |column| (column, target);
         match [self.named(RADIUS)?, self.named(DIAMETER)?] {
             [Some(_), Some(_)] => {
                 let message = "both a radius and a diameter are named under `columns`";
                 return Err(self.source.wrong(message, "name the one that is to be used"));
             }
+            [Some(column), None] => return Ok(Some((column, RADIUS))),
+            [None, Some(column)] => return Ok(Some((column, DIAMETER))),
             [None, None] => {}
-            [radius, diameter] => {
-                let diameter = diameter.map(of(Target::Diameter));
-                return Ok(radius.map(of(Target::Radius)).or(diameter));
-            }
         }
         let is_red = |column: &usize| color.is_some_and(|color| color.contains(column));
-        for (names, target) in [(&RADII[..], Target::Radius), (&DIAMETERS, Target::Diameter)] {
+        for (names, part) in [(&RADII[..], RADIUS), (&DIAMETERS, DIAMETER)] {
             let found = names.iter().map(|name| self.find(name)).collect::<Result<Vec<_>>>()?;
             let mut found = found.into_iter().flatten().filter(|column| !is_red(column));
             let (Some(column), other) = (found.next(), found.next()) else { continue };
-            let Some(other) = other else { return Ok(Some((column, target))) };
+            let Some(other) = other else { return Ok(Some((column, part))) };
             let [one, other] = [column, other].map(|column| quoted(&self.header.names[column]));
             return Err(self.source.wrong(
                 format!("both of the columns {one:?} and {other:?} may be the radius"),
@@ -341,7 +313,7 @@ impl Finder<'_> {
         &self,
         name: &str,
         center: [usize; 3],
-        radius: Option<(usize, Target)>,
+        radius: Option<(usize, Part)>,
     ) -> Result<Vec<usize>> {
         let (found, span) = (self.called(name)?, self.source.span("color_by"));
         match (found.len(), name, radius) {
@@ -351,7 +323,7 @@ impl Finder<'_> {
             (0, "x", _) => Ok(vec![center[0]]),
             (0, "y", _) => Ok(vec![center[1]]),
             (0, "z", _) => Ok(vec![center[2]]),
-            (0, "radius", Some((column, Target::Radius))) => Ok(vec![column]),
+            (0, "radius", Some((column, RADIUS))) => Ok(vec![column]),
             _ => Err(self.unknown(span, name)),
         }
     }

@@ -1,6 +1,6 @@
 //! Clouds in NumPy's format: tables of floats, and structured arrays.
 
-use super::columns::{Header, Layout, Target};
+use super::columns::{Header, Layout, Part, RED, put};
 use super::{CloudFile, Reading};
 use crate::error::{Error, Result};
 use crate::npy::{self, Array, Cell};
@@ -49,14 +49,12 @@ pub(super) fn read(cloud: &mut Reading) -> Result<Layout> {
         return Err(source.wrong("arrays have no elements", "remove `element` from `columns`"));
     }
     let sphere = cloud.template(&layout)?;
-    let is_byte = |(column, target): &(usize, Target)| {
-        !matches!(target, Target::Color(_)) || cells[*column].is_byte()
-    };
     if let Some(colors) = &mut cloud.file_colors {
-        colors.are_bytes = layout.targets.iter().all(is_byte);
+        let is_byte = |(column, part): &(usize, Part)| *part < RED || cells[*column].is_byte();
+        colors.are_bytes = layout.parts.iter().all(is_byte);
     }
-    let is_no_number = |(column, _): &&(usize, Target)| cells[*column].kind.is_none();
-    if let Some(&(column, _)) = layout.targets.iter().find(is_no_number) {
+    let is_no_number = |(column, _): &&(usize, Part)| cells[*column].kind.is_none();
+    if let Some(&(column, _)) = layout.parts.iter().find(is_no_number) {
         let (name, of_type) = (&names[column], &cells[column].type_name);
         return Err(source.wrong(
             format!("the field {name:?} has the type {of_type}"),
@@ -70,9 +68,9 @@ pub(super) fn read(cloud: &mut Reading) -> Result<Layout> {
     cloud.colors.resize(n_colors, Color::default());
     let (spheres, colors) = (&mut cloud.spheres, &mut cloud.colors);
     // A value and not a row at a time: in Fortran order, a column comes first.
-    let read = rows.read(&layout.targets, |row, target, value| {
+    let read = rows.read(&layout.parts, |row, part, value| {
         let color = colors.get_mut(row);
-        target.put(value, &mut spheres[row], color.unwrap_or(&mut Color::default()));
+        put(part, value, &mut spheres[row], color.unwrap_or(&mut Color::default()));
     });
     read.map_err(|error| of_file(source, error))?;
     for row in 0..cloud.spheres.len() {

@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Read};
 use std::ops::Range;
 
-use super::columns::{Header, Layout, Target};
+use super::columns::{Header, Layout, RED, put};
 use super::elements::Elements;
 use super::{CloudFile, Problem, Reading, Watched};
 use crate::error::{Error, Result};
@@ -290,9 +290,9 @@ impl Rows<'_> {
     /// it is coloured by.
     fn sphere<'r>(&mut self, cell: impl Fn(usize) -> &'r [u8]) -> Result<(Sphere, Color), Problem> {
         let (mut sphere, mut color) = (self.sphere, Color::default());
-        for &(column, target) in &self.layout.targets {
+        for &(column, part) in &self.layout.parts {
             let cell = cell(column);
-            let is_nan = || matches!(target, Target::ColorBy(_)) && is_missing(cell);
+            let is_nan = || part >= RED && !self.layout.has_colors && is_missing(cell);
             let number = number(cell, self.head.separator != b',', &mut self.has_commas);
             let number = number.or_else(|| is_nan().then_some(f64::NAN));
             let mut number = number.ok_or_else(|| {
@@ -302,7 +302,7 @@ impl Rows<'_> {
             if let Some((_, [low, high])) = self.head.scaled.iter().find(|(of, _)| *of == column) {
                 number = low + number * (high - low);
             }
-            target.put(number, &mut sphere, &mut color);
+            put(part, number, &mut sphere, &mut color);
         }
         if let Some((column, [gives_radius, gives_color])) = self.layout.element {
             let symbol = String::from_utf8_lossy(cell(column));
