@@ -102,23 +102,13 @@ pub(crate) fn header(descr: &str, shape: &[u64]) -> Vec<u8> {
     [&b"\x93NUMPY\x01\x00"[..], &(n_bytes as u16).to_le_bytes(), text.as_bytes()].concat()
 }
 
-/// An array in a file whose header is read.
+/// An array in a file whose header is read. That of a table has the numbers of a row as cells, in their order.
 pub(crate) struct Array<R: Read> {
     /// What the file says of it.
     pub header: Header,
     n_data_bytes: Option<u64>,
     path: PathBuf,
     reader: BufReader<R>,
-}
-
-/// A table in a file: rows of numbers, which are the cells of its array's header.
-pub(crate) struct Rows<R: Read> {
-    /// Rows.
-    pub n_rows: usize,
-    /// The file, whose header has the numbers of a row as cells, in their order.
-    pub array: Array<R>,
-    /// Bytes of a row, or of a number where each column stands by itself.
-    n_bytes_at_once: usize,
 }
 
 /// Bytes that are read at once.
@@ -184,12 +174,12 @@ impl<R: Read> Array<R> {
         }
     }
 
-    /// A table of floats with an allowed number of columns, C or Fortran order, either byte order.
+    /// The table of floats with an allowed number of columns, C or Fortran order, either byte order.
     /// `expected` is for messages.
     ///
     /// # Errors
     /// [`Error::Input`] for any other array.
-    pub fn floats(mut self, is_allowed: impl Fn(u64) -> bool, expected: &str) -> Result<Rows<R>> {
+    pub fn floats(mut self, is_allowed: impl Fn(u64) -> bool, expected: &str) -> Result<Array<R>> {
         let wrong = |found: String| self.wrong(format!("{found}; expected {expected}"));
         let Header { cells, shape, is_structured, is_fortran, .. } = &self.header;
         let cell = match &cells[..] {
@@ -209,48 +199,51 @@ impl<R: Read> Array<R> {
         // No more than were allowed.
         let cells = (0..n_columns as usize).map(|i| Cell { offset: offset(i), ..cell.clone() });
         self.header.cells = cells.collect();
-        let n_rows = usize::try_from(n_rows).unwrap_or(usize::MAX);
-        Ok(Rows { n_rows, array: self, n_bytes_at_once })
+        // Of Fortran order, each column stands by itself.
+        self.header.element_bytes = Some(n_bytes_at_once);
+        Ok(self)
     }
 
-    /// The records of a structured array.
+    /// The table whose rows are the records of a structured array.
     ///
     /// # Errors
     /// [`Error::Input`] for one of several dimensions, and for fields without a fixed length.
-    pub fn records(mut self) -> Result<Rows<R>> {
+    pub fn records(mut self) -> Result<Array<R>> {
         let &[n_rows] = &self.header.shape[..] else {
             let n_axes = self.header.shape.len();
             let message = format!("it has {n_axes} dimensions; a structured array has one, (N,)");
             return Err(self.wrong(message));
         };
-        let n_bytes_at_once = self.element_bytes()?;
-        self.data_bytes(n_rows, n_bytes_at_once as u128)?;
+        self.data_bytes(n_rows, self.element_bytes()? as u128)?;
         self.header.is_fortran = false;
-        let n_rows = usize::try_from(n_rows).unwrap_or(usize::MAX);
-        Ok(Rows { n_rows, array: self, n_bytes_at_once })
+        Ok(self)
     }
-}
 
-impl<R: Read> Rows<R> {
-    /// Room for one `T` a row.
+    /// Rows of a table.
+    pub fn n_rows(&self) -> usize {
+        self.header.shape.first().map_or(0, |&n| usize::try_from(n).unwrap_or(usize::MAX))
+    }
+
+    /// Room for one `T` a row of a table.
     ///
     /// # Errors
     /// [`Error::TooLarge`] when there is none.
     pub fn rows_of<T: Clone>(&self, zero: T) -> Result<Vec<T>> {
         // Of a pipe, the header alone says how much there is, and it may say anything.
-        let n_bytes = (self.n_rows as u64).saturating_mul(size_of::<T>() as u64);
-        let what = format!("{}: reading {} rows", self.array.path.shown(), self.n_rows);
+        let n_rows = self.n_rows();
+        let n_bytes = (n_rows as u64).saturating_mul(size_of::<T>() as u64);
+        let what = format!("{}: reading {n_rows} rows", self.path.shown());
         memory::require(&what, n_bytes, "give them in parts")?;
         let mut rows = Vec::new();
-        rows.try_reserve_exact(self.n_rows).map_err(|_| {
+        rows.try_reserve_exact(n_rows).map_err(|_| {
             Error::TooLarge(format!("{what} needs more memory than there is; give them in parts"))
         })?;
-        rows.resize(self.n_rows, zero);
+        rows.resize(n_rows, zero);
         Ok(rows)
     }
 
-    /// Reads all rows and gives `put` the number of each `wanted` cell, with its row and what stands beside the
-    /// cell, in the order of the file.
+    /// Reads all rows of a table and gives `put` the number of each `wanted` cell, with its row and what stands
+    /// beside the cell, in the order of the file.
     ///
     /// # Errors
     /// [`Error::Io`]; [`Error::Input`] when the file ends too early.
@@ -259,27 +252,22 @@ impl<R: Read> Rows<R> {
         wanted: &[(usize, T)],
         mut put: impl FnMut(usize, T, f64),
     ) -> Result<()> {
-        let Header { cells: all, is_fortran, .. } = &self.array.header;
-        let cells_of = |is_in: &dyn Fn(usize) -> bool| -> Vec<(Cell, T)> {
-            let wanted = wanted.iter().filter(|(column, _)| is_in(*column));
-            wanted.map(|(column, what)| (all[*column].clone(), *what)).collect()
-        };
-        let passes = if *is_fortran {
-            (0..all.len()).map(|i| cells_of(&|column| column == i)).collect()
-        } else {
-            vec![cells_of(&|_| true)]
-        };
-        let mut bytes = vec![0; self.n_bytes_at_once];
-        for cells in passes {
-            for row in 0..self.n_rows {
-                self.array.reader.read_exact(&mut bytes).map_err(|error| match error.kind() {
+        let Header { cells, is_fortran, .. } = &self.header;
+        let mut bytes = vec![0; self.element_bytes()?];
+        let n_passes = if *is_fortran { cells.len() } else { 1 };
+        for pass in 0..n_passes {
+            let is_here = |(column, _): &&(usize, T)| !is_fortran || *column == pass;
+            let here = wanted.iter().filter(is_here);
+            let here: Vec<_> = here.map(|(column, what)| (&cells[*column], *what)).collect();
+            for row in 0..self.n_rows() {
+                self.reader.read_exact(&mut bytes).map_err(|error| match error.kind() {
                     io::ErrorKind::UnexpectedEof => {
-                        self.array.wrong(format!("the file ends before row {row} is whole"))
+                        self.wrong(format!("the file ends before row {row} is whole"))
                     }
-                    _ => Error::io(&self.array.path)(error),
+                    _ => Error::io(&self.path)(error),
                 })?;
-                for (cell, what) in &cells {
-                    put(row, *what, cell.to_f64(&bytes));
+                for &(cell, what) in &here {
+                    put(row, what, cell.to_f64(&bytes));
                 }
             }
         }

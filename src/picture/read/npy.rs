@@ -44,19 +44,16 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
     } else {
         [n_columns * n_inner, n_inner, 1]
     };
-    let channel = |cell: &Cell, inner: usize, name: String| {
+    let channel = |(cell, inner): (&Cell, usize)| {
         let first = inner * strides[2];
         let places = (0..n_rows)
             .flat_map(|row| (0..n_columns).map(move |x| row * strides[0] + x * strides[1] + first));
         let bits = places.map(|place| cell.bits(&data[place * n_record_bytes..]));
-        Some(Channel { name, samples: samples(cell, bits)? })
+        Some(Channel { name: name(cell, inner, n_inner), samples: samples(cell, bits)? })
     };
-    let channels: Option<Vec<_>> = if is_record {
-        cells.iter().map(|cell| channel(cell, 0, field_name(cell))).collect()
-    } else {
-        (0..n_inner).map(|i| channel(&cells[0], i, plain_name(i, n_inner))).collect()
-    };
-    let channels = channels.ok_or(not_numbers)?;
+    // Either there is one cell, or one inner place.
+    let inner_cells = cells.iter().flat_map(|cell| (0..n_inner).map(move |inner| (cell, inner)));
+    let channels = inner_cells.map(channel).collect::<Option<Vec<_>>>().ok_or(not_numbers)?;
     Ok(Image {
         format: "NPY",
         width: n_columns,
@@ -68,24 +65,19 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
     })
 }
 
-/// Channels of an array without fields: of three or four, they may be colours.
-fn plain_name(i: usize, n: usize) -> String {
-    match n {
-        1 => "value".into(),
-        3 | 4 => ["R", "G", "B", "A"][i].into(),
-        _ => format!("value.{i}"),
-    }
-}
-
-/// The names of this program's fields, as its OpenEXR files have them.
-fn field_name(cell: &Cell) -> String {
+/// The name of a channel: of this program's fields, as its OpenEXR files have it; in an array without fields, three or
+/// four channels may be colours.
+fn name(cell: &Cell, inner: usize, n_inner: usize) -> String {
     match (cell.field.as_str(), cell.element) {
+        ("", _) if n_inner == 1 => "value".into(),
+        ("", _) if matches!(n_inner, 3 | 4) => ["R", "G", "B", "A"][inner].into(),
+        ("", _) => format!("value.{inner}"),
         ("t", None) => "Z".into(),
         ("a", None) => "A".into(),
         ("normal", Some(i @ 0..3)) => format!("N.{}", ["X", "Y", "Z"][i]),
         ("rgb", Some(i @ 0..3)) => ["R", "G", "B"][i].into(),
-        (name, None) => name.into(),
-        (name, Some(i)) => format!("{name}.{i}"),
+        (field, None) => field.into(),
+        (field, Some(i)) => format!("{field}.{i}"),
     }
 }
 

@@ -31,8 +31,8 @@ pub(super) fn read(cloud: &mut Reading) -> Result<Layout> {
             (false, false) => array.floats(|n| COLUMNS.contains(&n), UNNAMED),
         }
     };
-    let rows = open().map_err(|error| of_file(source, error))?;
-    let npy::Header { cells, is_structured, .. } = &rows.array.header;
+    let array = open().map_err(|error| of_file(source, error))?;
+    let npy::Header { cells, is_structured, .. } = &array.header;
 
     let n = cells.len();
     // Of more columns than need no names, none is a radius or a colour.
@@ -62,18 +62,19 @@ pub(super) fn read(cloud: &mut Reading) -> Result<Layout> {
         ));
     }
 
-    cloud.reserve(rows.n_rows)?;
-    let n_colors = if cloud.color.is_none() { rows.n_rows } else { 0 };
-    cloud.spheres.resize(rows.n_rows, sphere);
+    let n_rows = array.n_rows();
+    cloud.reserve(n_rows)?;
+    let n_colors = if cloud.color.is_none() { n_rows } else { 0 };
+    cloud.spheres.resize(n_rows, sphere);
     cloud.colors.resize(n_colors, Color::default());
     let (spheres, colors) = (&mut cloud.spheres, &mut cloud.colors);
     // A value and not a row at a time: in Fortran order, a column comes first.
-    let read = rows.read(&layout.parts, |row, part, value| {
+    let read = array.read(&layout.parts, |row, part, value| {
         let color = colors.get_mut(row);
         put(part, value, &mut spheres[row], color.unwrap_or(&mut Color::default()));
     });
     read.map_err(|error| of_file(source, error))?;
-    for row in 0..cloud.spheres.len() {
+    for row in 0..n_rows {
         let color = cloud.colors.get(row).copied().unwrap_or_default();
         cloud.check(cloud.spheres[row], color, || format!("row {row} (counted from 0)"))?;
     }
