@@ -10,13 +10,13 @@ use glam::DVec3;
 
 use super::clouds::is_cloud_file;
 use super::document::{
-    OF_DATA, SIZE, SceneDocument, file_of, folder_of, seen_from, set_file, usual,
+    OF_DATA, SIZE, SceneDocument, file_of, folder_of, lay, seen_from, set_file, usual,
 };
 use super::framing::bounds;
 use super::neighbours::usual_radius;
 use super::open::Reader;
 use super::overrides::usual_up;
-use super::schema::{CloudKeys, ImageKeys};
+use super::schema::{CameraKeys, CloudKeys, ImageKeys};
 use super::{Camera, Framing, MAX_SIDE, Scene, SceneOverrides};
 use crate::control::Control;
 use crate::error::{Error, Result, SceneError};
@@ -89,7 +89,7 @@ fn compose(reader: Reader, path: &Path, overrides: &SceneOverrides) -> Result<Co
     if lacks_camera || overrides.frame() {
         let camera = place_camera(&scene, overrides, path, reader.control)?;
         let mut document = SceneDocument::new(&text, path)?;
-        document.set_camera(&camera);
+        document.set("camera", &CameraKeys::from(&camera));
         text = document.text();
         if !of_data && scene.camera.is_none() {
             notes.push(format!(
@@ -117,7 +117,9 @@ impl Composed {
     /// text.
     pub fn text(&self, place: Option<&Path>) -> Result<String> {
         let mut document = SceneDocument::new(&self.text, &self.path)?;
-        document.set_image(&self.image);
+        if self.image != ImageKeys::default() {
+            document.set("image", &self.image);
+        }
         let here = folder_of(&self.path)?;
         for cloud in document.clouds() {
             let Some(name) = file_of(cloud) else { continue };
@@ -187,7 +189,7 @@ fn choose(
         *radius = with_three_digits(usual_radius(&scene.spheres));
         scene.spheres.iter_mut().for_each(|sphere| sphere.radius = *radius);
     }
-    document.set_of_cloud(&chosen);
+    document.clouds().into_iter().for_each(|cloud| lay(cloud, &chosen));
     let radius = chosen.radius?;
     Some(format!(
         "the data have no radius: each sphere gets {radius:?}, half the median distance between \

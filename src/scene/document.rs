@@ -95,8 +95,9 @@ impl SceneDocument {
         if of_data {
             let name = path.file_name().map(PathBuf::from).unwrap_or_default();
             self.clouds().into_iter().try_for_each(|cloud| set_file(cloud, &name))?;
-            self.set_image(&ImageKeys::new(Some(SIZE), Some(SAMPLES)));
-            self.set_image(&ImageKeys::new(options.size, options.samples));
+            let (size, samples) =
+                (options.size.unwrap_or(SIZE), options.samples.unwrap_or(SAMPLES));
+            self.set("image", &ImageKeys::new(Some(size), Some(samples)));
         }
         self.apply_to_camera(options, of_data)?;
         let top = SceneKeys {
@@ -125,12 +126,12 @@ impl SceneDocument {
         }
         let CameraKeys { position, look_at, up, .. } = options.camera;
         if !of_data && self.document.contains_key("camera") {
-            // Reading tells where it is no table.
-            self.table("camera").into_iter().for_each(|camera| lay(camera, &options.camera));
+            self.set("camera", &options.camera);
         } else if let (Some(position), Some(look_at)) = (position, look_at) {
             let up = up.unwrap_or_else(|| usual_up(position - look_at, DVec3::Y));
             let projection = options.projection(None);
-            self.set_camera(&Camera { position, look_at, up, projection }.check()?);
+            let camera = Camera { position, look_at, up, projection }.check()?;
+            self.set("camera", &CameraKeys::from(&camera));
         }
         Ok(())
     }
@@ -158,22 +159,10 @@ impl SceneDocument {
         Ok(())
     }
 
-    /// Writes all of a camera.
-    pub(super) fn set_camera(&mut self, camera: &Camera) {
-        self.table("camera").into_iter().for_each(|table| lay(table, &CameraKeys::from(camera)));
-    }
-
-    /// Writes the picture's columns and rows, and the samples across and down a pixel.
-    pub(super) fn set_image(&mut self, keys: &ImageKeys) {
-        if *keys != ImageKeys::default() {
-            self.table("image").into_iter().for_each(|image| lay(image, keys));
-        }
-    }
-
-    /// The table with this name, made where there is none. `None` for what is no table: reading it tells.
-    fn table(&mut self, key: &str) -> Option<&mut dyn TableLike> {
-        let item = self.document.entry(key).or_insert(Item::Table(Table::new()));
-        item.as_table_like_mut()
+    /// Writes keys into the table with this name, made where there is none. Of what is no table, reading tells.
+    pub(super) fn set(&mut self, name: &str, keys: &impl Section) {
+        let item = self.document.entry(name).or_insert(Item::Table(Table::new()));
+        item.as_table_like_mut().into_iter().for_each(|table| lay(table, keys));
     }
 
     /// All clouds, which stand under headers or in a list.
@@ -191,11 +180,6 @@ impl SceneDocument {
         }
     }
 
-    /// Writes keys of the first cloud.
-    pub(super) fn set_of_cloud(&mut self, keys: &CloudKeys) {
-        self.clouds().into_iter().take(1).for_each(|cloud| lay(cloud, keys));
-    }
-
     /// Puts a table or tables in the place of those with this name.
     fn replace(&mut self, key: &str, new: Option<Item>) {
         match new {
@@ -206,7 +190,7 @@ impl SceneDocument {
 }
 
 /// Writes keys into a table: the spaces and the comments beside them stay, and what they exclude goes.
-fn lay<S: Section>(table: &mut dyn TableLike, keys: &S) {
+pub(super) fn lay<S: Section>(table: &mut dyn TableLike, keys: &S) {
     keys.each(&mut |key, value| {
         let text = value.toml();
         for (one, other, _) in S::INFO.exclusive {
