@@ -16,8 +16,7 @@ use crate::output::OutputFile;
 use crate::random::SplitMix;
 use crate::scene::schema::{CloudKeys, SceneKeys};
 use crate::scene::{
-    Camera, CloudRow, Color, MAX_OBJECTS, Projection, Scene, Sphere, Spheres, in_utf8, seen_from,
-    write_rows,
+    Camera, Color, MAX_OBJECTS, Projection, Scene, Sphere, Spheres, in_utf8, seen_from, write_rows,
 };
 
 /// How the spheres lie in space. Colours follow the place, so that pictures can be read.
@@ -119,24 +118,24 @@ impl Recipe {
         let needed = 2 * self.count * (size_of::<Sphere>() + size_of::<Color>()) as u64;
         memory::require(format!("a cloud of {} spheres", self.count), needed, "generate fewer")?;
         let mut spheres = Spheres::default();
-        for (index, [x, y, z, radius, color @ ..]) in (0..self.count).zip(self.rows()) {
+        for (index, (sphere, color)) in (0..self.count).zip(self.rows()) {
             if index % (1 << 14) == 0 {
                 control.check()?;
             }
-            spheres.push(Sphere { center: DVec3::new(x, y, z), radius }, Color(color));
+            spheres.push(sphere, color);
         }
         Ok(Scene { camera: Some(self.camera()), spheres, ..Scene::default() })
     }
 
-    /// The rows, and perhaps more behind them.
-    fn rows(&self) -> Box<dyn Iterator<Item = CloudRow>> {
+    /// The spheres, and perhaps more behind them.
+    fn rows(&self) -> Box<dyn Iterator<Item = (Sphere, Color)>> {
         match self.distribution {
             Distribution::Uniform => {
-                let radius = UNIFORM_RADIUS / libm::cbrt(self.count as f64);
+                let radius = self.uniform_radius();
                 let mut random = SplitMix::new(self.seed);
                 Box::new(std::iter::repeat_with(move || {
                     let center = in_cube(&mut random);
-                    row(center, radius, color_of_place(2.0 * center))
+                    (Sphere { center, radius }, color_of_place(2.0 * center))
                 }))
             }
             Distribution::Lattice => {
@@ -147,13 +146,15 @@ impl Recipe {
         }
     }
 
+    fn uniform_radius(&self) -> f64 {
+        UNIFORM_RADIUS / libm::cbrt(self.count as f64)
+    }
+
     /// A distance from the origin that no sphere reaches beyond.
     fn reach(&self) -> f64 {
         let half_diagonal = 3f64.sqrt();
         match self.distribution {
-            Distribution::Uniform => {
-                0.5 * half_diagonal + UNIFORM_RADIUS / libm::cbrt(self.count as f64)
-            }
+            Distribution::Uniform => 0.5 * half_diagonal + self.uniform_radius(),
             Distribution::Lattice => (lattice_side(self.count) as f64 - 1.0) * half_diagonal + 1.0,
             // To a corner of the lowest layer; those above are nearer.
             Distribution::Packing => 2f64.sqrt() * (Heap::of(self).n_side as f64 - 1.0) + 2.0,
@@ -175,16 +176,12 @@ const FOV_DEGREES: f64 = 40.0;
 /// Radius of a sphere, as a part of the mean distance between neighbours N^(−1/3).
 const UNIFORM_RADIUS: f64 = 0.3;
 
-fn row(center: DVec3, radius: f64, [red, green, blue]: [f64; 3]) -> CloudRow {
-    [center.x, center.y, center.z, radius, red, green, blue]
-}
-
 /// A colour for a place in the cube from −1 to 1; nothing is too dark to be seen.
-fn color_of_place(place: DVec3) -> [f64; 3] {
-    place.to_array().map(|x| {
+fn color_of_place(place: DVec3) -> Color {
+    Color(place.to_array().map(|x| {
         let part = 0.5 + 0.5 * x;
         0.03 + 0.9 * part * part
-    })
+    }))
 }
 
 /// Evenly in the cube of side 1 about the origin.
@@ -200,12 +197,13 @@ fn lattice_side(count: u64) -> u64 {
 
 /// Neighbours are 2 apart, which is the sum of their radii, and the whole lattice lies about the
 /// origin. Every other sphere is darker, so that neighbours can be told apart.
-fn lattice_point(index: u64, n_side: u64) -> CloudRow {
+fn lattice_point(index: u64, n_side: u64) -> (Sphere, Color) {
     let steps = [index % n_side, index / n_side % n_side, index / (n_side * n_side)];
     let last = n_side as f64 - 1.0;
     let center = DVec3::from_array(steps.map(|step| 2.0 * step as f64 - last));
     let shade = if steps.iter().sum::<u64>() % 2 == 0 { 1.0 } else { 0.4 };
-    row(center, 1.0, color_of_place(center / last.max(1.0)).map(|part| shade * part))
+    let color = color_of_place(center / last.max(1.0)).0.map(|part| shade * part);
+    (Sphere { center, radius: 1.0 }, Color(color))
 }
 
 /// See [`Distribution::Packing`]; from below, row by row.
@@ -249,9 +247,9 @@ impl Heap {
 const HEAP_LAYERS: f64 = 8.0;
 
 impl Iterator for Heap {
-    type Item = CloudRow;
+    type Item = (Sphere, Color);
 
-    fn next(&mut self) -> Option<CloudRow> {
+    fn next(&mut self) -> Option<(Sphere, Color)> {
         loop {
             let n = (self.n_side - self.layer) as usize;
             if n == 0 {
@@ -262,17 +260,17 @@ impl Iterator for Heap {
                 self.layer += 1;
                 continue;
             }
-            let (row_index, column) = (self.own.len() / n, self.own.len() % n);
-            let is_there = self.is_held(row_index, column, n) && self.random.unit() >= GAPS;
+            let (row, column) = (self.own.len() / n, self.own.len() % n);
+            let is_there = self.is_held(row, column, n) && self.random.unit() >= GAPS;
             self.own.push(is_there);
             if is_there {
                 let place = |index: usize| 2.0 * index as f64 - (n as f64 - 1.0);
                 let height = 1.0 + 2f64.sqrt() * self.layer as f64;
-                let center = DVec3::new(place(column), height, place(row_index));
+                let center = DVec3::new(place(column), height, place(row));
                 // Between clay and sand.
                 let mix = self.random.unit();
                 let color = [0.5 + 0.35 * mix, 0.22 + 0.4 * mix, 0.12 + 0.3 * mix];
-                return Some(row(center, 1.0, color));
+                return Some((Sphere { center, radius: 1.0 }, Color(color)));
             }
         }
     }
@@ -294,7 +292,7 @@ mod tests {
             let farthest = recipe
                 .rows()
                 .take(recipe.count as usize)
-                .map(|[x, y, z, r, ..]| DVec3::new(x, y, z).length() + r)
+                .map(|(sphere, _)| sphere.center.length() + sphere.radius)
                 .fold(0.0, f64::max);
             let name = distribution.name();
             assert!(farthest <= reach, "{name}: {farthest} > {reach}");
@@ -320,8 +318,8 @@ mod tests {
             (Distribution::Packing, [0xc000000000000000, 0x3ff0000000000000, 0x3fd6288c2f3a163b]),
         ];
         for (distribution, bits) in known {
-            let last = recipe(distribution, 1000).rows().nth(999).unwrap();
-            let found = [last[0], last[3], last[6]].map(f64::to_bits);
+            let (sphere, color) = recipe(distribution, 1000).rows().nth(999).unwrap();
+            let found = [sphere.center.x, sphere.radius, color.0[2]].map(f64::to_bits);
             assert_eq!(found, bits, "{}: {found:x?}", distribution.name());
         }
     }

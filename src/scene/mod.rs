@@ -43,7 +43,7 @@ pub(crate) use open::Watched;
 pub use overrides::{SceneOverrides, Viewpoint};
 pub use read::{parse_scene, read_scene, read_scene_text};
 pub use samples::Samples;
-pub(crate) use save::{CloudRow, write_rows};
+pub(crate) use save::write_rows;
 pub use shipped::SHIPPED_SCENES;
 pub use spheres::{Sphere, Spheres};
 

@@ -4,8 +4,6 @@ use std::io::Write;
 use std::ops::Range;
 use std::path::Path;
 
-use glam::DVec3;
-
 use super::document::in_utf8;
 use super::schema::SceneKeys;
 use super::{Color, Scene, Sphere};
@@ -43,10 +41,7 @@ impl Scene {
             return output::commit([file], control);
         }
         let mut data = OutputFile::create(&cloud_path, false)?;
-        let rows = self.spheres[n_single..].iter().zip(self.spheres.colors().skip(n_single));
-        let rows = rows.map(|(Sphere { center: DVec3 { x, y, z }, radius }, Color([r, g, b]))| {
-            [*x, *y, *z, *radius, r, g, b]
-        });
+        let rows = self.spheres.iter().copied().zip(self.spheres.colors()).skip(n_single);
         write_rows(&mut data, self.spheres.len() - n_single, rows, control)?;
         output::commit([data, file], control)
     }
@@ -65,30 +60,32 @@ impl Scene {
     }
 }
 
-/// A row of a cloud: centre, radius, linear colour.
-pub(crate) type CloudRow = [f64; 7];
-
-/// Writes an `.npy` file of so many rows: x, y, z, radius and linear red, green, blue. `control` counts its bytes.
+/// Writes an `.npy` file of so many spheres: rows of x, y, z, radius and linear red, green, blue. `control` counts its
+/// bytes.
 ///
 /// # Errors
 /// [`Error::Io`]; [`Error::Interrupted`].
 pub(crate) fn write_rows(
     file: &mut OutputFile,
     n_rows: usize,
-    mut rows: impl Iterator<Item = CloudRow>,
+    mut rows: impl Iterator<Item = (Sphere, Color)>,
     control: &Control,
 ) -> Result<()> {
     let append = |part: Range<usize>, bytes: &mut Vec<u8>| {
-        for row in rows.by_ref().take(part.len()) {
+        for (Sphere { center, radius }, Color([red, green, blue])) in rows.by_ref().take(part.len())
+        {
+            let row = [center.x, center.y, center.z, radius, red, green, blue];
             bytes.extend(row.map(f64::to_le_bytes).as_flattened());
         }
     };
     let header = npy::header("'<f8'", &[n_rows as u64, 7]);
-    file.write_rows(header, n_rows, size_of::<CloudRow>(), append, control)
+    file.write_rows(header, n_rows, size_of::<(Sphere, Color)>(), append, control)
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::random::SplitMix;
     use crate::scene::{Camera, Light, Plane, Projection, Samples, Sky, Source, read_scene};
