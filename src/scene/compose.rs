@@ -17,7 +17,7 @@ use super::neighbours::usual_radius;
 use super::open::Reader;
 use super::overrides::usual_up;
 use super::schema::{CameraKeys, CloudKeys, ImageKeys};
-use super::{Camera, Framing, MAX_SIDE, Scene, SceneOverrides};
+use super::{Camera, Framing, MAX_SIDE, Scene, SceneOverrides, Viewpoint};
 use crate::control::Control;
 use crate::error::{Error, Result, SceneError};
 use crate::plain::Shown;
@@ -163,7 +163,7 @@ pub fn place_camera(
     }
     let from = match (overrides.view, of_scene) {
         (None, Some(camera)) => camera.position - camera.look_at,
-        (view, _) => view.unwrap_or_default().direction(above),
+        (view, _) => view.unwrap_or(Viewpoint::QUARTER).direction(above),
     };
     let framing = Framing {
         from,

@@ -38,68 +38,37 @@ pub struct SceneOverrides {
     pub cloud: CloudKeys,
 }
 
-/// A side that everything can be seen from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Viewpoint {
-    /// From the front, a little from the right and from above.
-    #[default]
-    Quarter,
-    /// From the corner between right, above and front: equal angles with all axes.
-    Iso,
-    /// From the end of the x axis.
-    X,
-    /// From the other end.
-    NegX,
-    /// From the end of the y axis.
-    Y,
-    /// From the other end.
-    NegY,
-    /// From the end of the z axis.
-    Z,
-    /// From the other end.
-    NegZ,
-}
+/// A side that everything can be seen from: its name, and the way from what is seen to the camera where y is up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viewpoint(&'static str, DVec3);
 
 impl Viewpoint {
-    /// All of them.
+    /// From the front, a little from the right and from above: the side where none is said.
+    pub const QUARTER: Viewpoint = Viewpoint("quarter", DVec3::new(1.0, 1.0, 2.0));
+
+    /// All of them: [`Viewpoint::QUARTER`], the corner between right, above and front, with equal angles with all axes,
+    /// and both ends of each axis.
     pub const ALL: [Viewpoint; 8] = [
-        Viewpoint::Quarter,
-        Viewpoint::Iso,
-        Viewpoint::X,
-        Viewpoint::NegX,
-        Viewpoint::Y,
-        Viewpoint::NegY,
-        Viewpoint::Z,
-        Viewpoint::NegZ,
+        Viewpoint::QUARTER,
+        Viewpoint("iso", DVec3::ONE),
+        Viewpoint("x", DVec3::X),
+        Viewpoint("-x", DVec3::NEG_X),
+        Viewpoint("y", DVec3::Y),
+        Viewpoint("-y", DVec3::NEG_Y),
+        Viewpoint("z", DVec3::Z),
+        Viewpoint("-z", DVec3::NEG_Z),
     ];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
-        self.name_and_direction().0
+        self.0
     }
 
     /// The way from what is seen to the camera. `up` says what is above for the two that are a little
     /// from above; then the axis that it is nearest to counts.
     pub fn direction(self, up: DVec3) -> DVec3 {
-        let (_, direction) = self.name_and_direction();
-        match self {
-            Viewpoint::Quarter | Viewpoint::Iso => with_up(direction, up),
-            _ => direction,
-        }
-    }
-
-    /// Where y is up.
-    fn name_and_direction(self) -> (&'static str, DVec3) {
-        match self {
-            Viewpoint::Quarter => ("quarter", DVec3::new(1.0, 1.0, 2.0)),
-            Viewpoint::Iso => ("iso", DVec3::ONE),
-            Viewpoint::X => ("x", DVec3::X),
-            Viewpoint::NegX => ("-x", DVec3::NEG_X),
-            Viewpoint::Y => ("y", DVec3::Y),
-            Viewpoint::NegY => ("-y", DVec3::NEG_Y),
-            Viewpoint::Z => ("z", DVec3::Z),
-            Viewpoint::NegZ => ("-z", DVec3::NEG_Z),
-        }
+        let Viewpoint(_, direction) = self;
+        if direction.min_element() > 0.0 { with_up(direction, up) } else { direction }
     }
 }
 
@@ -162,11 +131,12 @@ mod tests {
     #[test]
     fn what_is_above_is_seen_from_above() {
         for up in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z] {
-            for view in [Viewpoint::Quarter, Viewpoint::Iso] {
+            for view in &Viewpoint::ALL[..2] {
                 assert_eq!(view.direction(up).dot(up), 1.0, "{up} {view:?}");
             }
         }
-        assert_eq!(Viewpoint::Iso.direction(DVec3::Z), DVec3::new(1.0, -1.0, 1.0));
+        let [_, iso, ..] = Viewpoint::ALL;
+        assert_eq!(iso.direction(DVec3::Z), DVec3::new(1.0, -1.0, 1.0));
     }
 
     #[test]
