@@ -1,6 +1,7 @@
 //! The looks of an atom.
 
 use std::collections::HashMap;
+use std::sync::LazyLock;
 
 use crate::scene::Color;
 
@@ -14,22 +15,18 @@ pub(super) struct Element {
 }
 
 /// All elements with a known radius, by symbol.
-pub(super) struct Elements(HashMap<[u8; 2], Element>);
+static ELEMENTS: LazyLock<HashMap<[u8; 2], Element>> = LazyLock::new(|| {
+    let element = |line: &str| {
+        let [symbol, radius, color] = line.split(' ').collect::<Vec<_>>().try_into().ok()?;
+        let color = Color::from_hex(color)?;
+        Some((key(symbol)?, Element { radius: radius.parse().ok()?, color }))
+    };
+    TABLE.lines().filter_map(element).collect()
+});
 
-impl Elements {
-    pub fn new() -> Elements {
-        let element = |line: &str| {
-            let [symbol, radius, color] = line.split(' ').collect::<Vec<_>>().try_into().ok()?;
-            let color = Color::from_hex(color)?;
-            Some((key(symbol)?, Element { radius: radius.parse().ok()?, color }))
-        };
-        Elements(ELEMENTS.lines().filter_map(element).collect())
-    }
-
-    /// The element of a symbol in any case: `Cl`, `CL` and `cl` are chlorine.
-    pub fn get(&self, symbol: &str) -> Option<Element> {
-        self.0.get(&key(symbol)?).copied()
-    }
+/// The element of a symbol in any case: `Cl`, `CL` and `cl` are chlorine.
+pub(super) fn element(symbol: &str) -> Option<Element> {
+    ELEMENTS.get(&key(symbol)?).copied()
 }
 
 fn key(symbol: &str) -> Option<[u8; 2]> {
@@ -48,7 +45,7 @@ fn key(symbol: &str) -> Option<[u8; 2]> {
 /// hundredths for C, N and O, and by much more for metals.
 ///
 /// Colours: the CPK colours as Jmol extended them to all elements.
-const ELEMENTS: &str = include_str!("elements.txt");
+const TABLE: &str = include_str!("elements.txt");
 
 #[cfg(test)]
 mod tests {
@@ -56,9 +53,8 @@ mod tests {
 
     #[test]
     fn each_line_is_an_element_of_its_own() {
-        let elements = Elements::new();
-        assert_eq!((ELEMENTS.lines().count(), elements.0.len()), (93, 93));
-        let gold = elements.get("AU").unwrap();
+        assert_eq!((TABLE.lines().count(), ELEMENTS.len()), (93, 93));
+        let gold = element("AU").unwrap();
         assert_eq!((gold.radius, gold.color), (2.32, Color::from_srgb8([0xff, 0xd1, 0x23])));
     }
 }

@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::ops::Range;
 
 use super::columns::{Header, Layout, RED, put};
-use super::elements::Elements;
+use super::elements::element;
 use super::{CloudFile, Problem, Reading, Watched};
 use crate::error::{Error, Result};
 use crate::input::MAX_LINE_BYTES;
@@ -75,8 +75,7 @@ pub(super) fn read(cloud: &mut Reading, format: &TextFormat) -> Result<Layout> {
         Header { names, what: &head.what, help, has_elements: has_frames, has_places: false };
     let layout = Layout::find(source, &header)?;
     let sphere = cloud.template(&layout)?;
-    let (elements, has_commas) = (Elements::new(), false);
-    let mut rows = Rows { layout, sphere, elements, head: &head, has_commas, help: row_help };
+    let mut rows = Rows { layout, sphere, head: &head, has_commas: false, help: row_help };
 
     let mut n_read = 0;
     while n_read < head.n_rows.0 {
@@ -277,7 +276,6 @@ struct Rows<'h> {
     layout: Layout,
     /// What each is but for what its row says.
     sphere: Sphere,
-    elements: Elements,
     head: &'h Head,
     /// True once a comma stood in a number.
     has_commas: bool,
@@ -306,7 +304,7 @@ impl Rows<'_> {
         }
         if let Some((column, [gives_radius, gives_color])) = self.layout.element {
             let symbol = String::from_utf8_lossy(cell(column));
-            let element = self.elements.get(&symbol).ok_or_else(|| {
+            let element = element(&symbol).ok_or_else(|| {
                 let what = if gives_radius { "radius" } else { "colour" };
                 let found = format!("no {what} is known of an element {:?}", quoted(&symbol));
                 (found, UNKNOWN_ELEMENT)
