@@ -1,5 +1,6 @@
 //! The distance of neighbours in a cloud, for spheres whose radius nobody gave.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Sphere;
@@ -11,15 +12,12 @@ const N_ASKED: usize = 1001;
 /// other one, so that half of them touch or overlap a neighbour. Of many spheres, about a thousand are
 /// asked, evenly by their places in the file. 1 where there are no two places.
 pub(super) fn usual_radius(spheres: &[Sphere]) -> f64 {
-    let spread = |axis: usize| {
-        let places = spheres.iter().map(|sphere| sphere.center[axis]);
-        let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), place| {
-            (low.min(place), high.max(place))
-        });
-        high - low
-    };
-    let spreads = [spread(0), spread(1), spread(2)];
-    let axis = (0..3).max_by(|&a, &b| spreads[a].total_cmp(&spreads[b])).unwrap_or(0);
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for sphere in spheres {
+        (low, high) = (low.min(sphere.center), high.max(sphere.center));
+    }
+    let spread = high - low;
+    let axis = (0..3).max_by(|&a, &b| spread[a].total_cmp(&spread[b])).unwrap_or(0);
     let mut sorted: Vec<&Sphere> = spheres.iter().collect();
     sorted.par_sort_unstable_by(|a, b| a.center[axis].total_cmp(&b.center[axis]));
 

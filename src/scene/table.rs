@@ -50,9 +50,8 @@ pub(super) fn read_table<S: Section>(table: &DeTable, span: Range<usize>) -> Che
 
 /// The fault of a table that has none of these keys.
 pub(super) fn lacks<S: Section>(section: &S, names: &[&str]) -> Box<SceneError> {
-    let known = |name: &&str| S::INFO.keys.iter().find(|key| key.name == *name);
-    let keys: Vec<&Key> = names.iter().filter_map(known).collect();
-    let listed = |each: fn(&&Key) -> String| joined(keys.iter().map(each), " or ");
+    let keys = || S::INFO.keys.iter().filter(|key| names.contains(&key.name));
+    let listed = |each: fn(&Key) -> String| joined(keys().map(each), " or ");
     SceneError::new(
         section.span(""),
         format!(
