@@ -58,21 +58,19 @@ impl Framing {
         let (middle, size) = bounds(spheres)?;
         let step = Step::of(ROUNDING * size);
         let n_turns = self.n_turns.clamp(1, MOST_TURNS);
-        let directions: Vec<DVec3> =
-            (0..n_turns).map(|turn| turned(self.from, self.up, turn, n_turns)).collect();
         let look_at = match self.look_at {
             Some(look_at) => look_at,
-            None if directions.len() > 1 => step.near(middle),
+            None if n_turns > 1 => step.near(middle),
             None => step.near(middle + self.centred(spheres, middle, control)?),
         };
-        let fit = |&from: &DVec3| -> Result<[f64; 2]> {
+        let fit = |turn: u32| -> Result<[f64; 2]> {
             control.check()?;
-            let view = self.view(from);
-            let limits = Limits::new(view, self.edges(self.usable(view.h)), spheres, middle);
+            let view = self.view(turned(self.from, self.up, turn, n_turns));
+            let limits = Limits::new(self, view, self.usable(view.h), spheres, middle);
             Ok(limits.fit(self, look_at - middle, size))
         };
         let larger = |[a, b]: [f64; 2], [c, d]: [f64; 2]| Ok([a.max(c), b.max(d)]);
-        let fits = directions.par_iter().map(fit);
+        let fits = (0..n_turns).into_par_iter().map(fit);
         let [distance, height] = fits.try_reduce(|| [0.0; 2], larger)?;
         let factor = step.above(distance / self.from.length());
         let camera = Camera {
@@ -102,13 +100,6 @@ impl Framing {
         View::new(&Camera { position: from, look_at: DVec3::ZERO, up, projection })
     }
 
-    fn edges(&self, usable: [f64; 2]) -> [Edge; 2] {
-        match self.projection {
-            Projection::Perspective { .. } => usable.map(Edge::sloping),
-            Projection::Orthographic { .. } => [Edge { cos: 1.0, sin: 0.0 }; 2],
-        }
-    }
-
     /// The way from the middle of the scene to the axis of a picture that has equal parts of it free at
     /// opposite edges.
     ///
@@ -117,7 +108,7 @@ impl Framing {
     fn centred(&self, spheres: &[Sphere], middle: DVec3, control: &Control) -> Result<DVec3> {
         let view = self.view(self.from);
         let usable = self.usable(view.h);
-        let limits = |usable| Limits::new(view, self.edges(usable), spheres, middle);
+        let limits = |usable| Limits::new(self, view, usable, spheres, middle);
         let whole = limits(usable);
         let Projection::Perspective { .. } = self.projection else { return Ok(whole.aside()) };
         let [across, along] = whole.eyes();
@@ -165,13 +156,6 @@ struct Edge {
     sin: f64,
 }
 
-impl Edge {
-    fn sloping(tan: f64) -> Edge {
-        let cos = 1.0 / (1.0 + tan * tan).sqrt();
-        Edge { cos, sin: tan * cos }
-    }
-}
-
 /// Spheres that one thread looks at, at a time.
 const SPHERES_AT_ONCE: usize = 1 << 14;
 
@@ -188,7 +172,21 @@ struct Limits {
 }
 
 impl Limits {
-    fn new(view: View, edges: [Edge; 2], spheres: &[Sphere], middle: DVec3) -> Limits {
+    /// Those of a picture of which so much can be used.
+    fn new(
+        framing: &Framing,
+        view: View,
+        usable: [f64; 2],
+        spheres: &[Sphere],
+        middle: DVec3,
+    ) -> Limits {
+        let edges = usable.map(|tan| match framing.projection {
+            Projection::Perspective { .. } => {
+                let cos = 1.0 / (1.0 + tan * tan).sqrt();
+                Edge { cos, sin: tan * cos }
+            }
+            Projection::Orthographic { .. } => Edge { cos: 1.0, sin: 0.0 },
+        });
         let [across, along] = edges;
         let of_some = |spheres: &[Sphere]| {
             let mut least = [f64::INFINITY; 5];
