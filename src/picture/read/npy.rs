@@ -23,10 +23,9 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
         (&[n_rows, n_columns, n_inner], false) => (n_rows, n_columns, n_inner, false),
         _ => return Err(array.wrong(format!("its shape has {} axes; {expected}", shape.len()))),
     };
-    let not_numbers =
-        array.wrong(format!("its dtype is {}; expected numbers", array.header.dtype()));
     if array.header.cells.iter().any(|cell| cell.kind.is_none()) {
-        return Err(not_numbers);
+        let dtype = array.header.dtype();
+        return Err(array.wrong(format!("its dtype is {dtype}; expected numbers")));
     }
     let n_record_bytes = array.element_bytes()?;
     let cells = &array.header.cells;
@@ -49,18 +48,17 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
         let places = (0..n_rows)
             .flat_map(|row| (0..n_columns).map(move |x| row * strides[0] + x * strides[1] + first));
         let bits = places.map(|place| cell.bits(&data[place * n_record_bytes..]));
-        Some(Channel { name: name(cell, inner, n_inner), samples: samples(cell, bits)? })
+        Channel { name: name(cell, inner, n_inner), samples: samples(cell, bits) }
     };
     // Either there is one cell, or one inner place.
     let inner_cells = cells.iter().flat_map(|cell| (0..n_inner).map(move |inner| (cell, inner)));
-    let channels = inner_cells.map(channel).collect::<Option<Vec<_>>>().ok_or(not_numbers)?;
     Ok(Image {
         format: "NPY",
         width: n_columns,
         height: n_rows,
         is_list,
         whole: [n_columns, n_rows],
-        channels,
+        channels: inner_cells.map(channel).collect(),
         ..Image::default()
     })
 }
@@ -81,17 +79,19 @@ fn name(cell: &Cell, inner: usize, n_inner: usize) -> String {
     }
 }
 
-fn samples(cell: &Cell, bits: impl Iterator<Item = u64>) -> Option<ChannelValues> {
-    Some(match (cell.kind?, cell.n_bytes) {
-        (Kind::Bool | Kind::Uint, 1) => ChannelValues::U8(bits.map(|n| n as u8).collect()),
-        (Kind::Uint, 2) => ChannelValues::U16(bits.map(|n| n as u16).collect()),
-        (Kind::Uint, 4) => ChannelValues::U32(bits.map(|n| n as u32).collect()),
-        (Kind::Uint | Kind::Int, _) => ChannelValues::I64(bits.map(|n| n as i64).collect()),
-        (Kind::Float, 2) => {
+/// The numbers of a cell that has some, by their bits.
+fn samples(cell: &Cell, bits: impl Iterator<Item = u64>) -> ChannelValues {
+    match (cell.kind, cell.n_bytes) {
+        (Some(Kind::Bool | Kind::Uint), 1) => ChannelValues::U8(bits.map(|n| n as u8).collect()),
+        (Some(Kind::Uint), 2) => ChannelValues::U16(bits.map(|n| n as u16).collect()),
+        (Some(Kind::Uint), 4) => ChannelValues::U32(bits.map(|n| n as u32).collect()),
+        (Some(Kind::Float), 2) => {
             ChannelValues::F16(bits.map(|n| f16::from_bits(n as u16).to_f32()).collect())
         }
-        (Kind::Float, 4) => ChannelValues::F32(bits.map(|n| f32::from_bits(n as u32)).collect()),
-        (Kind::Float, _) => ChannelValues::F64(bits.map(f64::from_bits).collect()),
-        _ => return None,
-    })
+        (Some(Kind::Float), 4) => {
+            ChannelValues::F32(bits.map(|n| f32::from_bits(n as u32)).collect())
+        }
+        (Some(Kind::Float), _) => ChannelValues::F64(bits.map(f64::from_bits).collect()),
+        _ => ChannelValues::I64(bits.map(|n| n as i64).collect()),
+    }
 }
