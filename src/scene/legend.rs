@@ -30,9 +30,14 @@ impl Coloring {
         missing_color: Color,
         colors: &mut [Color],
     ) -> Option<Coloring> {
-        let of_numbers = || match &*colors {
-            [] => Some([0.0; 2]),
-            colors => Coloring::range_of(colors.iter().map(|color| color.0[0])),
+        // From the least to the largest that is finite.
+        let of_numbers = || {
+            let numbers = colors.iter().map(|color| color.0[0]);
+            let range = numbers.filter(|number| number.is_finite()).fold(None, |range, number| {
+                let [low, high] = range.unwrap_or([number; 2]);
+                Some([low.min(number), high.max(number)])
+            });
+            range.or(colors.is_empty().then_some([0.0; 2]))
         };
         let range = range.or_else(of_numbers)?;
         let palette = map.colors();
@@ -63,15 +68,6 @@ impl Coloring {
         let share = (0.5 * number - 0.5 * low) / (0.5 * high - 0.5 * low);
         // As a cast takes them, negative numbers are 0.
         ((share * ColorMap::LEN as f64) as usize).min(ColorMap::LEN - 1)
-    }
-
-    /// The range that a map of these numbers has by itself: their least and their largest. `None`
-    /// where there is none that is finite.
-    fn range_of(numbers: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
-        numbers.filter(|number| number.is_finite()).fold(None, |range, number| {
-            let [low, high] = range.unwrap_or([number; 2]);
-            Some([low.min(number), high.max(number)])
-        })
     }
 }
 

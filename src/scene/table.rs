@@ -202,7 +202,8 @@ fn unknown_key(
         (Some(home), _) => format!("`{key_shown}` belongs to {}; ", home.header),
         (None, Some(name)) => format!("did you mean `{name}`? "),
         (None, None) if is_table && info.header == SceneKeys::INFO.header => {
-            let [sphere, cloud, plane] = OBJECTS;
+            let [sphere, cloud, plane] =
+                [SphereKeys::INFO.header, CloudKeys::INFO.header, PlaneKeys::INFO.header];
             format!("the objects are {sphere}, {cloud} and {plane}; ")
         }
         (None, None) => String::new(),
@@ -213,10 +214,6 @@ fn unknown_key(
         format!("{hint}known keys here: {}", known.join(", ")),
     )
 }
-
-/// The tables of objects.
-const OBJECTS: [&str; 3] =
-    [SphereKeys::INFO.header, CloudKeys::INFO.header, PlaneKeys::INFO.header];
 
 pub(super) fn syntax_fault(text: &str, error: &toml::de::Error) -> Box<SceneError> {
     let span = error.span().unwrap_or(text.len()..text.len());

@@ -77,15 +77,13 @@ pub(super) fn read(cloud: &mut Reading, format: &TextFormat) -> Result<Layout> {
     let sphere = cloud.template(&layout)?;
     let mut rows = Rows { layout, sphere, head: &head, has_commas: false, help: row_help };
 
-    let mut n_read = 0;
-    while n_read < head.n_rows.0 {
+    for n_read in 0..head.n_rows.0 {
         let Some(number) = lines.row(head.separator, !has_frames)? else {
             if has_frames {
                 return Err(head.cut_off(source, n_read));
             }
             break;
         };
-        n_read += 1;
         let place = || format!("line {number}");
         let n_cells = lines.cells.len();
         let is_empty = lines.line.trim_ascii().is_empty();
