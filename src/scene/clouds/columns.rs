@@ -273,17 +273,24 @@ impl Finder<'_> {
             [None, Some(column)] => return Ok(Some((column, DIAMETER))),
             [None, None] => {}
         }
-        let is_red = |column: &usize| color.is_some_and(|color| color.contains(column));
         for (names, part) in [(&RADII[..], RADIUS), (&DIAMETERS, DIAMETER)] {
-            let found = names.iter().map(|name| self.find(name)).collect::<Result<Vec<_>>>()?;
-            let mut found = found.into_iter().flatten().filter(|column| !is_red(column));
-            let (Some(column), other) = (found.next(), found.next()) else { continue };
-            let Some(other) = other else { return Ok(Some((column, part))) };
-            let [one, other] = [column, other].map(|column| quoted(&self.header.names[column]));
-            return Err(self.source.wrong(
-                format!("both of the columns {one:?} and {other:?} may be the radius"),
-                format!("name one of them, e.g. `columns = {{ radius = \"{}\" }}`", one.shown()),
-            ));
+            let found = names.iter().filter_map(|name| self.find(name).transpose());
+            let mut found = found.collect::<Result<Vec<usize>>>()?;
+            // One of them may be the red.
+            found.retain(|column| !color.is_some_and(|color| color.contains(column)));
+            if let [column] = found[..] {
+                return Ok(Some((column, part)));
+            }
+            if let [one, other, ..] = found[..] {
+                let [one, other] = [one, other].map(|column| quoted(&self.header.names[column]));
+                return Err(self.source.wrong(
+                    format!("both of the columns {one:?} and {other:?} may be the radius"),
+                    format!(
+                        "name one of them, e.g. `columns = {{ radius = \"{}\" }}`",
+                        one.shown()
+                    ),
+                ));
+            }
         }
         let is_like = |name: &&String| {
             ["radius", "radii", "diameter"].iter().any(|word| name.to_lowercase().contains(word))
