@@ -16,7 +16,7 @@ use crate::output::OutputFile;
 use crate::random::SplitMix;
 use crate::scene::schema::{CloudKeys, SceneKeys};
 use crate::scene::{
-    Camera, Color, MAX_OBJECTS, Projection, Scene, Sphere, Spheres, in_utf8, seen_from, write_rows,
+    Camera, Color, MAX_OBJECTS, Projection, Scene, Sphere, Spheres, seen_from, write_rows,
 };
 
 /// How the spheres lie in space. Colours follow the place, so that pictures can be read.
@@ -80,12 +80,11 @@ pub fn write_cloud(file: &mut OutputFile, recipe: &Recipe, control: &Control) ->
 pub fn write_scene(file: &mut OutputFile, cloud: &Path, recipe: &Recipe) -> Result<()> {
     recipe.check()?;
     let path = file.path().to_path_buf();
-    let name = seen_from(&path, cloud)?;
-    let cloud_file = Some(in_utf8(&name)?.to_owned());
+    let cloud = CloudKeys::of_file(&seen_from(&path, cloud)?)?;
     let scene = SceneKeys {
         background: Color::from_hex("#20242c"),
         camera: Some((&recipe.camera()).into()),
-        spheres: Some(vec![CloudKeys { file: cloud_file, ..CloudKeys::default() }]),
+        spheres: Some(vec![cloud]),
         ..SceneKeys::default()
     };
     let Recipe { distribution, count, seed } = recipe;

@@ -9,9 +9,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::clouds::is_cloud_file;
-use super::document::{
-    OF_DATA, SIZE, SceneDocument, file_of, folder_of, lay, seen_from, set_file, usual,
-};
+use super::document::{OF_DATA, SIZE, SceneDocument, file_of, folder_of, lay, seen_from, usual};
 use super::framing::bounds;
 use super::neighbours::usual_radius;
 use super::open::Reader;
@@ -130,7 +128,7 @@ impl Composed {
                 Some(place) => seen_from(place, &file)?,
                 None => file.canonicalize().map_err(Error::io(&file))?,
             };
-            set_file(cloud, &name)?;
+            lay(cloud, &CloudKeys::of_file(&name)?);
         }
         Ok(document.text())
     }

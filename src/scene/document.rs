@@ -94,7 +94,8 @@ impl SceneDocument {
         }
         if of_data {
             let name = path.file_name().map(PathBuf::from).unwrap_or_default();
-            self.clouds().into_iter().try_for_each(|cloud| set_file(cloud, &name))?;
+            let keys = CloudKeys::of_file(&name)?;
+            self.clouds().into_iter().for_each(|cloud| lay(cloud, &keys));
             let (size, samples) =
                 (options.size.unwrap_or(SIZE), options.samples.unwrap_or(SAMPLES));
             self.set("image", &ImageKeys::new(Some(size), Some(samples)));
@@ -194,10 +195,10 @@ pub(super) fn lay<S: Section>(table: &mut dyn TableLike, keys: &S) {
     keys.each(&mut |key, value| {
         let text = value.toml();
         for (one, other, _) in S::INFO.exclusive {
-            match key {
-                key if key == *one => drop(table.remove(other)),
-                key if key == *other => drop(table.remove(one)),
-                _ => {}
+            if key == *one {
+                table.remove(other);
+            } else if key == *other {
+                table.remove(one);
             }
         }
         // What a kind writes can be read.
@@ -222,26 +223,6 @@ fn table_of(keys: &impl Section) -> Table {
 /// The file that a cloud names.
 pub(super) fn file_of(cloud: &dyn TableLike) -> Option<&str> {
     cloud.get("file").and_then(Item::as_str)
-}
-
-/// Lets a cloud name this file.
-///
-/// # Errors
-/// [`Error::Usage`] for a path that has no place in a text.
-pub(super) fn set_file(cloud: &mut dyn TableLike, path: &Path) -> Result<()> {
-    let file = Some(in_utf8(path)?.to_owned());
-    lay(cloud, &CloudKeys { file, ..CloudKeys::default() });
-    Ok(())
-}
-
-/// The path as a scene can name it.
-///
-/// # Errors
-/// [`Error::Usage`] for one that is not UTF-8.
-pub(crate) fn in_utf8(path: &Path) -> Result<&str> {
-    path.to_str().ok_or_else(|| {
-        Error::Usage(format!("{}: a scene can name only a file in UTF-8", path.shown()))
-    })
 }
 
 /// `cloud` as a scene file at `scene` names it: alone where they share a folder.

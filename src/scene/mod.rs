@@ -32,7 +32,7 @@ pub use clouds::is_cloud_file;
 pub use color::{Color, hex, linear_from_srgb, srgb_from_linear};
 pub use colormap::ColorMap;
 pub use compose::{Composed, compose_scene, place_camera, recompose_scene};
-pub(crate) use document::{in_utf8, seen_from};
+pub(crate) use document::seen_from;
 pub use edges::Edges;
 pub(crate) use edges::Linear;
 pub use framing::Framing;

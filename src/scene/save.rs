@@ -4,8 +4,7 @@ use std::io::Write;
 use std::ops::Range;
 use std::path::Path;
 
-use super::document::in_utf8;
-use super::schema::SceneKeys;
+use super::schema::{CloudKeys, SceneKeys};
 use super::{Color, Scene, Sphere};
 use crate::control::Control;
 use crate::error::{Error, Result, wrong_usage};
@@ -32,7 +31,7 @@ impl Scene {
         }
         let n_single = self.n_spheres_in_file();
         let cloud_path = path.with_extension("npy");
-        let cloud = in_utf8(cloud_path.file_name().unwrap_or_default().as_ref())?;
+        let cloud = CloudKeys::of_file(cloud_path.file_name().unwrap_or_default().as_ref())?;
         let has_cloud = n_single < self.spheres.len();
         let text = SceneKeys::of(self, n_single, has_cloud.then_some(cloud)).document();
         let mut file = OutputFile::create(path, false)?;

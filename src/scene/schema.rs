@@ -3,6 +3,7 @@
 mod value;
 
 use std::ops::Range;
+use std::path::Path;
 
 use glam::DVec3;
 
@@ -10,6 +11,8 @@ use super::table::{Checked, Field};
 use super::{
     Camera, Color, ColorMap, Light, Plane, Projection, Samples, Scene, Sky, Source, Sphere,
 };
+use crate::error::{Result, wrong_usage};
+use crate::plain::Shown;
 
 pub use value::*;
 
@@ -227,8 +230,8 @@ pub const SECTIONS: [&SectionInfo; 9] = [
 ];
 
 impl SceneKeys {
-    /// What a scene is, with so many of its spheres and the name of a file that has the others.
-    pub(super) fn of(scene: &Scene, n_single: usize, cloud_file: Option<&str>) -> SceneKeys {
+    /// What a scene is, with so many of its spheres and a file that has the others.
+    pub(super) fn of(scene: &Scene, n_single: usize, cloud: Option<CloudKeys>) -> SceneKeys {
         let sphere = |(index, sphere): (usize, &Sphere)| SphereKeys {
             name: scene.spheres.name(index).map(Into::into),
             center: Some(sphere.center),
@@ -236,7 +239,6 @@ impl SceneKeys {
             color: scene.spheres.color(index),
             ..SphereKeys::default()
         };
-        let cloud = |file: &str| CloudKeys { file: Some(file.into()), ..CloudKeys::default() };
         SceneKeys {
             background: Some(scene.background),
             ambient: scene.ambient,
@@ -246,7 +248,7 @@ impl SceneKeys {
             light: Some(scene.lights.iter().map(Into::into).collect()),
             sky: scene.sky.as_ref().map(Into::into),
             sphere: Some(scene.spheres[..n_single].iter().enumerate().map(sphere).collect()),
-            spheres: Some(cloud_file.into_iter().map(cloud).collect()),
+            spheres: Some(Vec::from_iter(cloud)),
             plane: Some(scene.planes.iter().map(Into::into).collect()),
             ..SceneKeys::default()
         }
@@ -277,6 +279,20 @@ fn keys_of(section: &impl Section) -> Vec<(&'static str, String)> {
 fn lines(keys: &[(&'static str, String)]) -> String {
     let width = keys.iter().map(|(key, _)| key.len()).max().unwrap_or(0);
     keys.iter().map(|(key, value)| format!("{key:<width$} = {value}\n")).collect()
+}
+
+impl CloudKeys {
+    /// Those of a file at this path, as a scene can name it.
+    ///
+    /// # Errors
+    /// [`Error::Usage`](crate::Error::Usage) for a path that is not UTF-8.
+    pub(crate) fn of_file(path: &Path) -> Result<CloudKeys> {
+        let Some(file) = path.to_str().map(Into::into) else {
+            let message = format!("{}: a scene can name only a file in UTF-8", path.shown());
+            return wrong_usage(message);
+        };
+        Ok(CloudKeys { file: Some(file), ..CloudKeys::default() })
+    }
 }
 
 impl ImageKeys {
