@@ -322,7 +322,7 @@ impl Finder<'_> {
         center: [usize; 3],
         radius: Option<(usize, Part)>,
     ) -> Result<Vec<usize>> {
-        let (found, span) = (self.called(name)?, self.source.span("color_by"));
+        let (found, span) = (self.called(name)?, self.source.keys.span("color_by"));
         match (found.len(), name, radius) {
             (1..=3, ..) => Ok(found),
             (4.., ..) => Err(self.vector(span, name)),

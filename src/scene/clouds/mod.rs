@@ -155,11 +155,11 @@ struct FileColors {
 impl FileColors {
     /// Looks at a colour; `place` says where in the file it stands. True for one that is wrong on
     /// either scale.
-    fn see<P: Display>(&mut self, color: Color, place: impl FnOnce() -> P) -> bool {
+    fn see(&mut self, color: Color, place: impl FnOnce() -> String) -> bool {
         let is_any = |is: fn(f64) -> bool| color.0.into_iter().any(is);
         self.have_fractions |= is_any(|part| part.fract() != 0.0);
         if self.above_one.is_none() && is_any(|part| part > 1.0) {
-            self.above_one = Some((place().to_string(), color));
+            self.above_one = Some((place(), color));
         }
         is_any(|part| !(0.0..=255.0).contains(&part))
     }
@@ -183,14 +183,9 @@ impl<'a> CloudFile<'a> {
         open().map_err(|error| self.failed(&error))
     }
 
-    /// Where the value of a key of the cloud stands in the scene.
-    fn span(&self, key: &str) -> Range<usize> {
-        self.keys.span(key)
-    }
-
     /// Something in the file is wrong.
     fn wrong(&self, found: impl Display, help: impl Into<String>) -> Error {
-        self.wrong_at(self.span("file"), found, help)
+        self.wrong_at(self.keys.span("file"), found, help)
     }
 
     /// Something in the file does not go with what stands there in the scene.
@@ -200,7 +195,7 @@ impl<'a> CloudFile<'a> {
         SceneError::new(span, message, help).into()
     }
 
-    fn wrong_row(&self, place: impl Display, (found, help): Problem) -> Error {
+    fn wrong_row(&self, place: String, (found, help): Problem) -> Error {
         self.wrong(format!("{place}: {found}"), help)
     }
 
@@ -225,7 +220,7 @@ impl<'a> CloudFile<'a> {
     ) -> Result<Option<T>> {
         match (in_file, &given) {
             (Some(own), Some(_)) => Err(SceneError::new(
-                self.span(key),
+                self.keys.span(key),
                 format!("`{key}` is given, but {} has one for each sphere", self.path.shown()),
                 format!(
                     "remove `{key}`; it is for files that have none, or whose own is left out by \
@@ -253,7 +248,7 @@ impl<'a> CloudFile<'a> {
         let found = format!("the file has {frames}, so no frame {}", self.frame());
         let last = n_frames.saturating_sub(1);
         let help = format!("frames are counted from 0: the last one is {last}");
-        self.wrong_at(self.span(key), found, help)
+        self.wrong_at(self.keys.span(key), found, help)
     }
 
     /// Refuses `frame` of a file that has none.
@@ -261,7 +256,7 @@ impl<'a> CloudFile<'a> {
         match self.keys.frame {
             None => Ok(()),
             Some(_) => Err(SceneError::new(
-                self.span("frame"),
+                self.keys.span("frame"),
                 format!("`frame` is given, but {} has no frames", self.path.shown()),
                 "remove `frame`; it is for .xyz files and LAMMPS dumps of several steps",
             )),
@@ -339,11 +334,7 @@ impl Reading<'_> {
     }
 
     /// Adds a checked sphere, its colour as the file has it; `place` says where in the file it stands.
-    fn push<P: Display>(
-        &mut self,
-        (sphere, color): (Sphere, Color),
-        place: impl Fn() -> P,
-    ) -> Result<()> {
+    fn push(&mut self, (sphere, color): (Sphere, Color), place: impl Fn() -> String) -> Result<()> {
         self.check(sphere, color, place)?;
         if self.spheres.len() == self.spheres.capacity() {
             self.reserve((self.spheres.len() / 4).max(1 << 16))?;
@@ -356,12 +347,7 @@ impl Reading<'_> {
     }
 
     /// Refuses a sphere that has no meaning, and a colour that is wrong on either scale.
-    fn check<P: Display>(
-        &mut self,
-        sphere: Sphere,
-        color: Color,
-        place: impl Fn() -> P,
-    ) -> Result<()> {
+    fn check(&mut self, sphere: Sphere, color: Color, place: impl Fn() -> String) -> Result<()> {
         let eye = self.source.before.camera.as_ref().map_or(DVec3::ZERO, |camera| camera.position);
         let file_colors = self.file_colors.as_mut();
         let wrong_color = || file_colors?.see(color, &place).then(|| wrong_color(color));
@@ -413,7 +399,7 @@ impl Reading<'_> {
         let coloring = coloring.ok_or_else(|| {
             let found = format!("the column {:?} has no number", quoted(name));
             let help = "colour by another column, or give the `range` that it would have";
-            self.source.wrong_at(self.source.span("color_by"), found, help)
+            self.source.wrong_at(self.source.keys.span("color_by"), found, help)
         })?;
         let Coloring { column, map, range: [low, high], missing_color, n_missing } = &coloring;
         let (column, map) = (quoted(column), map.name());
