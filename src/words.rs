@@ -73,13 +73,13 @@ pub fn duration(time: Duration) -> String {
 
 /// `12 bytes`, `4.0 KiB`, `1.5 MiB`
 pub fn bytes(n: u64) -> String {
-    let n_f64 = n as f64;
-    match n {
-        0..1024 => format!("{n} bytes"),
-        1024..0x10_0000 => format!("{:.1} KiB", n_f64 / 1024.0),
-        0x10_0000..0x4000_0000 => format!("{:.1} MiB", n_f64 / f64::from(1 << 20)),
-        _ => format!("{:.1} GiB", n_f64 / f64::from(1 << 30)),
-    }
+    let (exponent, unit) = match n {
+        0..1024 => return format!("{n} bytes"),
+        1024..0x10_0000 => (10, "KiB"),
+        0x10_0000..0x4000_0000 => (20, "MiB"),
+        _ => (30, "GiB"),
+    };
+    format!("{:.1} {unit}", n as f64 / f64::from(1 << exponent))
 }
 
 /// Where there is no number.
