@@ -52,11 +52,11 @@ fn head(lines: &mut Lines) -> Result<Option<Head>> {
 /// The value of a key in a comment, `key=value` or `key="a value"`; the key in lower case.
 fn value_of<'c>(comment: &'c str, key: &str) -> Option<&'c str> {
     let lower = comment.to_ascii_lowercase();
-    let is_word_end = |text: &str| text.is_empty() || text.ends_with(char::is_whitespace);
-    let (at, _) = lower.match_indices(key).find(|(at, _)| {
-        is_word_end(&lower[..*at]) && lower[at + key.len()..].trim_start().starts_with('=')
-    })?;
-    let value = comment[at + key.len()..].trim_start().strip_prefix('=')?.trim_start();
+    let value = lower.match_indices(key).find_map(|(at, _)| {
+        let is_word = at == 0 || lower[..at].ends_with(char::is_whitespace);
+        comment[at + key.len()..].trim_start().strip_prefix('=').filter(|_| is_word)
+    });
+    let value = value?.trim_start();
     match value.chars().next()? {
         quote @ ('"' | '\'') => value[1..].split(quote).next(),
         _ => value.split_whitespace().next(),
