@@ -3,7 +3,6 @@
 use super::CloudFile;
 use super::text::{Head, Lines, TextFormat};
 use crate::error::Result;
-use crate::scene::places::quoted;
 
 const HELP: &str = "a LAMMPS dump in text has for each step the lines ITEM: TIMESTEP, ITEM: NUMBER OF \
                     ATOMS, ITEM: BOX BOUNDS and ITEM: ATOMS with the names of columns, x, y and z \
@@ -30,11 +29,8 @@ fn head(lines: &mut Lines) -> Result<Option<Head>> {
         if line.is_empty() && !is_begun {
             continue;
         }
-        let wrong = |found: &str, line: &str, number: u64| {
-            lines.source.wrong(format!("line {number}: {:?} {found}", quoted(line)), HELP)
-        };
         let Some(item) = line.strip_prefix("ITEM:").map(str::trim) else {
-            return Err(wrong("stands where ITEM: is expected", &line, lines.n_read));
+            return Err(lines.wrong(&line, "stands where ITEM: is expected"));
         };
         is_begun = true;
         if item == "NUMBER OF ATOMS" {
@@ -47,7 +43,7 @@ fn head(lines: &mut Lines) -> Result<Option<Head>> {
                 let words = line.split_ascii_whitespace();
                 let numbers: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
                 let [low, high, ..] = numbers[..] else {
-                    return Err(wrong("has no two ends", &line, lines.n_read));
+                    return Err(lines.wrong(&line, "has no two ends"));
                 };
                 *ends = [low, high];
             }
@@ -56,7 +52,7 @@ fn head(lines: &mut Lines) -> Result<Option<Head>> {
         } else if let Some(names) = item.strip_prefix("ATOMS") {
             let mut names: Vec<_> = names.split_ascii_whitespace().map(String::from).collect();
             let Some(n_rows) = n_rows.filter(|_| !names.is_empty()) else {
-                return Err(wrong("lacks a number of atoms, or columns", &line, lines.n_read));
+                return Err(lines.wrong(&line, "lacks a number of atoms, or columns"));
             };
             let scaled = scaled(lines.source, &mut names, bounds)?;
             let (what, note) = ("ITEM: ATOMS".into(), Some("its box is left out"));

@@ -253,10 +253,14 @@ impl<'c> Lines<'c> {
 
     /// The number of atoms that the present line tells, as `text`.
     pub fn n_atoms(&self, text: &str) -> Result<(usize, u64)> {
-        let line = self.n_read;
-        let found = || format!("line {line}: {:?} is not a number of atoms", quoted(text));
-        let n_atoms = text.parse().map_err(|_| self.source.wrong(found(), self.help))?;
-        Ok((n_atoms, line))
+        let n_atoms = text.parse().map_err(|_| self.wrong(text, "is not a number of atoms"))?;
+        Ok((n_atoms, self.n_read))
+    }
+
+    /// Something in the present line, which is `text`, is wrong.
+    pub fn wrong(&self, text: &str, found: &str) -> Error {
+        let found = format!("line {}: {:?} {found}", self.n_read, quoted(text));
+        self.source.wrong(found, self.help)
     }
 }
 
