@@ -35,8 +35,8 @@ fn candidate<'a>(
 
 fn main() -> Result<()> {
     let (scene, pixels) = figure("figure2.toml", [1280, 720])?;
-    let twice = scene.spheres.iter().flat_map(|&sphere| [sphere, sphere]).collect();
-    let twice = Arc::new(Scene { spheres: twice, ..scene.clone() });
+    let twice: Vec<_> = scene.spheres.iter().flat_map(|&sphere| [sphere, sphere]).collect();
+    let twice = Arc::new(Scene { spheres: twice.into(), ..scene.clone() });
     let scene = Arc::new(scene);
 
     // Rays at the middle of the large red sphere, all of them hits.

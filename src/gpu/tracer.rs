@@ -264,7 +264,7 @@ mod tests {
             center: DVec3::new(i as f64 - n as f64 / 2.0, 0.0, -(n as f64)),
             radius: 0.4,
         };
-        Arc::new(Scene { spheres: (0..n).map(sphere).collect(), ..Scene::default() })
+        Arc::new(Scene { spheres: Vec::from_iter((0..n).map(sphere)).into(), ..Scene::default() })
     }
 
     /// A picture of `n` spheres in a row.

@@ -23,7 +23,7 @@ pub struct Sphere {
 /// The spheres of a scene, millions of them: a slice of [`Sphere`]s, with one colour for all or one
 /// for each, and names for some. A clone shares the spheres and their colours.
 ///
-/// [`Spheres::from_rows`] takes numbers from anywhere and checks them. What is collected from
+/// [`Spheres::from_rows`] takes numbers from anywhere and checks them. What is made from a vector of
 /// [`Sphere`]s, or changed through the slice, is taken as it is.
 #[derive(Clone, Debug)]
 pub struct Spheres {
@@ -227,15 +227,6 @@ impl DerefMut for Spheres {
     }
 }
 
-impl<'a> IntoIterator for &'a Spheres {
-    type Item = &'a Sphere;
-    type IntoIter = std::slice::Iter<'a, Sphere>;
-
-    fn into_iter(self) -> Self::IntoIter {
-        self.iter()
-    }
-}
-
 impl PartialEq for Spheres {
     fn eq(&self, other: &Spheres) -> bool {
         self[..] == other[..] && self.names == other.names && self.colors().eq(other.colors())
@@ -250,12 +241,6 @@ impl From<Vec<Sphere>> for Spheres {
             colors: Arc::default(),
             names: BTreeMap::new(),
         }
-    }
-}
-
-impl FromIterator<Sphere> for Spheres {
-    fn from_iter<I: IntoIterator<Item = Sphere>>(spheres: I) -> Spheres {
-        Vec::from_iter(spheres).into()
     }
 }
 

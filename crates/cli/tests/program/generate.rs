@@ -39,7 +39,7 @@ fn every_sphere_is_in_view() {
                 // middle of a sphere that is wholly inside is at least the radius.
                 for side in [-1.0, 1.0] {
                     let inwards = (tangent * view.forward + side * across).normalize();
-                    for Sphere { center, radius } in &scene.spheres {
+                    for Sphere { center, radius } in scene.spheres.iter() {
                         let distance = (*center - view.position).dot(inwards);
                         assert!(distance >= *radius, "{} {count}", distribution.name());
                     }
@@ -54,7 +54,7 @@ fn every_sphere_is_in_view() {
 fn uniform_is_the_unit_cube() {
     let scene = made(Distribution::Uniform, 27_000, 2);
     let mut octants = [0; 8];
-    for Sphere { center, radius } in &scene.spheres {
+    for Sphere { center, radius } in scene.spheres.iter() {
         assert!(center.abs().max_element() <= 0.5);
         assert_eq!(*radius, 0.3 / 30.0);
         let index = center.to_array().iter().fold(0, |i, &x| 2 * i + usize::from(x > 0.0));
@@ -96,7 +96,7 @@ fn spheres_of_a_lattice_touch_and_do_not_overlap() {
 fn a_packing_stands() {
     let scene = made(Distribution::Packing, 1500, 3);
     let mut highest: f64 = 0.0;
-    for a in &scene.spheres {
+    for a in scene.spheres.iter() {
         assert_eq!(a.radius, 1.0);
         highest = highest.max(a.center.y);
         let near = scene.spheres.iter().filter(|b| b.center != a.center);
