@@ -100,11 +100,6 @@ pub fn require(what: impl fmt::Display, needed_bytes: u64, advice: &str) -> Resu
     Available::now().require(what, needed_bytes, advice)
 }
 
-/// Address space that can still be used; `None` where it has no limit.
-pub fn address_space() -> Option<u64> {
-    system::address_space_left().map(|left| left.saturating_sub(RESERVE))
-}
-
 /// Refuses to open a Vulkan device within a limit of the address space that its driver would not
 /// keep: drivers end the process there.
 ///
@@ -113,8 +108,8 @@ pub fn address_space() -> Option<u64> {
 pub fn require_device() -> Result<()> {
     let n_threads = std::thread::available_parallelism().map_or(1, |n| n.get() as u64);
     let of_threads = n_threads.min(MOST_DEVICE_THREADS) * DEVICE_THREAD_ADDRESSES;
-    let available =
-        Available { bytes: address_space().unwrap_or(u64::MAX), limit: Limit::AddressSpace };
+    let bytes = left_of(system::address_space_left());
+    let available = Available { bytes, limit: Limit::AddressSpace };
     let advice = "raise the limit, or use `--device cpu`";
     available.require("a Vulkan driver", DEVICE_ADDRESSES + of_threads, advice)
 }

@@ -82,11 +82,6 @@ impl Color {
     pub fn to_srgb16(self) -> [u16; 3] {
         self.0.map(|linear| Edges::srgb16().number(linear))
     }
-
-    /// The nearest f32 of each component.
-    pub fn to_f32(self) -> [f32; 3] {
-        self.0.map(|linear| linear as f32)
-    }
 }
 
 /// `#rrggbb`, as [`Color::parse`] reads it.
