@@ -82,7 +82,7 @@ pub fn write_scene(file: &mut OutputFile, cloud: &Path, recipe: &Recipe) -> Resu
     let path = file.path().to_path_buf();
     let cloud = CloudKeys::of_file(&seen_from(&path, cloud)?)?;
     let scene = SceneKeys {
-        background: Color::from_hex("#20242c"),
+        background: Color::parse("#20242c"),
         camera: Some((&recipe.camera()).into()),
         spheres: Some(vec![cloud]),
         ..SceneKeys::default()

@@ -28,18 +28,8 @@ impl Color {
         Color(srgb.map(|byte| linear_from_srgb(f64::from(byte) / 255.0)))
     }
 
-    /// Reads `#rrggbb` (sRGB, either case); `None` for any other text.
-    pub fn from_hex(text: &str) -> Option<Color> {
-        let digits = text.strip_prefix('#')?;
-        if digits.len() != 6 || !digits.bytes().all(|byte| byte.is_ascii_hexdigit()) {
-            return None;
-        }
-        let [_, red, green, blue] = u32::from_str_radix(digits, 16).ok()?.to_be_bytes();
-        Some(Color::from_srgb8([red, green, blue]))
-    }
-
-    /// Reads a colour as scene files and the command line name it: `#rrggbb`, its short form `#rgb`, in
-    /// which each digit stands for two, or a name of CSS in either case; `None` for any other text.
+    /// Reads a colour as scene files and the command line name it: `#rrggbb` (sRGB, either case), its short form `#rgb`,
+    /// in which each digit stands for two, or a name of CSS in either case; `None` for any other text.
     ///
     /// ```
     /// use kugelblitz::scene::Color;
@@ -49,17 +39,19 @@ impl Color {
     /// assert_eq!(Color::parse("stelblue"), None);
     /// ```
     pub fn parse(text: &str) -> Option<Color> {
-        match text.strip_prefix('#') {
-            Some(digits) if digits.chars().count() == 3 => {
-                let twice: String = digits.chars().flat_map(|digit| [digit, digit]).collect();
-                Color::from_hex(&format!("#{twice}"))
-            }
-            Some(_) => Color::from_hex(text),
-            None => {
-                let mut names = names().filter(|(name, _)| name.eq_ignore_ascii_case(text));
-                Color::from_hex(names.next()?.1)
-            }
+        let Some(digits) = text.strip_prefix('#') else {
+            let (_, hex) = names().find(|(name, _)| name.eq_ignore_ascii_case(text))?;
+            return Color::parse(hex);
+        };
+        if digits.chars().count() == 3 {
+            let twice: String = digits.chars().flat_map(|digit| [digit, digit]).collect();
+            return Color::parse(&format!("#{twice}"));
         }
+        if digits.len() != 6 || !digits.bytes().all(|byte| byte.is_ascii_hexdigit()) {
+            return None;
+        }
+        let [_, red, green, blue] = u32::from_str_radix(digits, 16).ok()?.to_be_bytes();
+        Some(Color::from_srgb8([red, green, blue]))
     }
 
     /// The names of CSS, in lower case.
@@ -132,12 +124,10 @@ mod tests {
 
     #[test]
     fn hex() {
-        assert_eq!(Color::from_hex("#d62728"), Some(Color::from_srgb8([0xd6, 0x27, 0x28])));
-        assert_eq!(Color::from_hex("#D62728"), Color::from_hex("#d62728"));
-        for wrong in
-            ["", "#", "d62728", "#d6272", "#d627288", "#g62728", "#+62728", "#é2728", "red"]
-        {
-            assert_eq!(Color::from_hex(wrong), None, "{wrong}");
+        assert_eq!(Color::parse("#d62728"), Some(Color::from_srgb8([0xd6, 0x27, 0x28])));
+        assert_eq!(Color::parse("#D62728"), Color::parse("#d62728"));
+        for wrong in ["", "#", "d62728", "#d6272", "#d627288", "#g62728", "#+62728", "#é2728"] {
+            assert_eq!(Color::parse(wrong), None, "{wrong}");
         }
     }
 
@@ -178,7 +168,7 @@ mod tests {
         assert!(names().map(|(name, _)| name).is_sorted_by(|one, next| one < next));
         for (name, hex) in names() {
             assert!(name.bytes().all(|byte| byte.is_ascii_lowercase()), "{name}");
-            assert_eq!(Color::parse(name), Some(Color::from_hex(hex).unwrap()), "{name}");
+            assert_eq!(Color::parse(name), Some(Color::parse(hex).unwrap()), "{name}");
         }
     }
 

@@ -42,7 +42,7 @@ directions = 16
 
 /// The keys of data that lack a radius, for which another is found once all spheres are there, or a colour.
 pub(super) fn usual() -> CloudKeys {
-    CloudKeys { radius: Some(1.0), color: Color::from_hex("#8fb4d9"), ..CloudKeys::default() }
+    CloudKeys { radius: Some(1.0), color: Color::parse("#8fb4d9"), ..CloudKeys::default() }
 }
 
 /// A scene file while it is changed.

@@ -18,7 +18,7 @@ pub(super) struct Element {
 static ELEMENTS: LazyLock<HashMap<[u8; 2], Element>> = LazyLock::new(|| {
     let element = |line: &str| {
         let [symbol, radius, color] = line.split(' ').collect::<Vec<_>>().try_into().ok()?;
-        let color = Color::from_hex(color)?;
+        let color = Color::parse(color)?;
         Some((key(symbol)?, Element { radius: radius.parse().ok()?, color }))
     };
     TABLE.lines().filter_map(element).collect()
