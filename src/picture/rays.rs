@@ -41,7 +41,7 @@ fn read(path: &Path, control: &Control) -> Result<Vec<WorldRay>> {
     let is_stdin = path == Path::new(STDIN);
     let open = || {
         let file = if is_stdin { system::stdin()? } else { File::open(path)? };
-        let file = Watched::new(file, control);
+        let file = Watched { file, control };
         // What is read of standard input may begin behind the beginning of a file.
         let n_bytes = if is_stdin { None } else { file.n_bytes()? };
         Ok((file, n_bytes))

@@ -43,15 +43,11 @@ impl<'r> Reader<'r> {
 
 /// A file that counts what is read from it into a [`Control`], and fails once that is cancelled.
 pub(crate) struct Watched<'c> {
-    file: File,
-    control: &'c Control,
+    pub file: File,
+    pub control: &'c Control,
 }
 
-impl<'c> Watched<'c> {
-    pub fn new(file: File, control: &'c Control) -> Watched<'c> {
-        Watched { file, control }
-    }
-
+impl Watched<'_> {
     /// Bytes of the file, where it tells them.
     pub fn n_bytes(&self) -> io::Result<Option<u64>> {
         let metadata = self.file.metadata()?;

@@ -176,7 +176,8 @@ impl<'a> CloudFile<'a> {
     /// The file, and its length where it has one.
     fn open(&self) -> Result<(Watched<'a>, Option<u64>)> {
         let open = || {
-            let file = Watched::new(self.reader.open(&self.path)?, self.reader.control);
+            let file = self.reader.open(&self.path)?;
+            let file = Watched { file, control: self.reader.control };
             let n_bytes = file.n_bytes()?;
             Ok((file, n_bytes))
         };

@@ -98,8 +98,10 @@ pub(super) fn read(cloud: &mut Reading, format: &TextFormat) -> Result<Layout> {
             };
             return Err(source.wrong_row(place(), (found, row_help)));
         }
-        let sphere = rows.sphere(|column| lines.cell(column));
-        cloud.push(sphere.map_err(|problem| source.wrong_row(place(), problem))?, place)?;
+        cloud.push(
+            rows.sphere(&lines).map_err(|problem| source.wrong_row(place(), problem))?,
+            place,
+        )?;
     }
     if rows.has_commas {
         cloud.note("commas in its numbers are read as decimal points");
@@ -288,10 +290,10 @@ struct Rows<'h> {
 impl Rows<'_> {
     /// The sphere of a row, and its colour as the file has it: numbers of whatever scale, or what
     /// it is coloured by.
-    fn sphere<'r>(&mut self, cell: impl Fn(usize) -> &'r [u8]) -> Result<(Sphere, Color), Problem> {
+    fn sphere(&mut self, lines: &Lines) -> Result<(Sphere, Color), Problem> {
         let (mut sphere, mut color) = (self.sphere, Color::default());
         for &(column, part) in &self.layout.parts {
-            let cell = cell(column);
+            let cell = lines.cell(column);
             let is_nan = || part >= RED && !self.layout.has_colors && is_missing(cell);
             let number = number(cell, self.head.separator != b',', &mut self.has_commas);
             let number = number.or_else(|| is_nan().then_some(f64::NAN));
@@ -305,7 +307,7 @@ impl Rows<'_> {
             put(part, number, &mut sphere, &mut color);
         }
         if let Some((column, [gives_radius, gives_color])) = self.layout.element {
-            let symbol = String::from_utf8_lossy(cell(column));
+            let symbol = String::from_utf8_lossy(lines.cell(column));
             let element = element(&symbol).ok_or_else(|| {
                 let what = if gives_radius { "radius" } else { "colour" };
                 let found = format!("no {what} is known of an element {:?}", quoted(&symbol));
