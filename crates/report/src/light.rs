@@ -14,9 +14,9 @@ use kugelblitz::kernel::Kernel;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Color, Light, Plane, Scene};
 use kugelblitz::shade::{Pixel, Style};
-use kugelblitz::{Error, Result, Session};
+use kugelblitz::{Result, Session};
 use kugelblitz_judge::compare::{FALSE_HIT, WRONG_OBJECT, graded};
-use kugelblitz_judge::verify::{ColorTruth, sample};
+use kugelblitz_judge::verify::{ColorTruth, RenderedColors, sample};
 
 use super::measure::{IDS, Work, add, n_pixels, picture};
 use super::pictures::{ErrorPicture, share_of_pixels, worst_first};
@@ -50,11 +50,11 @@ const MOST_SCENES: usize = 2;
 /// The kernel whose acne and leaks are shown: the best plain f32.
 const SHOWN: Kernel = Kernel::Stable;
 
-/// Pictures of the same pixels: the scene's own, and how bright each lamp alone makes them.
+/// Pictures of the same pixels: the scene's own, and the linear one of each lamp alone.
 #[derive(Clone)]
 struct LitPixels {
     srgb: Vec<[u8; 3]>,
-    lamps: Vec<Vec<f32>>,
+    lamps: Vec<Vec<[f32; 3]>>,
 }
 
 /// What is wrong with a pixel.
@@ -96,7 +96,7 @@ impl LitPixels {
     fn wrong(&self, pixel: usize, exact: &LitPixels, exact_pixel: usize) -> Wrong {
         let mut wrong = Wrong::default();
         for (lamp, exact) in self.lamps.iter().zip(&exact.lamps) {
-            match (lamp[pixel] > 0.0, exact[exact_pixel] > 0.0) {
+            match (lamp[pixel][0] > 0.0, exact[exact_pixel][0] > 0.0) {
                 (false, true) => wrong.false_shadows += 1,
                 (true, false) => wrong.leaks += 1,
                 _ => {}
@@ -134,37 +134,30 @@ impl Separated {
         Ok(Separated { own: Arc::clone(scene), lamps })
     }
 
-    fn lit(
-        &self,
-        srgb: Vec<[u8; 3]>,
-        linear: impl Fn(&Arc<Scene>) -> Result<Vec<[f32; 3]>>,
-    ) -> Result<LitPixels> {
-        let brightness = |scene| Ok(linear(scene)?.iter().map(|[red, ..]| *red).collect());
-        let lamps = self.lamps.iter().map(brightness).collect::<Result<_>>()?;
+    /// The exact colours of the pixels with these indices.
+    fn exactly(&self, pixels: &Pixels, index: &[usize], control: &Control) -> Result<LitPixels> {
+        let colors = |scene: &Arc<Scene>| -> Result<RenderedColors> {
+            Ok(ColorTruth::of_pixels(scene, pixels, 1, index.to_vec(), control)?.colors)
+        };
+        let srgb = colors(&self.own)?.srgb8;
+        let lamps =
+            self.lamps.iter().map(|lamp| Ok(colors(lamp)?.linear)).collect::<Result<_>>()?;
         Ok(LitPixels { srgb, lamps })
     }
 
-    /// The exact colours of the pixels with these indices.
-    fn exactly(&self, pixels: &Pixels, index: &[usize], control: &Control) -> Result<LitPixels> {
-        let truth = |scene: &Arc<Scene>| {
-            let truth = ColorTruth::of_pixels(scene, pixels, 1, index.to_vec(), control)?;
-            Ok::<_, Error>(truth.colors)
-        };
-        self.lit(truth(&self.own)?.srgb8, |scene| Ok(truth(scene)?.linear))
-    }
-
-    /// The colours that a kernel gives all pixels, with each of its epsilons.
+    /// The colours that a kernel gives all pixels with an epsilon.
     fn painted(
         &self,
         kernel: Kernel,
+        epsilon: Option<f64>,
         pixels: &Pixels,
         control: &Control,
-    ) -> Result<Vec<LitPixels>> {
-        let with_epsilon = |&epsilon: &Option<f64>| {
-            let how = (pixels, epsilon.unwrap_or(0.0), control);
-            self.lit(painted(&self.own, kernel, how)?, |scene| painted(scene, kernel, how))
-        };
-        epsilons(kernel).iter().map(with_epsilon).collect()
+    ) -> Result<LitPixels> {
+        let how = (pixels, epsilon.unwrap_or(0.0), control);
+        let srgb = painted(&self.own, kernel, how)?;
+        let lamps =
+            self.lamps.iter().map(|lamp| painted(lamp, kernel, how)).collect::<Result<_>>()?;
+        Ok(LitPixels { srgb, lamps })
     }
 }
 
@@ -185,8 +178,10 @@ fn epsilons(kernel: Kernel) -> &'static [Option<f64>] {
 }
 
 impl<'a> Work<'a> {
+    /// The scenes whose light is measured.
     fn lit(&self) -> impl Iterator<Item = &'a ReportScene> + use<'a> {
-        self.cases.iter().filter(|case| !case.scene.lights.is_empty())
+        let is_measured = !self.benchmarks.is_empty();
+        self.cases.iter().filter(move |case| is_measured && !case.scene.lights.is_empty())
     }
 
     fn n_light_samples(&self) -> usize {
@@ -196,14 +191,11 @@ impl<'a> Work<'a> {
     /// Rays and ways to lamps that [`Work::light_rows`] looks at, as [`Control::rays_done`] counts them.
     pub fn n_light_rays(&self) -> u64 {
         let n_pixels = n_pixels(LIGHT_SIZE);
-        let of_case = |case: &ReportScene| {
-            // Pictures that are painted with each epsilon, and of each pixel a ray and its light.
-            let n_pictures = 1 + case.scene.lights.len() as u64;
-            let n_epsilons = self.of_first_device().map(|of| epsilons(of.kernel).len() as u64);
-            let n_painted = 2 * n_pixels * n_epsilons.sum::<u64>();
-            n_pictures * (n_pixels.min(self.n_light_samples() as u64) + n_painted)
-        };
-        if self.benchmarks.is_empty() { 0 } else { self.lit().map(of_case).sum() }
+        let n_epsilons: usize = self.of_first_device().map(|of| epsilons(of.kernel).len()).sum();
+        // Each picture is painted with each epsilon, and has a ray and its light of each pixel.
+        let n_of_picture =
+            n_pixels.min(self.n_light_samples() as u64) + 2 * n_pixels * n_epsilons as u64;
+        self.lit().map(|case| (1 + case.scene.lights.len() as u64) * n_of_picture).sum()
     }
 
     /// The light of each scene that has lights, by the benchmarks of the first device: the CPU paints for
@@ -213,23 +205,19 @@ impl<'a> Work<'a> {
     /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
     pub fn light_rows(&self) -> Result<Vec<Row>> {
         let mut rows = Vec::new();
-        for case in self.lit().filter(|_| !self.benchmarks.is_empty()) {
+        for case in self.lit() {
             let pixels = picture(case, LIGHT_SIZE)?;
             let scene = Separated::of(&case.scene)?;
             let index = sample(pixels.len(), self.n_light_samples(), self.settings.seed);
             let exact = scene.exactly(&pixels, &index, self.control)?;
-            for benchmark in self.of_first_device() {
-                let painted = scene.painted(benchmark.kernel, &pixels, self.control)?;
-                for (lit, &epsilon) in painted.iter().zip(epsilons(benchmark.kernel)) {
-                    let mut counts = BTreeMap::new();
-                    for (at, &pixel) in index.iter().enumerate() {
-                        let wrong = lit.wrong(pixel, &exact, at);
-                        add(&mut counts, wrong.counts(exact.lamps.len()));
-                    }
-                    let of = Of::Light { scene: case.name.clone() };
-                    let key = RowKey { epsilon, ..benchmark.key(of) };
-                    rows.push(Row { key, numbers: BTreeMap::new(), counts });
+            for (kernel, key) in with_epsilons(case, self.of_first_device()) {
+                let lit = scene.painted(kernel, key.epsilon, &pixels, self.control)?;
+                let mut counts = BTreeMap::new();
+                for (at, &pixel) in index.iter().enumerate() {
+                    let wrong = lit.wrong(pixel, &exact, at);
+                    add(&mut counts, wrong.counts(exact.lamps.len()));
                 }
+                rows.push(Row { key, numbers: BTreeMap::new(), counts });
             }
         }
         Ok(rows)
@@ -247,39 +235,51 @@ impl<'a> Work<'a> {
         else {
             return Ok(Vec::new());
         };
-        let own = |case: &ReportScene, benchmark: &Benchmark| {
-            let key = benchmark.key(Of::Light { scene: case.name.clone() });
-            rows.iter().filter(move |row| RowKey { epsilon: None, ..row.key.clone() } == key)
+        let wrong = |case: &ReportScene| {
+            let own = |row: &&Row| with_epsilons(case, [plain]).any(|(_, key)| key == row.key);
+            rows.iter().filter(own).map(Row::wrong_shadows).sum()
         };
-        let wrong = |case| own(case, plain).map(Row::wrong_shadows).sum();
         let mut pictures = Vec::new();
         for case in worst_first(self.lit(), wrong, MOST_SCENES) {
             let pixels = picture(case, self.settings.picture_size)?;
             let scene = Separated::of(&case.scene)?;
             let mut exact = None;
-            for benchmark in [certified, plain] {
-                let painted = scene.painted(benchmark.kernel, &pixels, self.control)?;
-                for (lit, row) in painted.into_iter().zip(own(case, benchmark)) {
-                    let exact = exact.get_or_insert_with(|| lit.clone());
-                    let n = pixels.len();
-                    let all: Vec<_> = (0..n).map(|pixel| lit.wrong(pixel, exact, pixel)).collect();
-                    let n_of_shadows = all.iter().filter(|wrong| wrong.is_of_shadows()).count();
-                    let n_wrong = all.iter().filter(|wrong| **wrong != Wrong::default()).count();
-                    let n_other = n_wrong - n_of_shadows;
-                    pictures.push(ErrorPicture {
-                        key: row.key.clone(),
-                        errors: all.iter().map(Wrong::color).collect(),
-                        srgb: lit.srgb,
-                        verdict: [
-                            share_of_pixels(n_of_shadows, "wrong shadow", n),
-                            share_of_pixels(n_other, "other wrong pixel", n),
-                        ],
-                    });
-                }
+            for (kernel, key) in with_epsilons(case, [certified, plain]) {
+                let lit = scene.painted(kernel, key.epsilon, &pixels, self.control)?;
+                let exact = exact.get_or_insert_with(|| lit.clone());
+                let all: Vec<Wrong> =
+                    (0..pixels.len()).map(|pixel| lit.wrong(pixel, exact, pixel)).collect();
+                let share = |what, is: fn(&&Wrong) -> bool| {
+                    share_of_pixels(all.iter().filter(is).count(), what, pixels.len())
+                };
+                pictures.push(ErrorPicture {
+                    key,
+                    errors: all.iter().map(Wrong::color).collect(),
+                    srgb: lit.srgb,
+                    verdict: [
+                        share("wrong shadow", |wrong| wrong.is_of_shadows()),
+                        share("other wrong pixel", |wrong| {
+                            !wrong.is_of_shadows() && wrong.levels > 0
+                        }),
+                    ],
+                });
             }
         }
         Ok(pictures)
     }
+}
+
+/// Kernels of benchmarks with each of their epsilons, and what rows of the scene's light they have.
+fn with_epsilons<'a>(
+    case: &ReportScene,
+    benchmarks: impl IntoIterator<Item = &'a Benchmark>,
+) -> impl Iterator<Item = (Kernel, RowKey)> {
+    benchmarks.into_iter().flat_map(move |benchmark| {
+        epsilons(benchmark.kernel).iter().map(move |&epsilon| {
+            let of = Of::Light { scene: case.name.clone() };
+            (benchmark.kernel, RowKey { epsilon, ..benchmark.key(of) })
+        })
+    })
 }
 
 #[cfg(test)]
@@ -290,7 +290,9 @@ mod tests {
     fn lit() -> LitPixels {
         LitPixels {
             srgb: vec![[10, 20, 30], [200, 100, 0]],
-            lamps: vec![vec![1.0, 0.5], vec![0.0, 0.5], vec![1e-30, 0.5], vec![0.25, 0.0]],
+            lamps: [[1.0, 0.5], [0.0, 0.5], [1e-30, 0.5], [0.25, 0.0]]
+                .map(|lamp| lamp.map(|light| [light; 3]).to_vec())
+                .to_vec(),
         }
     }
 
@@ -310,17 +312,17 @@ mod tests {
         let (right, dark, leak) = (off(0), FALSE_SHADOW, LEAK);
         let sabotages: [Sabotage; 11] = [
             ("nothing", [0; 4], right, |_| {}),
-            ("another brightness is no verdict", [0; 4], right, |s| s.lamps[1][1] = 1e-9),
-            ("the faintest light", [1, 0, 0, 0], dark, |s| s.lamps[2][0] = 0.0),
-            ("the fourth light", [1, 0, 0, 0], dark, |s| s.lamps[3][0] = 0.0),
-            ("a negative light", [1, 0, 0, 0], dark, |s| s.lamps[0][0] = -1.0),
-            ("no number", [1, 0, 0, 0], dark, |s| s.lamps[0][0] = f32::NAN),
-            ("a leak", [0, 1, 0, 0], leak, |s| s.lamps[1][0] = 1e-9),
+            ("another brightness is no verdict", [0; 4], right, |s| s.lamps[1][1] = [1e-9; 3]),
+            ("the faintest light", [1, 0, 0, 0], dark, |s| s.lamps[2][0] = [0.0; 3]),
+            ("the fourth light", [1, 0, 0, 0], dark, |s| s.lamps[3][0] = [0.0; 3]),
+            ("a negative light", [1, 0, 0, 0], dark, |s| s.lamps[0][0] = [-1.0; 3]),
+            ("no number", [1, 0, 0, 0], dark, |s| s.lamps[0][0] = [f32::NAN; 3]),
+            ("a leak", [0, 1, 0, 0], leak, |s| s.lamps[1][0] = [1e-9; 3]),
             ("a byte up", [0, 0, 1, 0], off(1), |s| s.srgb[0][2] += 1),
             ("eight levels down", [0, 0, 1, 0], off(8), |s| s.srgb[0][0] -= 8),
             ("nine levels up", [0, 0, 1, 1], off(9), |s| s.srgb[0][1] += 9),
             ("both", [1, 1, 1, 1], dark, |s| {
-                (s.lamps[0][0], s.lamps[1][0]) = (0.0, 1.0);
+                (s.lamps[0][0], s.lamps[1][0]) = ([0.0; 3], [1.0; 3]);
                 s.srgb[0] = [255; 3];
             }),
         ];
