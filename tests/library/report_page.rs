@@ -147,7 +147,7 @@ fn planes_are_shown_as_they_are_kept() {
         // The words that the ones before don't have.
         let terminal = text::terminal(&report);
         let words: Vec<&str> = terminal.lines().filter(|line| !text.contains(line)).collect();
-        let plane = outline(&plot::plane(&report));
+        let plane = outline(&plot::plane(&report).svg());
         text += &format!("== {name}\n{}\n\n{plane}\n", words.join("\n"));
     }
     assert_kept("tests/shown/planes.txt", &text);
@@ -155,8 +155,8 @@ fn planes_are_shown_as_they_are_kept() {
 
 /// All that is drawn of a report.
 fn drawn(report: &Report) -> Vec<String> {
-    let sweeps = SWEEPS.iter().map(|sweep| plot::sweep(report, sweep));
-    std::iter::once(plot::plane(report)).chain(sweeps).collect()
+    let sweeps = SWEEPS.iter().map(|sweep| plot::sweep(report, sweep).svg());
+    std::iter::once(plot::plane(report).svg()).chain(sweeps).collect()
 }
 
 /// Panics where a picture is no XML, or has a number that is none or lies outside.
@@ -341,7 +341,7 @@ fn along_distance(report: &mut Report) -> impl Iterator<Item = &mut Row> {
 
 /// What the sweep over distance shows in its two panels: lines, how high it is, and what is said beside them.
 fn distance(report: &Report) -> (usize, f64, Vec<&'static str>) {
-    let svg = plot::sweep(report, &SWEEPS[0]);
+    let svg = plot::sweep(report, &SWEEPS[0]).svg();
     let document = Document::parse(&svg).expect("XML");
     let height = document.root_element().attribute("height").expect("a height");
     let words = ["∞", "the same to the last bit", "class=\"band\""];

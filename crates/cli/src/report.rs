@@ -66,7 +66,7 @@ fn form(path: &Path) -> Result<Form> {
         Some("html") => |report| Ok(page::html(report).into_bytes()),
         Some("json") => |report| summary(Some("report"), Some(report), None),
         Some("md") => |report| Ok(text::markdown(report).into_bytes()),
-        Some("svg") => |report| Ok(plot::plane(report).into_bytes()),
+        Some("svg") => |report| Ok(plot::plane(report).svg().into_bytes()),
         _ => {
             return wrong_usage(format!(
                 "{}: the name's ending tells the form: .html (a page), .json (all figures), .md \

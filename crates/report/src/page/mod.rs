@@ -7,7 +7,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::answer::{answer, price};
 use super::figures::{count, typeset};
-use super::plot::{plane, sweep, theme};
+use super::plot::{self, theme};
 use super::tables::Table;
 use super::{
     Baseline, CLOUD_SIZE, Count, LIGHT_SIZE, Of, Report, ReportScene, SWEEPS, Settings, Sweep,
@@ -71,7 +71,7 @@ pub fn html(report: &Report) -> String {
                 }
                 main {
                     @if let Some(baseline) = &report.baseline { (since(baseline, report)) }
-                    @let plane = plane::chart(report);
+                    @let plane = plot::plane(report);
                     @if !plane.is_empty() {
                         section {
                             h2 { "Time and error of each kernel" }
@@ -170,7 +170,7 @@ fn since(baseline: &Baseline, report: &Report) -> Markup {
 
 /// A sweep; nothing where it has no point.
 fn sweep_section(report: &Report, sweep: &Sweep) -> Markup {
-    let chart = sweep::chart(report, sweep);
+    let chart = plot::sweep(report, sweep);
     html! {
         @if !chart.is_empty() {
             section {

@@ -16,11 +16,9 @@ impl Scale {
     /// An axis for all `values` that are positive and finite.
     pub fn new(values: impl IntoIterator<Item = f64>, px: (f64, f64)) -> Scale {
         let logs = values.into_iter().filter(|x| *x > 0.0 && x.is_finite()).map(f64::log10);
-        let range = logs.fold(None, |range, x| {
-            let (low, high) = range.unwrap_or((x, x));
-            Some((x.min(low), x.max(high)))
-        });
-        let (low, high) = range.unwrap_or((0.0, 1.0));
+        let logs: Vec<f64> = logs.collect();
+        let low = logs.iter().copied().reduce(f64::min).unwrap_or(0.0);
+        let high = logs.iter().copied().reduce(f64::max).unwrap_or(1.0);
         let (low, high) = (step_down(low - MARGIN), step_up(high + MARGIN));
         Scale { low, high, from_px: px.0, to_px: px.1 }
     }
@@ -34,13 +32,13 @@ impl Scale {
     /// The numbers to be written, `most` at most: 1, 2 and 5 of each decade, else every decade, else every
     /// second one and so on.
     pub fn ticks(&self, most: usize) -> Vec<f64> {
-        let every_decade = (1..).map(|every| (&[1][..], every));
-        let mut steps = [(&[1, 2, 5][..], 1)].into_iter().chain(every_decade);
-        let all = steps.find_map(|(factors, every)| {
-            let ticks = self.ticks_at(factors, every);
-            (ticks.len() <= most.max(1)).then_some(ticks)
-        });
-        all.unwrap_or_default()
+        let mut ticks = self.ticks_at(&[1, 2, 5], 1);
+        let mut every = 1;
+        while ticks.len() > most.max(1) {
+            ticks = self.ticks_at(&[1], every);
+            every += 1;
+        }
+        ticks
     }
 
     /// These factors of every so many decades.
