@@ -1,24 +1,27 @@
 //! A report in two sentences.
 
-use super::Metric::TraceNsPerRay;
 use super::figures::{digits, digits_borne, list, percent};
-use super::{Class, Count, Of, Report, Row, Spread};
+use super::{Class, Count, Of, Report, Row};
 
 /// Which kernels were wrong, where, and how much, in a sentence.
 pub fn answer(report: &Report) -> String {
     let (mut right, mut parts) = (Vec::new(), Vec::new());
     for kernel in report.kernels() {
-        let scenes = worst_rows(report, kernel);
-        let n_wrong = scenes.iter().filter(|row| row.wrong_ids() > 0).count();
-        let Some(row) = scenes.iter().copied().max_by(by_share) else { continue };
-        let scene = row.key.of.name();
-        let share = percent(row.wrong_ids(), row.count(Count::Rays));
-        match (n_wrong, scenes.len()) {
+        let mut rows = report.rows_of(|of| matches!(of, Of::Scene { .. }));
+        rows.retain(|row| row.key.kernel == kernel && row.count(Count::Rays) > 0);
+        let by_share = |a: &&Row, b: &&Row| a.wrong_share().total_cmp(&b.wrong_share());
+        let Some(worst) = rows.iter().copied().max_by(by_share) else { continue };
+        let scene = worst.key.of.name();
+        let share = percent(worst.wrong_ids(), worst.count(Count::Rays));
+        let n_scenes = |rows: &[&Row]| rows.chunk_by(|a, b| a.key.of == b.key.of).count();
+        let n_all = n_scenes(&rows);
+        rows.retain(|row| row.wrong_ids() > 0);
+        match (n_scenes(&rows), n_all) {
             (0, _) => right.push(kernel.to_string()),
             (_, 1) => {
                 parts.push(format!("{kernel} was wrong for {share} of the rays of {scene}"));
             }
-            (_, n) => parts.push(format!(
+            (n_wrong, n) => parts.push(format!(
                 "{kernel} was wrong in {n_wrong} of {n} scenes, at worst for {share} of the rays \
                  ({scene})"
             )),
@@ -33,18 +36,6 @@ pub fn answer(report: &Report) -> String {
     } else {
         format!("{}.", parts.join("; "))
     }
-}
-
-fn by_share(a: &&Row, b: &&Row) -> std::cmp::Ordering {
-    a.wrong_share().total_cmp(&b.wrong_share())
-}
-
-/// The row of the device where a kernel was worst, of each scene that it was compared in.
-fn worst_rows<'a>(report: &'a Report, kernel: &str) -> Vec<&'a Row> {
-    let mut rows = report.rows_of(|of| matches!(of, Of::Scene { .. }));
-    rows.retain(|row| row.key.kernel == kernel && row.count(Count::Rays) > 0);
-    let of_scenes = rows.chunk_by(|a, b| a.key.of == b.key.of);
-    of_scenes.filter_map(|rows| rows.iter().copied().max_by(by_share)).collect()
 }
 
 /// The time of the kernels that were never wrong, against the fastest of all, in a sentence. `None`
@@ -81,14 +72,12 @@ pub fn price(report: &Report) -> Option<String> {
 /// The time of a kernel that was never wrong in a class, against that of the fastest, in the digits that
 /// both bear.
 fn ratio(class: &[&Row], device: &str, kernel: &str) -> Option<String> {
-    let rows = || {
-        let rows = class.iter().filter(|row| row.key.device == device);
-        rows.filter(|row| row.count(Count::Rays) > 0)
-    };
-    let own = rows().find(|row| row.key.kernel == kernel && row.wrong_ids() == 0)?;
-    let times = rows().filter_map(|row| row.number(TraceNsPerRay)).filter(Spread::is_drawable);
+    let is_compared = |row: &&&Row| row.key.device == device && row.count(Count::Rays) > 0;
+    let rows: Vec<&&Row> = class.iter().filter(is_compared).collect();
+    let own = rows.iter().find(|row| row.key.kernel == kernel && row.wrong_ids() == 0)?;
+    let times = rows.iter().filter_map(|row| row.time());
     let fastest = times.min_by(|a, b| a.median.total_cmp(&b.median))?;
-    let time = own.number(TraceNsPerRay).filter(Spread::is_drawable)?;
+    let time = own.time()?;
     let n_digits = digits_borne(&time).min(digits_borne(&fastest));
     Some(digits(time.median / fastest.median, n_digits))
 }

@@ -270,6 +270,12 @@ impl Row {
         self.counts.get(&count).copied().unwrap_or(0)
     }
 
+    /// The time of ids, if a logarithmic axis has a place for it.
+    fn time(&self) -> Option<Spread> {
+        let is_drawable = |time: &Spread| time.median > 0.0 && time.median.is_finite();
+        self.number(Metric::TraceNsPerRay).filter(is_drawable)
+    }
+
     /// Rays with a wrong id.
     pub fn wrong_ids(&self) -> u64 {
         [Count::FalseHits, Count::FalseMisses, Count::WrongObject]
@@ -323,11 +329,6 @@ impl Spread {
         // Nearest rank: the smallest value that at least this share does not exceed.
         let p999 = values[((0.999 * n as f64).ceil() as usize).clamp(1, n) - 1];
         Some(Spread { median, p999, min, max, n })
-    }
-
-    /// True of a time that a logarithmic axis has a place for.
-    fn is_drawable(&self) -> bool {
-        self.median > 0.0 && self.median.is_finite()
     }
 
     /// The range as a share of the median; `None` of less than two values.

@@ -78,43 +78,30 @@ impl Row {
 /// A kernel's rows on a device, for each device on which they are the same.
 pub struct Series<'a> {
     pub rows: Vec<&'a Row>,
-    devices: Vec<&'a str>,
+    pub devices: Vec<&'a str>,
 }
 
 impl<'a> Series<'a> {
-    /// The rows of each kernel on each device.
-    pub fn each(rows: &[&'a Row]) -> Vec<Series<'a>> {
-        let lines = grouped(rows.iter().copied(), |row| (&row.key.kernel, &row.key.device));
-        let line =
-            |((_, device), rows): ((_, &'a String), _)| Series { rows, devices: vec![device] };
-        lines.into_iter().map(line).collect()
-    }
-
-    /// The lines of some rows. Devices whose errors are the same to the last bit share one; times are
-    /// never taken for the same.
-    pub fn shared(rows: &[&'a Row]) -> Vec<Series<'a>> {
+    /// The lines of some rows, one a kernel and device. Devices whose errors are the same to the last bit share
+    /// one; times are never taken for the same.
+    pub fn all(rows: Vec<&'a Row>) -> Vec<Series<'a>> {
+        let lines = grouped(rows, |row| (&row.key.kernel, &row.key.device));
         let errors = |row: &&'a Row| (row.x(), &row.numbers, &row.counts);
         let is_timed = |row: &&Row| row.number(Metric::TraceNsPerRay).is_some();
-        let key = |line: &Series<'a>| {
-            let RowKey { kernel, device, .. } = line.key();
-            let of_device = line.rows.iter().any(is_timed).then_some(device);
-            (kernel, of_device, line.rows.iter().map(errors).collect::<Vec<_>>())
+        let key = |((kernel, device), rows): &((&'a String, &'a String), Vec<&'a Row>)| {
+            let of_device = rows.iter().any(is_timed).then_some(*device);
+            (*kernel, of_device, rows.iter().map(errors).collect::<Vec<_>>())
         };
-        let together = |(_, lines): (_, Vec<Series<'a>>)| Series {
-            devices: lines.iter().flat_map(|line| &line.devices).copied().collect(),
-            rows: lines[0].rows.clone(),
+        let together = |(_, lines): (_, Vec<((_, &'a String), Vec<_>)>)| Series {
+            devices: lines.iter().map(|((_, device), _)| device.as_str()).collect(),
+            rows: lines[0].1.clone(),
         };
-        grouped(Series::each(rows), key).into_iter().map(together).collect()
+        grouped(lines, key).into_iter().map(together).collect()
     }
 
     /// What its first row is of.
     pub fn key(&self) -> &'a RowKey {
         &self.rows[0].key
-    }
-
-    /// How many devices share the line.
-    pub fn n_devices(&self) -> usize {
-        self.devices.len()
     }
 
     /// `certified, llvmpipe and CPU`

@@ -277,7 +277,7 @@ pub fn scene(report: &Report, scene: &str) -> [Table; 3] {
 pub fn sweep(report: &Report, sweep: &Sweep) -> Table {
     let rows = report.rows_along(sweep);
     let is_timed = rows.iter().any(|row| row.number(TraceNsPerRay).is_some());
-    let series = Series::shared(&rows);
+    let series = Series::all(rows);
     // A line is named after all of its devices.
     let lines =
         series.iter().flat_map(|line| line.rows.iter().map(move |row| (line.label(report), *row)));

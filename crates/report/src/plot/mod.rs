@@ -16,7 +16,7 @@ use kugelblitz_judge::markup::{document, escaped};
 
 use crate::figures::{quantity, typeset};
 use crate::order::Series;
-use crate::{Class, Count, Metric, Of, Report, Row, Spread};
+use crate::{Class, Count, Of, Report, Row};
 
 use scale::Scale;
 use theme::kernel_class;
@@ -65,7 +65,7 @@ fn wrong_percent(row: &Row) -> Option<[f64; 3]> {
 
 /// The time of ids, nanoseconds a ray.
 fn ns_per_ray(row: &Row) -> Option<[f64; 3]> {
-    let time = row.number(Metric::TraceNsPerRay).filter(Spread::is_drawable)?;
+    let time = row.time()?;
     Some([time.median, time.min, time.max])
 }
 
@@ -93,7 +93,7 @@ pub struct Chart<'a> {
     key: Vec<String>,
     /// The lines of each panel: a colour a kernel, a shape and dashes a device.
     lines: Vec<Series<'a>>,
-    /// Their names.
+    /// A name for each line.
     names: Vec<String>,
     panels: Vec<Panel>,
     x: AxisValue,

@@ -8,7 +8,7 @@ use crate::{Class, Count, Metric, Of, Report, Row};
 
 /// The plane of time and error.
 pub fn plane(report: &Report) -> Chart<'_> {
-    let lines = Series::each(&report.rows_of(|of| matches!(of, Of::Class { .. })));
+    let lines = Series::all(report.rows_of(|of| matches!(of, Of::Class { .. })));
     let classes = report.classes();
     let key = |((class, rows), dash): (&(Class, Vec<&Row>), &str)| {
         let rays = count(rows[0].count(Count::Rays) as usize, "ray");

@@ -16,16 +16,16 @@ const QUANTITIES: [(&str, AxisValue); 3] = [
 /// A sweep, with a panel for each quantity that it has.
 pub fn sweep<'a>(report: &'a Report, sweep: &Sweep) -> Chart<'a> {
     let rows = report.rows_along(sweep);
-    let lines = Series::shared(&rows);
     let mut quantities = QUANTITIES.to_vec();
     quantities.retain(|(_, y)| rows.iter().any(|row| y(row).is_some()));
+    let lines = Series::all(rows);
     let height = if quantities.len() == 1 { 320.0 } else { 200.0 };
     let panel = |(title, y)| Panel { title, height, y, steps: Vec::new() };
     let name = |line: &Series| {
-        let is_on_all = line.n_devices() == report.devices().len();
+        let is_on_all = line.devices.len() == report.devices().len();
         if is_on_all { line.key().kernel.clone() } else { line.label(report) }
     };
-    let is_shared = lines.iter().any(|line| line.n_devices() > 1);
+    let is_shared = lines.iter().any(|line| line.devices.len() > 1);
     let key = "Devices on one line are the same to the last bit; without a device: on all devices.";
     Chart {
         report,
