@@ -111,11 +111,6 @@ const SCENE_TIMES: Times = &[
     (SURFACE, &[SurfaceNsPerRay]),
 ];
 
-/// The times of which a class has means.
-const CLASS_TIMES: [Metric; 2] = [TraceNsPerRay, SurfaceNsPerRay];
-
-const ERRORS: [Metric; 3] = [TUlp, TRelative, NormalDegrees];
-
 impl<'a> Work<'a> {
     /// The benchmarks of the device that stands first.
     pub fn of_first_device(&self) -> impl Iterator<Item = &'a Benchmark> + use<'a> {
@@ -194,10 +189,11 @@ impl<'a> Work<'a> {
                     continue;
                 }
                 let (scene, rays) = (subject.make)()?;
-                let is_compared = round == 0 && subject.n_compared > 0;
-                let index = sample(rays.len(), subject.n_compared, self.settings.seed);
-                let truth = || Truth::of_rays(&scene, &rays, index, self.control);
-                let truth = is_compared.then(truth).transpose()?;
+                let truth = (round == 0 && subject.n_compared > 0).then(|| {
+                    let index = sample(rays.len(), subject.n_compared, self.settings.seed);
+                    Truth::of_rays(&scene, &rays, index, self.control)
+                });
+                let truth = truth.transpose()?;
                 for mut own in std::mem::take(measured) {
                     match self.add_round(&mut own, (&scene, &rays), subject.times, truth.as_ref()) {
                         Err(Error::TooLarge(why)) if !matches!(own.of, Of::Scene { .. }) => {
@@ -267,8 +263,10 @@ impl<'a> Work<'a> {
     /// The errors of each class put together, and the means of its times.
     fn class_rows(&self, scenes: &[Measured]) -> Vec<Row> {
         let mut rows = Vec::new();
-        let each = |class| self.benchmarks.iter().map(move |benchmark| (class, benchmark));
-        for (class, benchmark) in Class::ALL.into_iter().flat_map(each) {
+        for (class, benchmark) in Class::ALL
+            .into_iter()
+            .flat_map(|class| self.benchmarks.iter().map(move |of| (class, of)))
+        {
             let is_own = |scene: &&Measured| {
                 matches!(scene.of, Of::Scene { class: own, .. } if own == class)
                     && std::ptr::eq(scene.benchmark, benchmark)
@@ -281,14 +279,15 @@ impl<'a> Work<'a> {
             own.iter().for_each(|scene| add(&mut counts, scene.counts.clone()));
             counts.remove(&Count::BytesDevice);
             let values = |metric| own.iter().filter_map(move |scene| scene.values.get(&metric));
-            let errors = ERRORS
-                .map(|metric| (metric, Spread::of(values(metric).flatten().copied().collect())));
-            let times = CLASS_TIMES.map(|metric| {
+            let error =
+                |metric| Some((metric, Spread::of(values(metric).flatten().copied().collect())?));
+            let time = |metric| {
                 let times = values(metric).filter_map(|times| Spread::of(times.clone()));
-                (metric, geometric_mean(&times.collect::<Vec<_>>()))
-            });
-            let numbers = errors.into_iter().chain(times);
-            let numbers = numbers.filter_map(|(metric, spread)| Some((metric, spread?))).collect();
+                Some((metric, geometric_mean(&times.collect::<Vec<_>>())?))
+            };
+            let errors = [TUlp, TRelative, NormalDegrees].into_iter().filter_map(error);
+            let times = [TraceNsPerRay, SurfaceNsPerRay].into_iter().filter_map(time);
+            let numbers = errors.chain(times).collect();
             rows.push(Row { key: benchmark.key(Of::Class { class }), numbers, counts });
         }
         rows

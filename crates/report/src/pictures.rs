@@ -53,11 +53,9 @@ impl Work<'_> {
     /// # Errors
     /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
     pub fn pictures(&self, rows: &[Row]) -> Result<Vec<ErrorPicture>> {
-        let own = |case: &ReportScene| {
-            let of = Of::Scene { scene: case.name.clone(), class: case.class };
-            rows.iter().filter(move |row| row.key.of == of)
-        };
-        let wrong = |case| own(case).map(Row::wrong_ids).sum();
+        let of = |case: &ReportScene| Of::Scene { scene: case.name.clone(), class: case.class };
+        let wrong =
+            |case| rows.iter().filter(|row| row.key.of == of(case)).map(Row::wrong_ids).sum();
         let mut pictures = Vec::new();
         for case in worst_first(self.timed(), wrong, MOST_SCENES) {
             let pixels = picture(case, self.settings.picture_size)?;
@@ -67,14 +65,14 @@ impl Work<'_> {
             let palette: Vec<[u8; 3]> = case.scene.colors().map(Color::to_srgb8).collect();
             // Black for an id that no object has.
             let color = |id: &u32| palette.get(*id as usize).copied().unwrap_or_default();
-            for (benchmark, row) in self.of_first_device().zip(own(case)) {
+            for benchmark in self.of_first_device() {
                 let mut tracer = benchmark.tracer(&case.scene, &rays, SURFACE)?.tracer;
                 let mut hits = Hits::default();
                 tracer.trace(&rays, self.control, &mut hits)?;
                 let errors: Vec<RayError> = ray_errors(&hits, &truth).collect();
                 let found = compare_to_exact(&hits, &truth);
                 pictures.push(ErrorPicture {
-                    key: row.key.clone(),
+                    key: benchmark.key(of(case)),
                     srgb: hits.id.iter().map(color).collect(),
                     errors: error_picture(&errors, |_| false),
                     verdict: [

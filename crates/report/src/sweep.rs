@@ -121,14 +121,6 @@ impl<'a> Work<'a> {
     }
 }
 
-fn sphere(center: DVec3, radius: f64) -> Sphere {
-    Sphere { center, radius }
-}
-
-fn scene_of(camera: Option<Camera>, spheres: Vec<Sphere>, planes: Vec<Plane>) -> Arc<Scene> {
-    Arc::new(Scene { camera, spheres: spheres.into(), planes, ..Scene::default() })
-}
-
 /// A sphere of radius 1 around a random point `distance` away from the eye at the origin. Every
 /// second ray passes its centre at `1 ± 2⁻ᵏ` radii with `k` up to 24, the others anywhere up to
 /// 1.5 radii.
@@ -150,7 +142,8 @@ fn at_distance(distance: f64, seed: u64) -> (Arc<Scene>, Rays) {
         WorldRay { origin: DVec3::ZERO, direction: axis + tangent * (cosine * u + sine * v) }
     };
     let rays = (0..DISTANCE_RAYS).map(ray).collect();
-    (scene_of(None, vec![sphere(center, 1.0)], Vec::new()), Rays::List(rays))
+    let spheres = vec![Sphere { center, radius: 1.0 }].into();
+    (Arc::new(Scene { spheres, ..Scene::default() }), Rays::List(rays))
 }
 
 /// Three spheres on a floor, moved away from the origin together with their camera.
@@ -163,9 +156,11 @@ fn at_offset(distance: f64) -> (Arc<Scene>, Rays) {
         projection: Projection::Perspective { fov_degrees: 40.0 },
     };
     let spheres = [(-1.7, 1.0, 0.2), (0.4, 0.8, -0.9), (1.6, 0.6, 0.8)]
-        .map(|(x, radius, z)| sphere(offset + DVec3::new(x, radius, z), radius));
+        .map(|(x, radius, z)| Sphere { center: offset + DVec3::new(x, radius, z), radius });
     let floor = Plane { name: None, point: offset, normal: DVec3::Y, color: Color([0.5; 3]) };
     let [width, height] = OFFSET_SIZE;
     let pixels = Pixels::whole(View::new(&camera), width, height);
-    (scene_of(Some(camera), spheres.to_vec(), vec![floor]), Rays::Pixels(pixels))
+    let (spheres, planes) = (spheres.to_vec().into(), vec![floor]);
+    let scene = Scene { camera: Some(camera), spheres, planes, ..Scene::default() };
+    (Arc::new(scene), Rays::Pixels(pixels))
 }
