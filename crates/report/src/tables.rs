@@ -78,7 +78,7 @@ pub enum Emphasis {
 
 impl Table {
     pub fn is_empty(&self) -> bool {
-        self.groups.iter().all(|group| group.rows.is_empty())
+        self.columns.is_empty()
     }
 }
 
@@ -90,8 +90,8 @@ fn table(groups: Vec<(String, Vec<Line>)>) -> Table {
     let all = groups.iter().flat_map(|(_, lines)| lines).flatten();
     let columns = grouped(all, |(column, _)| column.clone());
     let columns: Vec<Column> = columns.into_iter().map(|(column, _)| column).collect();
-    let names = |line: &Line| -> Vec<Cell> {
-        line.iter().filter(|(column, _)| column.is_name).map(|(_, name)| name.clone()).collect()
+    let names = |line: &Line| -> Line {
+        line.iter().filter(|(column, _)| column.is_name).cloned().collect()
     };
     let row = |(_, lines): (_, Vec<Line>)| -> Vec<Cell> {
         let shown = |column: &Column| {
@@ -133,37 +133,45 @@ fn under<const N: usize>(over: &str, figures: [(&str, Cell); N]) -> Line {
     figures.into_iter().map(|(name, cell)| (column(name), cell)).collect()
 }
 
+fn thing(title: &str, key: &RowKey) -> (Column, Cell) {
+    name(title, cell(key.of.name()))
+}
+
+fn device(key: &RowKey, report: &Report) -> (Column, Cell) {
+    name("device", cell(report.short(&key.device)))
+}
+
 fn config(key: &RowKey, report: &Report) -> Line {
-    vec![name("kernel", kernel(key)), name("device", device(key, report))]
+    let kernel = Cell { emphasis: Emphasis::Kernel, ..cell(&key.kernel) };
+    vec![name("kernel", kernel), device(key, report)]
 }
 
 fn faults(row: &Row) -> Line {
-    let counted = |count| cell(row.count(count).to_string());
-    under(
-        "wrong ids",
-        [
-            ("share", wrong_share(row)),
-            ("false hit", counted(FalseHits)),
-            ("false miss", counted(FalseMisses)),
-            ("another", counted(WrongObject)),
-        ],
-    )
+    let figures = [
+        ("share", wrong_share(row)),
+        ("false hit", cell(row.count(FalseHits))),
+        ("false miss", cell(row.count(FalseMisses))),
+        ("another", cell(row.count(WrongObject))),
+    ];
+    under("wrong ids", figures)
 }
 
 fn quantiles(row: &Row, over: &str, metric: Metric) -> Line {
-    under(
-        over,
-        [
-            ("median", error(row, metric, |errors| errors.median)),
-            ("99.9 %", error(row, metric, |errors| errors.p999)),
-            ("largest", error(row, metric, |errors| errors.max)),
-        ],
-    )
+    let figures = [
+        ("median", error(row, metric, |errors| errors.median)),
+        ("99.9 %", error(row, metric, |errors| errors.p999)),
+        ("largest", error(row, metric, |errors| errors.max)),
+    ];
+    under(over, figures)
 }
 
 fn stages(row: &Row) -> Line {
     let stages = [("f32", F32), ("f64", F64), ("exact", Exact)];
     under("decided in", stages.map(|(name, stage)| (name, decided(row, stage))))
+}
+
+fn times<const N: usize>(row: &Row, over: &str, metrics: [(&str, Metric); N]) -> Line {
+    under(over, metrics.map(|(name, metric)| (name, time(row, metric))))
 }
 
 /// The classes: how wrong.
@@ -178,8 +186,8 @@ pub fn class_errors(report: &Report) -> Table {
 /// The classes: how fast, and which stage decided.
 pub fn class_costs(report: &Report) -> Table {
     by_class(report, |row| {
-        let times = [("ids", TraceNsPerRay), ("with t and normals", SurfaceNsPerRay)];
-        let times = under("time, ns a ray", times.map(|(name, metric)| (name, time(row, metric))));
+        let metrics = [("ids", TraceNsPerRay), ("with t and normals", SurfaceNsPerRay)];
+        let times = times(row, "time, ns a ray", metrics);
         [config(&row.key, report), times, stages(row)].concat()
     })
 }
@@ -192,14 +200,14 @@ pub fn summary(report: &Report) -> Table {
             ("error of `t`, 99.9 %, ulp", error(row, TUlp, |errors| errors.p999)),
             ("ns a ray (least–most)", time(row, TraceNsPerRay)),
         ];
-        [vec![name("scenes", of(row))], config(&row.key, report), under("", figures)].concat()
+        [vec![thing("scenes", &row.key)], config(&row.key, report), under("", figures)].concat()
     })
 }
 
 /// Many spheres.
 pub fn clouds(report: &Report) -> Table {
     plain(report.rows_of(|of| matches!(of, Of::Cloud { .. })), |row| {
-        let names = vec![name("cloud", of(row)), name("device", device(&row.key, report))];
+        let names = vec![thing("cloud", &row.key), device(&row.key, report)];
         let figures = [
             ("ms a picture (least–most)", time(row, PictureMs)),
             ("building, ms", time(row, BuildMs)),
@@ -219,15 +227,15 @@ pub fn light(report: &Report) -> Table {
             ("shadows", share(row.wrong_shadows(), row.count(Verdicts))),
             ("bytes", share(row.count(WrongBytes), row.count(Pixels))),
         ];
-        [vec![name("lit scene", of(row)), name("", epsilon)], under(&row.key.kernel, wrong)]
-            .concat()
+        let names = vec![thing("lit scene", &row.key), name("", epsilon)];
+        [names, under(&row.key.kernel, wrong)].concat()
     })
 }
 
 /// All scenes: who was wrong, and the time of ids.
 pub fn overview(report: &Report) -> Table {
     let line = |row: &Row| {
-        let names = vec![name("scene", of(row)), name("device", device(&row.key, report))];
+        let names = vec![thing("scene", &row.key), device(&row.key, report)];
         let time = Cell { range: None, ..time(row, TraceNsPerRay) };
         let figures = [("wrong", share(row.wrong_ids(), row.count(Rays))), ("ns/ray", time)];
         [names, under(&row.key.kernel, figures)].concat()
@@ -241,35 +249,34 @@ pub fn overview(report: &Report) -> Table {
 
 /// All figures of one scene: errors, more errors, costs.
 pub fn scene(report: &Report, scene: &str) -> [Table; 3] {
-    let times = |row: &Row, over: &str, names: [(&str, Metric); 3]| {
-        under(over, names.map(|(name, metric)| (name, time(row, metric))))
-    };
-    let per_ray = [
-        ("ids", TraceNsPerRay),
-        ("with t and normals", SurfaceNsPerRay),
-        ("device's clock", DeviceNsPerRay),
+    let parts: [fn(&Row) -> [Line; 3]; 3] = [
+        |row| {
+            let rays = [("rays compared", cell(row.count(Rays)))];
+            [under("", rays), faults(row), quantiles(row, "error of t, ulp", TUlp)]
+        },
+        |row| {
+            let t = quantiles(row, "error of t, relative", TRelative);
+            [t, quantiles(row, "error of the normal, °", NormalDegrees), stages(row)]
+        },
+        |row| {
+            let per_ray = [
+                ("ids", TraceNsPerRay),
+                ("with t and normals", SurfaceNsPerRay),
+                ("device's clock", DeviceNsPerRay),
+            ];
+            let per_picture = [
+                ("read-back", ReadbackMs),
+                ("compiling", CompileMs),
+                ("first picture", FirstPictureMs),
+            ];
+            let bytes = [("bytes on the device", cell(row.count(BytesDevice)))];
+            let times_of_rays = times(row, "time, ns a ray", per_ray);
+            [times_of_rays, times(row, "time, ms", per_picture), under("", bytes)]
+        },
     ];
-    let per_picture =
-        [("read-back", ReadbackMs), ("compiling", CompileMs), ("first picture", FirstPictureMs)];
-    let parts = |row: &Row| {
-        let counted = |name, count| under("", [(name, cell(row.count(count).to_string()))]);
-        [
-            [counted("rays compared", Rays), faults(row), quantiles(row, "error of t, ulp", TUlp)],
-            [
-                quantiles(row, "error of t, relative", TRelative),
-                quantiles(row, "error of the normal, °", NormalDegrees),
-                stages(row),
-            ],
-            [
-                times(row, "time, ns a ray", per_ray),
-                times(row, "time, ms", per_picture),
-                counted("bytes on the device", BytesDevice),
-            ],
-        ]
-    };
-    [0, 1, 2].map(|part| {
+    parts.map(|part| {
         let own = report.rows_of(|of| matches!(of, Of::Scene { scene: own, .. } if own == scene));
-        plain(own, |row| [config(&row.key, report), parts(row)[part].concat()].concat())
+        plain(own, |row| [config(&row.key, report), part(row).concat()].concat())
     })
 }
 
@@ -294,8 +301,7 @@ pub fn sweep(report: &Report, sweep: &Sweep) -> Table {
 
 /// All that changed since an earlier report, with its title.
 pub fn since(baseline: &Baseline, report: &Report) -> [(&'static str, Table); 2] {
-    let names =
-        |key: &RowKey| [vec![name("of", cell(key.of.name()))], config(key, report)].concat();
+    let names = |key: &RowKey| [vec![thing("of", key)], config(key, report)].concat();
     let change = |change: &Change| {
         let Change { key, metric, before, now, ratio, verdict } = change;
         let n_digits = digits_borne(before).min(digits_borne(now));
@@ -313,7 +319,7 @@ pub fn since(baseline: &Baseline, report: &Report) -> [(&'static str, Table); 2]
     };
     let changed_ids = |WrongIds { key, rays, before, now }: &WrongIds| {
         let figures = [("rays compared", rays), ("wrong before", before), ("wrong now", now)];
-        let figures = figures.map(|(name, n)| (name, cell(n.to_string())));
+        let figures = figures.map(|(name, n)| (name, cell(n)));
         [names(key), under("", figures)].concat()
     };
     [
@@ -345,20 +351,8 @@ impl Metric {
     }
 }
 
-fn cell(text: impl Into<String>) -> Cell {
-    Cell { text: text.into(), range: None, emphasis: Emphasis::Plain }
-}
-
-fn of(row: &Row) -> Cell {
-    cell(row.key.of.name())
-}
-
-fn kernel(key: &RowKey) -> Cell {
-    Cell { emphasis: Emphasis::Kernel, ..cell(&key.kernel) }
-}
-
-fn device(key: &RowKey, report: &Report) -> Cell {
-    cell(report.short(&key.device))
+fn cell(text: impl ToString) -> Cell {
+    Cell { text: text.to_string(), range: None, emphasis: Emphasis::Plain }
 }
 
 /// `ε = 10⁻³`
