@@ -534,8 +534,8 @@ fn an_earlier_report_is_read_back_and_another_size_is_refused() {
     let rows: Vec<Row> = serde_json::from_value(earlier["rows"].clone()).unwrap();
     assert_eq!(rows, made.rows);
     (earlier["schema"], earlier["command"]) = (2.into(), "report".into());
-    let earlier = Earlier::parse(&earlier.to_string()).unwrap();
-    assert!(earlier.check(&Settings::default()).is_ok(), "the same size");
-    let why = earlier.check(&Settings { size: [320, 180], ..Settings::default() }).unwrap_err();
+    let parsed = |settings| Earlier::parse(&earlier.to_string(), &settings);
+    assert!(parsed(Settings::default()).is_ok(), "the same size");
+    let why = parsed(Settings { size: [320, 180], ..Settings::default() }).unwrap_err();
     assert!(why.contains("give --size 1280x720"), "{why}");
 }

@@ -1,7 +1,7 @@
 //! `kugelblitz report`
 
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use kugelblitz::device::Device;
@@ -40,7 +40,8 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
     });
     let adapters = adapters.collect::<Result<Vec<_>>>()?;
     let environment = Environment::collect(command_line(), version::COMMIT, adapters);
-    let benchmarks = benchmarks(&devices, kernels(args), &mut missing)?;
+    let kernels = if args.kernel.is_empty() { &Kernel::ALL[..] } else { &args.kernel };
+    let benchmarks = benchmarks(&devices, kernels, &mut missing)?;
 
     let n_rays = Report::n_rays(&cases, &benchmarks, &settings);
     let measure = || Report::measure(environment, &cases, &benchmarks, settings, &run.control);
@@ -60,26 +61,26 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
 /// A form in which a report can be written.
 type Form = fn(&Report) -> Result<Vec<u8>>;
 
-/// The form that a file's name tells.
-fn form(path: &Path) -> Result<Form> {
-    Ok(match path.extension().and_then(|ending| ending.to_str()) {
-        Some("html") => |report| Ok(page::html(report).into_bytes()),
-        Some("json") => |report| summary(Some("report"), Some(report), None),
-        Some("md") => |report| Ok(text::markdown(report).into_bytes()),
-        Some("svg") => |report| Ok(plot::plane(report).svg().into_bytes()),
-        _ => {
-            return wrong_usage(format!(
-                "{}: the name's ending tells the form: .html (a page), .json (all figures), .md \
-                 (a short table) or .svg (the main plot)",
-                path.shown()
-            ));
-        }
-    })
-}
-
-/// The files, begun early: a folder that isn't there is told before the work and not after it.
+/// The files, begun early: a folder that isn't there is told before the work and not after it. Their names' endings
+/// tell the forms.
 fn outputs(paths: &[PathBuf]) -> Result<Vec<(OutputFile, Form)>> {
-    let begin = |path: &PathBuf| Ok((OutputFile::create(path, false)?, form(path)?));
+    let begin = |path: &PathBuf| {
+        let file = OutputFile::create(path, false)?;
+        let form: Form = match path.extension().and_then(|ending| ending.to_str()) {
+            Some("html") => |report| Ok(page::html(report).into_bytes()),
+            Some("json") => |report| summary(Some("report"), Some(report), None),
+            Some("md") => |report| Ok(text::markdown(report).into_bytes()),
+            Some("svg") => |report| Ok(plot::plane(report).svg().into_bytes()),
+            _ => {
+                return wrong_usage(format!(
+                    "{}: the name's ending tells the form: .html (a page), .json (all figures), .md \
+                     (a short table) or .svg (the main plot)",
+                    path.shown()
+                ));
+            }
+        };
+        Ok((file, form))
+    };
     paths.iter().map(begin).collect()
 }
 
@@ -95,13 +96,8 @@ fn earlier(args: &ReportArgs, settings: &Settings) -> Result<Option<(String, Ear
     let advice = "give what `kugelblitz report -o NAME.json` wrote";
     let text = input::read_text(path, "a report", advice)?;
     let wrong = |message| Error::Input { path: path.clone(), message };
-    let earlier = Earlier::parse(&text).map_err(wrong)?;
-    earlier.check(settings).map_err(wrong)?;
+    let earlier = Earlier::parse(&text, settings).map_err(wrong)?;
     Ok(Some((path.display().to_string(), earlier)))
-}
-
-fn kernels(args: &ReportArgs) -> &[Kernel] {
-    if args.kernel.is_empty() { &Kernel::ALL } else { &args.kernel }
 }
 
 fn command_line() -> String {

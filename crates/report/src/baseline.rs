@@ -102,44 +102,38 @@ pub enum TimeVerdict {
 }
 
 impl Earlier {
-    /// Reads a report's JSON.
+    /// Reads a report's JSON, to be compared with a report of `settings`.
     ///
     /// # Errors
-    /// What is wrong with it, and the next step.
-    pub fn parse(text: &str) -> Result<Earlier, String> {
+    /// What is wrong with it, or why its times can't be compared, and the next step.
+    pub fn parse(text: &str, settings: &Settings) -> Result<Earlier, String> {
         const ADVICE: &str = "give what `kugelblitz report -o NAME.json` wrote";
         let wrong = |error| format!("this is no report: {error}; {ADVICE}");
-        let head: Head = serde_json::from_str(text).map_err(wrong)?;
-        match (head.command.as_str(), head.schema) {
-            ("report", SCHEMA) => serde_json::from_str(text).map_err(wrong),
-            ("report", other) => Err(format!(
-                "this report has the schema {other}, and only {SCHEMA} is read: measure it again, and {ADVICE}"
-            )),
-            (other, _) => Err(format!("this is of the command `{other}`; {ADVICE}")),
+        let Head { schema, command } = serde_json::from_str(text).map_err(wrong)?;
+        if command != "report" {
+            return Err(format!("this is of the command `{command}`; {ADVICE}"));
         }
-    }
-
-    /// Whether times of `settings` can be compared with these.
-    ///
-    /// # Errors
-    /// Why not, and the option that changes it.
-    pub fn check(&self, settings: &Settings) -> Result<(), String> {
-        let ([width, height], [now_width, now_height]) = (self.settings.size, settings.size);
-        if self.settings.size == settings.size {
-            Ok(())
-        } else {
-            Err(format!(
+        if schema != SCHEMA {
+            return Err(format!(
+                "this report has the schema {schema}, and only {SCHEMA} is read: measure it again, and {ADVICE}"
+            ));
+        }
+        let earlier: Earlier = serde_json::from_str(text).map_err(wrong)?;
+        let ([width, height], [now_width, now_height]) = (earlier.settings.size, settings.size);
+        if [width, height] != settings.size {
+            return Err(format!(
                 "it was measured at {width}x{height} pixels and this would be at \
                  {now_width}x{now_height}, where a ray takes another time; give --size {width}x{height}"
-            ))
+            ));
         }
+        Ok(earlier)
     }
 }
 
 impl Baseline {
     /// Compares `report` with an `earlier` one, which was read from `file`.
     pub fn new(file: String, earlier: &Earlier, report: &Report) -> Baseline {
-        let compared = |settings: &Settings| (settings.size, settings.samples, settings.seed);
+        let compared = |settings: &Settings| (settings.samples, settings.seed);
         let same_rays = compared(&earlier.settings) == compared(&report.settings);
         let (mut times, mut wrong_ids) = (Vec::new(), Vec::new());
         // A class has no runs of its own.
@@ -155,13 +149,6 @@ impl Baseline {
         let EarlierEnvironment { version, commit, date, .. } = earlier.environment.clone();
         let different = earlier.environment.differences(&report.environment);
         Baseline { file, version, commit, date, different, times, wrong_ids }
-    }
-
-    /// The times that changed by more than noise.
-    pub fn beyond_noise(&self) -> impl Iterator<Item = &Change> {
-        let is_beyond =
-            |c: &&Change| matches!(c.verdict, TimeVerdict::Faster | TimeVerdict::Slower);
-        self.times.iter().filter(is_beyond)
     }
 
     /// What is compared with what, and what came of it, a sentence or two in each.

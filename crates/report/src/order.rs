@@ -44,8 +44,7 @@ impl Report {
 
     /// The place of a device in the order.
     pub(super) fn device_index(&self, device: &str) -> usize {
-        let devices = self.devices();
-        devices.iter().position(|known| *known == device).unwrap_or(devices.len())
+        self.devices().iter().position(|known| *known == device).unwrap_or(0)
     }
 
     /// The rows of some things.

@@ -14,11 +14,13 @@ use super::{AdapterArithmetic, Baseline, CLOUD_SIZE, LIGHT_SIZE, Report, SWEEPS,
 
 /// The whole report but the pictures and each scene's own figures, at most 110 columns wide.
 pub fn terminal(report: &Report) -> String {
-    let mut parts = vec![environment(report), wrapped(&answer(report), "")];
-    parts.extend(price(report).map(|price| wrapped(&price, "")));
-    parts.extend(report.noise.warning().map(|warning| wrapped(&warning, "")));
-    let words = report.baseline.iter().flat_map(Baseline::in_words);
-    parts.extend(words.map(|words| wrapped(&plain(&words), "")));
+    let mut words = vec![answer(report)];
+    words.extend(price(report));
+    words.extend(report.noise.warning());
+    let since = report.baseline.iter().flat_map(Baseline::in_words);
+    words.extend(since.map(|words| plain(&words)));
+    let mut parts = vec![environment(report)];
+    parts.extend(words.iter().map(|words| wrapped(words, "")));
     let mut add = |title: &str, table: Table| {
         if !table.is_empty() {
             parts.push(wrapped(title, "  ") + &print::terminal(&table));
