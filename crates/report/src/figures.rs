@@ -3,7 +3,7 @@
 use kugelblitz::plain::plain_document;
 
 use super::Spread;
-pub use kugelblitz::words::{NONE, count, digits, list, percent};
+pub use kugelblitz::words::{NONE, count, digits, joined, list, percent};
 
 /// Three digits that count; see [`digits`].
 pub fn figure(x: f64) -> String {
@@ -47,7 +47,7 @@ pub fn quantity(x: f64) -> String {
 /// A figure for print: `1.2e-6` as `1.2 × 10⁻⁶`, and whole numbers of five digits and more in
 /// groups, with narrow spaces between them.
 pub fn typeset(figure: &str) -> String {
-    figure.split(' ').map(typeset_word).collect::<Vec<_>>().join(" ")
+    joined(figure.split(' ').map(typeset_word), " ")
 }
 
 fn typeset_word(word: &str) -> String {
@@ -62,7 +62,7 @@ fn typeset_word(word: &str) -> String {
         return word.to_string();
     }
     let groups = word.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
-    groups.collect::<Vec<_>>().join("\u{202f}")
+    joined(groups, "\u{202f}")
 }
 
 fn superscript(exponent: &str) -> String {

@@ -1,10 +1,12 @@
 //! Prints a [`Table`] for a terminal, in Markdown, and for a page.
 
+use std::borrow::Borrow;
+
 use maud::{Markup, html};
 
 use kugelblitz::words::cut;
 
-use super::figures::{plain, typeset};
+use super::figures::{joined, plain, typeset};
 use super::plot::theme::kernel_class;
 use super::tables::{Cell, Column, Emphasis, Table};
 
@@ -28,18 +30,15 @@ impl Cell {
 
 /// Text for a terminal. What does not fit stands in further blocks, each with the names.
 pub fn terminal(table: &Table) -> String {
-    let rows = || table.groups.iter().flat_map(|group| &group.rows);
-    let lines = |(i, column): (usize, &Column)| {
-        let cells = rows().map(|row| shortened(&row[i].whole()));
-        to_one_width(column, [shortened(&column.name)].into_iter().chain(cells).collect())
-    };
-    let lines: Vec<_> = table.columns.iter().enumerate().map(lines).collect();
-    let columns: Vec<_> = table.columns.iter().zip(&lines).collect();
-    let mut parts = columns.chunk_by(|(a, _), (b, _)| a.is_beside(b)).map(|part| {
-        let (column, _) = part[0];
-        let lines: Vec<_> = part.iter().map(|(_, lines)| *lines).collect();
-        let lines = [shortened(&column.over)].into_iter().chain(joined(&lines));
-        to_one_width(column, lines.collect())
+    let mut n_before = 0;
+    let mut parts = table.columns.chunk_by(Column::is_beside).map(|columns| {
+        let lines = |(column, i): (&Column, usize)| {
+            let rows = table.groups.iter().flat_map(|group| &group.rows);
+            to_one_width(column, &column.name, rows.map(|row| shortened(&row[i].whole())))
+        };
+        let lines: Vec<_> = columns.iter().zip(n_before..).map(lines).collect();
+        n_before += columns.len();
+        to_one_width(&columns[0], &columns[0].over, side_by_side(&lines))
     });
     let Some(names) = parts.next() else { return String::new() };
     let mut blocks: Vec<Vec<String>> = Vec::new();
@@ -47,29 +46,31 @@ pub fn terminal(table: &Table) -> String {
         let fits =
             |block: &&mut Vec<String>| length(&block[0]) + GAP.len() + length(&part[0]) <= WIDTH;
         match blocks.last_mut().filter(fits) {
-            Some(block) => *block = joined(&[block, &part]),
-            None => blocks.push(joined(&[&names, &part])),
+            Some(block) => *block = side_by_side(&[std::mem::take(block), part]),
+            None => blocks.push(side_by_side(&[names.clone(), part])),
         }
     }
-    let texts = blocks.iter().map(|block| with_groups(table, block));
-    texts.collect::<Vec<_>>().join("\n")
+    joined(blocks.iter().map(|block| with_groups(table, block)), "\n")
 }
 
-/// Lines of a column, or of several, filled up.
-fn to_one_width(column: &Column, lines: Vec<String>) -> Vec<String> {
+/// A head and the lines below it, filled up.
+fn to_one_width(
+    column: &Column,
+    head: &str,
+    lines: impl IntoIterator<Item = String>,
+) -> Vec<String> {
+    let lines: Vec<String> = [shortened(head)].into_iter().chain(lines).collect();
     let width = lines.iter().map(|line| length(line)).max().unwrap_or(0);
-    let line = |line: &String| match column.is_name {
-        true => format!("{line:<width$}"),
-        false => format!("{line:>width$}"),
+    let line = |line: &String| {
+        if column.is_name { format!("{line:<width$}") } else { format!("{line:>width$}") }
     };
     lines.iter().map(line).collect()
 }
 
 /// Texts of as many lines, side by side.
-fn joined(texts: &[&Vec<String>]) -> Vec<String> {
-    let n_lines = texts.first().map_or(0, |text| text.len());
-    let line = |i: usize| texts.iter().map(|text| text[i].as_str()).collect::<Vec<_>>().join(GAP);
-    (0..n_lines).map(line).collect()
+fn side_by_side(texts: &[Vec<String>]) -> Vec<String> {
+    let line = |i: usize| joined(texts.iter().map(|text| text[i].as_str()), GAP);
+    (0..texts[0].len()).map(line).collect()
 }
 
 /// Two lines of head, if the first is not empty, and the rows, each group under its name.
@@ -95,16 +96,19 @@ fn shortened(text: &str) -> String {
 
 /// A table in Markdown.
 pub fn markdown(table: &Table) -> String {
-    let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
     let names = table.columns.iter().map(|Column { over, name, .. }| match over.as_str() {
         "" => name.clone(),
         over => format!("{}: {name}", markdown_text(over)),
     });
     let rules = table.columns.iter().map(|column| if column.is_name { "---" } else { "---:" });
-    let head = [line(names.collect()), line(rules.map(str::to_string).collect())].concat();
+    let head = markdown_line(names) + &markdown_line(rules);
     let rows = table.groups.iter().flat_map(|group| &group.rows);
-    let cells = |row: &Vec<Cell>| row.iter().map(|cell| markdown_text(&cell.whole())).collect();
-    head + &rows.map(|row| line(cells(row))).collect::<String>()
+    let line = |row: &Vec<Cell>| markdown_line(row.iter().map(|cell| markdown_text(&cell.whole())));
+    head + &rows.map(line).collect::<String>()
+}
+
+fn markdown_line(cells: impl Iterator<Item: Borrow<str>>) -> String {
+    format!("| {} |\n", joined(cells, " | "))
 }
 
 /// Text that Markdown shows as it is.

@@ -7,7 +7,7 @@ use kugelblitz::scene::hex;
 use kugelblitz_judge::compare::{FALSE_HIT, FALSE_MISS, RAMP, WRONG_OBJECT};
 use maud::{Markup, html};
 
-use crate::figures::{short_name, typeset};
+use crate::figures::{joined, short_name, typeset};
 use crate::light::{FALSE_SHADOW, LEAK};
 use crate::order::grouped;
 use crate::plot::theme::kernel_class;
@@ -90,7 +90,7 @@ fn row(size: [u32; 2], picture: &ErrorPicture) -> Markup {
     let is_light = matches!(picture.key.of, Of::Light { .. });
     let epsilon = is_light.then(|| with_epsilon(picture.key.epsilon));
     let what = [picture.key.of.name(), format!("kernel {kernel}")];
-    let what = what.into_iter().chain(epsilon.clone()).collect::<Vec<_>>().join(", ");
+    let what = joined(what.into_iter().chain(epsilon.clone()), ", ");
     html! {
         p {
             span.key.(kernel_class(kernel)) {} strong { (kernel) } br;
