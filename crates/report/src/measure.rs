@@ -234,22 +234,24 @@ impl<'a> Work<'a> {
             {
                 backend.use_clock();
             }
-            let mut trace = || made.tracer.trace(rays, self.control, &mut hits);
-            let first = trace()?;
-            let runs = (0..self.settings.runs).map(|_| trace()).collect::<Result<Vec<_>>>()?;
+            let trace = |_| made.tracer.trace(rays, self.control, &mut hits);
+            let timings = (0..=self.settings.runs).map(trace).collect::<Result<Vec<_>>>()?;
+            let (first, runs) = timings.split_at(1);
             let ns = |time: Duration| 1e9 * time.as_secs_f64() / rays.len() as f64;
-            let picture = |timing: &Timing| ms(timing.deciding() + timing.readback);
             for &metric in *metrics {
-                let of_runs = |value: &dyn Fn(&Timing) -> f64| runs.iter().map(value).collect();
-                let values: Vec<f64> = match metric {
-                    BuildMs => vec![ms(made.tracer.prepared().build_time())],
-                    CompileMs => vec![ms(made.compile)],
-                    FirstPictureMs => vec![picture(&first)],
-                    PictureMs => of_runs(&picture),
-                    ReadbackMs => of_runs(&|timing| ms(timing.readback)),
-                    DeviceNsPerRay => runs.iter().filter_map(|run| run.on_device).map(ns).collect(),
-                    _ => of_runs(&|timing| ns(timing.deciding())),
+                let value = |timing: &Timing| {
+                    Some(match metric {
+                        BuildMs => ms(made.tracer.prepared().build_time()),
+                        CompileMs => ms(made.compile),
+                        FirstPictureMs | PictureMs => ms(timing.deciding() + timing.readback),
+                        ReadbackMs => ms(timing.readback),
+                        DeviceNsPerRay => ns(timing.on_device?),
+                        _ => ns(timing.deciding()),
+                    })
                 };
+                let is_once = matches!(metric, BuildMs | CompileMs | FirstPictureMs);
+                let timings = if is_once { first } else { runs };
+                let values = timings.iter().filter_map(value);
                 measured.values.entry(metric).or_default().extend(values);
             }
             // Of other subjects they don't repeat: tiles of many objects are as large as time allows.
@@ -298,15 +300,17 @@ impl Measured<'_> {
     /// Adds the errors of a result against the truth about some of its rays.
     fn add_errors(&mut self, hits: &Hits, truth: &Truth) {
         let mut found = RayDifferences::default();
-        let mut add_error = |metric, error: Option<f64>| {
-            self.values.entry(metric).or_default().extend(error);
-        };
         for (ray, error) in ray_errors(hits, truth).enumerate() {
             found.see(ray, &error);
             if let RayError::Right { id: 1.., t, normal } = error {
-                add_error(TUlp, t.map(|t| t.ulp));
-                add_error(TRelative, t.map(|t| t.relative));
-                add_error(NormalDegrees, normal.map(|normal| normal.degrees));
+                let errors = [
+                    (TUlp, t.map(|t| t.ulp)),
+                    (TRelative, t.map(|t| t.relative)),
+                    (NormalDegrees, normal.map(|normal| normal.degrees)),
+                ];
+                for (metric, error) in errors {
+                    self.values.entry(metric).or_default().extend(error);
+                }
             }
         }
         let counts = [
