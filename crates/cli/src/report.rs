@@ -34,11 +34,12 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
     let outputs = outputs(&args.output)?;
     let mut missing = Vec::new();
     let devices = devices(args, &mut missing, run)?;
-    let adapters = devices.iter().filter_map(|device| match device {
-        Device::Gpu(gpu) => Some(AdapterArithmetic::of(gpu)),
-        Device::Cpu => None,
-    });
-    let adapters = adapters.collect::<Result<Vec<_>>>()?;
+    let mut adapters = Vec::new();
+    for device in &devices {
+        if let Device::Gpu(gpu) = device {
+            adapters.push(AdapterArithmetic::of(gpu)?);
+        }
+    }
     let environment = Environment::collect(command_line(), version::COMMIT, adapters);
     let kernels = if args.kernel.is_empty() { &Kernel::ALL[..] } else { &args.kernel };
     let benchmarks = benchmarks(&devices, kernels, &mut missing)?;

@@ -1,7 +1,7 @@
 //! A report in two sentences.
 
 use super::figures::{digits, digits_borne, list, percent};
-use super::{Class, Count, Of, Report, Row};
+use super::{Count, Of, Report, Row};
 
 /// Which kernels were wrong, where, and how much, in a sentence.
 pub fn answer(report: &Report) -> String {
@@ -42,20 +42,18 @@ pub fn answer(report: &Report) -> String {
 /// where each was wrong.
 pub fn price(report: &Report) -> Option<String> {
     let classes = report.classes();
+    if classes.is_empty() {
+        return None;
+    }
     let mut parts = Vec::new();
     for device in report.devices() {
         let mut kernels = Vec::new();
         for kernel in report.kernels() {
             let ratios = classes.iter().map(|(class, rows)| {
                 let ratio = ratio(rows, device, kernel)?;
-                Some(if classes.len() > 1 {
-                    format!("{ratio} ({})", Class::name(*class))
-                } else {
-                    ratio
-                })
+                Some(if classes.len() > 1 { format!("{ratio} ({})", class.name()) } else { ratio })
             });
-            let ratios: Option<Vec<String>> = ratios.collect();
-            let Some(ratios) = ratios.filter(|ratios| !ratios.is_empty()) else { continue };
+            let Some(ratios) = ratios.collect::<Option<Vec<String>>>() else { continue };
             kernels.push(if kernels.is_empty() {
                 format!("{kernel} takes {} times as long as the fastest", list(&ratios))
             } else {

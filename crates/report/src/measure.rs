@@ -265,32 +265,32 @@ impl<'a> Work<'a> {
     /// The errors of each class put together, and the means of its times.
     fn class_rows(&self, scenes: &[Measured]) -> Vec<Row> {
         let mut rows = Vec::new();
-        for (class, benchmark) in Class::ALL
-            .into_iter()
-            .flat_map(|class| self.benchmarks.iter().map(move |of| (class, of)))
-        {
-            let is_own = |scene: &&Measured| {
-                matches!(scene.of, Of::Scene { class: own, .. } if own == class)
-                    && std::ptr::eq(scene.benchmark, benchmark)
-            };
-            let own: Vec<_> = scenes.iter().filter(is_own).collect();
-            if own.is_empty() {
-                continue;
+        for class in Class::ALL {
+            for benchmark in self.benchmarks {
+                let is_own = |scene: &&Measured| {
+                    matches!(scene.of, Of::Scene { class: own, .. } if own == class)
+                        && std::ptr::eq(scene.benchmark, benchmark)
+                };
+                let own: Vec<_> = scenes.iter().filter(is_own).collect();
+                if own.is_empty() {
+                    continue;
+                }
+                let mut counts = BTreeMap::from([(Count::Scenes, own.len() as u64)]);
+                own.iter().for_each(|scene| add(&mut counts, scene.counts.clone()));
+                counts.remove(&Count::BytesDevice);
+                let values = |metric| own.iter().filter_map(move |scene| scene.values.get(&metric));
+                let error = |metric| {
+                    Some((metric, Spread::of(values(metric).flatten().copied().collect())?))
+                };
+                let time = |metric| {
+                    let times = values(metric).filter_map(|times| Spread::of(times.clone()));
+                    Some((metric, geometric_mean(&times.collect::<Vec<_>>())?))
+                };
+                let errors = [TUlp, TRelative, NormalDegrees].into_iter().filter_map(error);
+                let times = [TraceNsPerRay, SurfaceNsPerRay].into_iter().filter_map(time);
+                let numbers = errors.chain(times).collect();
+                rows.push(Row { key: benchmark.key(Of::Class { class }), numbers, counts });
             }
-            let mut counts = BTreeMap::from([(Count::Scenes, own.len() as u64)]);
-            own.iter().for_each(|scene| add(&mut counts, scene.counts.clone()));
-            counts.remove(&Count::BytesDevice);
-            let values = |metric| own.iter().filter_map(move |scene| scene.values.get(&metric));
-            let error =
-                |metric| Some((metric, Spread::of(values(metric).flatten().copied().collect())?));
-            let time = |metric| {
-                let times = values(metric).filter_map(|times| Spread::of(times.clone()));
-                Some((metric, geometric_mean(&times.collect::<Vec<_>>())?))
-            };
-            let errors = [TUlp, TRelative, NormalDegrees].into_iter().filter_map(error);
-            let times = [TraceNsPerRay, SurfaceNsPerRay].into_iter().filter_map(time);
-            let numbers = errors.chain(times).collect();
-            rows.push(Row { key: benchmark.key(Of::Class { class }), numbers, counts });
         }
         rows
     }

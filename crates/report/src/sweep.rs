@@ -72,14 +72,13 @@ impl<'a> Work<'a> {
     pub fn made(self) -> Vec<Subject<'a>> {
         let Settings { samples, seed, sweeps, clouds, .. } = self.settings;
         let of = |sweep: &str, x| Of::Sweep { sweep: sweep.into(), x };
-        let distances = (1..13).map(|k| 10f64.powf(f64::from(k) / 2.0));
-        let distances = distances.map(|x| {
+        let distances = (1..13).map(|k| 10f64.powf(f64::from(k) / 2.0)).map(|x| {
             let make = Box::new(move || Ok(at_distance(x, *seed)));
             self.untimed(of("distance", x), DISTANCE_RAYS, make)
         });
         let offsets = (0..11).map(|k| 10f64.powi(k)).map(|x| {
-            let n_rays = n_pixels(OFFSET_SIZE) as usize;
-            self.untimed(of("offset", x), n_rays, Box::new(move || Ok(at_offset(x))))
+            let make = Box::new(move || Ok(at_offset(x)));
+            self.untimed(of("offset", x), n_pixels(OFFSET_SIZE) as usize, make)
         });
         let objects = OBJECTS
             .iter()

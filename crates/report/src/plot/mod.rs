@@ -294,24 +294,26 @@ impl<'a> Layout<'a> {
     /// The lines' names at their last marks, moved apart where they would touch.
     fn names(&self) -> String {
         let last = self.lines().filter_map(<[Mark]>::last);
-        let mut ends: Vec<_> = last.map(|mark| (mark, self.places(mark)[0])).collect();
-        ends.sort_by(|(_, a), (_, b)| a.1.total_cmp(&b.1));
-        let mut ys: Vec<f64> = ends.iter().map(|(_, (_, y))| *y).collect();
-        for i in 1..ys.len() {
-            ys[i] = ys[i].max(ys[i - 1] + NAME);
+        let ends = last.map(|mark| (mark, self.places(mark)[0]));
+        let mut ends: Vec<_> = ends.map(|(mark, end)| (mark, end, end.1)).collect();
+        ends.sort_by(|a, b| a.2.total_cmp(&b.2));
+        let mut highest = f64::NEG_INFINITY;
+        for (.., y) in &mut ends {
+            *y = y.max(highest);
+            highest = *y + NAME;
         }
         // What was pushed out at the bottom goes back up.
         let mut lowest = self.bottom + 4.0;
-        for y in ys.iter_mut().rev() {
+        for (.., y) in ends.iter_mut().rev() {
             *y = y.min(lowest);
             lowest = *y - NAME;
         }
-        let name = |((mark, (end_x, end_y)), y): (&(&Mark, Point), &f64)| {
-            let lead = straight((end_x + 7.0, *end_y), (RIGHT + 12.0, *y));
+        let name = |&(mark, (end_x, end_y), y): &(&Mark, Point, f64)| {
+            let lead = straight((end_x + 7.0, end_y), (RIGHT + 12.0, y));
             in_class(mark.color(), " opacity=\"0.5\"", &lead)
                 + &text(RIGHT + 16.0, y + 4.5, "start", "ink", &self.chart.names[mark.line])
         };
-        ends.iter().zip(&ys).map(name).collect()
+        ends.iter().map(name).collect()
     }
 }
 
