@@ -7,7 +7,7 @@ use kugelblitz::trace::Kernel;
 use kugelblitz_judge::compare::{FALSE_HIT, FALSE_MISS, RAMP, WRONG_OBJECT};
 use kugelblitz_report::{
     Benchmark, CLOUD_SIZE, Class, Count, Environment, Metric, Of, Report, ReportScene, Row, RowKey,
-    SWEEPS, Settings, default_cases,
+    SWEEPS, Settings, Work, default_cases,
 };
 
 const SETTINGS: Settings = Settings {
@@ -29,15 +29,17 @@ fn cases(names: &[&str]) -> Vec<ReportScene> {
     named
 }
 
+/// The report, and how many rays were announced and how many traced, lit or compared.
 fn measure(
     cases: &[ReportScene],
     benchmarks: &[Benchmark],
-    settings: Settings,
-) -> (Report, Control) {
+    settings: &Settings,
+) -> (Report, [u64; 2]) {
     let environment = Environment::collect("kugelblitz report".into(), None, Vec::new());
     let control = Control::default();
-    let report = Report::measure(environment, cases, benchmarks, settings, &control).unwrap();
-    (report, control)
+    let work = Work { cases, benchmarks, settings, control: &control };
+    let report = work.measure(environment).unwrap();
+    (report, [work.n_rays(), control.rays_done()])
 }
 
 const KERNELS: [Kernel; 3] = [Kernel::Lecture, Kernel::Stable, Kernel::Certified];
@@ -65,8 +67,8 @@ fn errors_repeat_exactly_and_times_have_their_range() {
         .collect();
     let cases = cases(&["figure2", "far_1e8"]);
     let settings = Settings { sweeps: true, rounds: 1, clouds: vec![3000], ..SETTINGS };
-    let (first, control) = measure(&cases, &benchmarks, settings.clone());
-    let (second, _) = measure(&cases, &benchmarks, settings.clone());
+    let (first, [announced, done]) = measure(&cases, &benchmarks, &settings);
+    let (second, _) = measure(&cases, &benchmarks, &settings);
     assert_eq!(all_errors(&first), all_errors(&second));
     for (i, row) in first.rows.iter().enumerate() {
         assert!(first.rows[..i].iter().all(|other| other.key != row.key), "{row:?}");
@@ -75,7 +77,7 @@ fn errors_repeat_exactly_and_times_have_their_range() {
     // Of the worst scenes: here the one in which a kernel is wrong.
     let n = benchmarks.len();
     let pictured = (n as u64 / 2 + 1) * 32 * 18;
-    assert_eq!(control.rays_done(), Report::n_rays(&cases, &benchmarks, &settings) + pictured);
+    assert_eq!(done, announced + pictured);
     let of = |is: fn(&Of) -> bool| -> Vec<&Row> {
         first.rows.iter().filter(|row| is(&row.key.of)).collect()
     };
@@ -151,12 +153,12 @@ fn light(report: &Report, kernel: &str, epsilon: Option<f64>) -> [u64; 4] {
 fn acne_leaks_and_neither_of_them_show() {
     let benchmarks = Kernel::ALL.map(|kernel| Benchmark { kernel, device: Device::Cpu });
     let cases = cases(&["contacts_1e-6"]);
-    let (report, control) = measure(&cases, &benchmarks, SETTINGS);
+    let (report, [announced, done]) = measure(&cases, &benchmarks, &SETTINGS);
     // Its rays are no part of the tables of rays.
     assert_eq!(report.rows.len(), 10);
     // Of certified two pictures, of stable two for each epsilon, each of rays and their light.
     let pictured = 2 * (2 + 6) * 32 * 18;
-    assert_eq!(control.rays_done(), Report::n_rays(&cases, &benchmarks, &SETTINGS) + pictured);
+    assert_eq!(done, announced + pictured);
     let is_much = |n: u64, share: f64| n as f64 > 4000.0 * share;
     for kernel in ["lecture", "stable", "double"] {
         let [none, small, large] = [0.0, 1e-4, 1e-3].map(|e| light(&report, kernel, Some(e)));
@@ -190,7 +192,7 @@ fn given_scenes_with_lights_are_lit() {
     let scene = parse_scene(&text, path.as_ref()).unwrap().into();
     let case = ReportScene::new(scene, &text, path.as_ref(), Class::Given).unwrap();
     let benchmarks = [Benchmark { kernel: Kernel::Certified, device: Device::Cpu }];
-    let (report, _) = measure(&[case], &benchmarks, SETTINGS);
+    let (report, _) = measure(&[case], &benchmarks, &SETTINGS);
     // The scene, its class, its light.
     assert_eq!(report.rows.len(), 3);
     assert_eq!(light(&report, "certified", None)[2], 0);

@@ -15,7 +15,7 @@ use kugelblitz::words::joined;
 use kugelblitz::{Error, Result, memory};
 use kugelblitz_report::{
     AdapterArithmetic, Baseline, Benchmark, Class, Earlier, Environment, Missing, Report,
-    ReportScene, Settings, default_cases, page, plot, text,
+    ReportScene, Settings, Work, default_cases, page, plot, text,
 };
 
 use crate::args::ReportArgs;
@@ -44,9 +44,10 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
     let kernels = if args.kernel.is_empty() { &Kernel::ALL[..] } else { &args.kernel };
     let benchmarks = benchmarks(&devices, kernels, &mut missing)?;
 
-    let n_rays = Report::n_rays(&cases, &benchmarks, &settings);
-    let measure = || Report::measure(environment, &cases, &benchmarks, settings, &run.control);
-    let mut report = Progress::start(run, n_rays).during(measure)?;
+    let (settings, control) = (&settings, &run.control);
+    let work = Work { cases: &cases, benchmarks: &benchmarks, settings, control };
+    let measure = || work.measure(environment);
+    let mut report = Progress::start(run, work.n_rays()).during(measure)?;
     report.missing.extend(missing);
     report.baseline = earlier.map(|(file, earlier)| Baseline::new(file, &earlier, &report));
 

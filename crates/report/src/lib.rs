@@ -1,6 +1,6 @@
 //! Speed against error: what each kernel costs on each device, and how wrong it is.
 //!
-//! [`Report::measure`] makes a list of [`Row`]s; [`text`], [`page`] and [`plot`] are views of them. All
+//! [`Work::measure`] makes a list of [`Row`]s; [`text`], [`page`] and [`plot`] are views of them. All
 //! errors are against exact arithmetic; all times are of the run that made the report.
 
 use std::collections::BTreeMap;
@@ -27,16 +27,11 @@ pub mod text;
 pub use baseline::{Baseline, Change, Earlier, TimeVerdict, WrongIds};
 pub use environment::{AdapterArithmetic, Environment};
 pub use light::LIGHT_SIZE;
-pub use measure::Benchmark;
+pub use measure::{Benchmark, Work};
 pub use noise::Noise;
 pub use pictures::ErrorPicture;
 pub use scenes::{Class, ReportScene, default_cases};
 pub use sweep::{CLOUD_SIZE, SWEEPS, Sweep};
-
-use kugelblitz::Result;
-use kugelblitz::control::Control;
-
-use measure::Work;
 
 /// The version of a report's fields in `docs/json.md`.
 pub const SCHEMA: u32 = 2;
@@ -61,35 +56,6 @@ pub struct Report {
     /// Pictures of chosen scenes with their errors.
     #[serde(skip)]
     pub pictures: Vec<ErrorPicture>,
-}
-
-impl Report {
-    /// Measures `benchmarks` on `cases`. Benchmarks of one device stand together, the best device
-    /// first. `control` counts [`Report::n_rays`] rays.
-    ///
-    /// # Errors
-    /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
-    pub fn measure(
-        environment: Environment,
-        cases: &[ReportScene],
-        benchmarks: &[Benchmark],
-        settings: Settings,
-        control: &Control,
-    ) -> Result<Report> {
-        let work = Work { cases, benchmarks, settings: &settings, control };
-        let (mut rows, missing) = work.ray_rows()?;
-        rows.extend(work.light_rows()?);
-        let pictures = [work.pictures(&rows)?, work.light_pictures(&rows)?].concat();
-        let (scenes, noise) = (cases.to_vec(), Noise::of(&rows));
-        Ok(Report { environment, settings, scenes, rows, missing, noise, baseline: None, pictures })
-    }
-
-    /// Rays that [`Report::measure`] traces, lights or compares, but for those of the few pictures.
-    pub fn n_rays(cases: &[ReportScene], benchmarks: &[Benchmark], settings: &Settings) -> u64 {
-        let work = Work { cases, benchmarks, settings, control: &Control::default() };
-        let subjects = work.scenes().into_iter().chain(work.made());
-        subjects.map(|subject| subject.n_traced(settings)).sum::<u64>() + work.n_light_rays()
-    }
 }
 
 /// How much is measured.

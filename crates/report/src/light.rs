@@ -189,9 +189,10 @@ impl<'a> Work<'a> {
     }
 
     /// Rays and ways to lamps that [`Work::light_rows`] looks at, as [`Control::rays_done`] counts them.
-    pub fn n_light_rays(&self) -> u64 {
+    pub(super) fn n_light_rays(&self) -> u64 {
         let n_pixels = n_pixels(LIGHT_SIZE);
-        let n_epsilons: usize = self.of_first_device().map(|of| epsilons(of.kernel).len()).sum();
+        let n_epsilons: usize =
+            self.of_first_device().iter().map(|of| epsilons(of.kernel).len()).sum();
         // Each picture is painted with each epsilon, and has a ray and its light of each pixel.
         let n_of_picture =
             n_pixels.min(self.n_light_samples() as u64) + 2 * n_pixels * n_epsilons as u64;
@@ -203,7 +204,7 @@ impl<'a> Work<'a> {
     ///
     /// # Errors
     /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
-    pub fn light_rows(&self) -> Result<Vec<Row>> {
+    pub(super) fn light_rows(&self) -> Result<Vec<Row>> {
         let mut rows = Vec::new();
         for case in self.lit() {
             let pixels = picture(case, LIGHT_SIZE)?;
@@ -229,8 +230,8 @@ impl<'a> Work<'a> {
     ///
     /// # Errors
     /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
-    pub fn light_pictures(&self, rows: &[Row]) -> Result<Vec<ErrorPicture>> {
-        let of_kernel = |kernel| self.of_first_device().find(|of| of.kernel == kernel);
+    pub(super) fn light_pictures(&self, rows: &[Row]) -> Result<Vec<ErrorPicture>> {
+        let of_kernel = |kernel| self.of_first_device().iter().find(|of| of.kernel == kernel);
         let (Some(certified), Some(plain)) = (of_kernel(Kernel::Certified), of_kernel(SHOWN))
         else {
             return Ok(Vec::new());

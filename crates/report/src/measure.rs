@@ -16,11 +16,11 @@ use kugelblitz::{Error, Result};
 use kugelblitz_judge::compare::{RayDifferences, RayError};
 use kugelblitz_judge::verify::{SAMPLE_BYTES, Truth, ray_errors, sample};
 
-use super::Metric::{
-    BuildMs, CompileMs, DeviceNsPerRay, FirstPictureMs, NormalDegrees, PictureMs, ReadbackMs,
-    SurfaceNsPerRay, TRelative, TUlp, TraceNsPerRay,
+use super::Metric::*;
+use super::{
+    Class, Count, Environment, Metric, Missing, Noise, Of, Report, ReportScene, Row, RowKey,
+    Settings, Spread,
 };
-use super::{Class, Count, Metric, Missing, Of, ReportScene, Row, RowKey, Settings, Spread};
 
 /// A picture's need.
 pub const IDS: Wants = Wants { surface: false, level: false };
@@ -61,12 +61,16 @@ impl Benchmark {
     }
 }
 
-/// What is to be measured.
+/// What a report is to measure.
 #[derive(Clone, Copy)]
 pub struct Work<'a> {
+    /// The scenes.
     pub cases: &'a [ReportScene],
+    /// What is run on them. Benchmarks of one device stand together, the best device first.
     pub benchmarks: &'a [Benchmark],
+    /// How much is measured.
     pub settings: &'a Settings,
+    /// Counts the rays, and interrupts.
     pub control: &'a Control,
 }
 
@@ -112,19 +116,45 @@ const SCENE_TIMES: Times = &[
 ];
 
 impl<'a> Work<'a> {
+    /// Measures it all. The control counts [`Work::n_rays`] rays.
+    ///
+    /// # Errors
+    /// Those of tracing; [`Error::Interrupted`].
+    pub fn measure(self, environment: Environment) -> Result<Report> {
+        let (mut rows, missing) = self.ray_rows()?;
+        rows.extend(self.light_rows()?);
+        Ok(Report {
+            environment,
+            settings: self.settings.clone(),
+            scenes: self.cases.to_vec(),
+            missing,
+            noise: Noise::of(&rows),
+            baseline: None,
+            pictures: [self.pictures(&rows)?, self.light_pictures(&rows)?].concat(),
+            rows,
+        })
+    }
+
+    /// Rays that [`Work::measure`] traces, lights or compares, but for those of the few pictures.
+    pub fn n_rays(self) -> u64 {
+        let subjects = self.scenes().into_iter().chain(self.made());
+        let n_traced = subjects.map(|subject| subject.n_traced(self.settings));
+        n_traced.sum::<u64>() + self.n_light_rays()
+    }
+
     /// The benchmarks of the device that stands first.
-    pub fn of_first_device(&self) -> impl Iterator<Item = &'a Benchmark> + use<'a> {
-        let all = self.benchmarks;
-        all.iter().take_while(|benchmark| benchmark.device_name() == all[0].device_name())
+    pub(super) fn of_first_device(&self) -> &'a [Benchmark] {
+        let mut devices = self.benchmarks.chunk_by(|a, b| a.device_name() == b.device_name());
+        devices.next().unwrap_or_default()
     }
 
     /// The scenes whose rays are measured.
-    pub fn timed(&self) -> impl Iterator<Item = &'a ReportScene> + use<'a> {
+    pub(super) fn timed(&self) -> impl Iterator<Item = &'a ReportScene> + use<'a> {
         self.cases.iter().filter(|case| case.class != Class::Lit)
     }
 
     /// The rays of each scene's picture.
-    pub fn scenes(self) -> Vec<Subject<'a>> {
+    fn scenes(self) -> Vec<Subject<'a>> {
         let Settings { size, samples, .. } = *self.settings;
         let subject = |case: &'a ReportScene| Subject {
             of: Of::Scene { scene: case.name.clone(), class: case.class },
@@ -153,7 +183,7 @@ impl<'a> Work<'a> {
     ///
     /// # Errors
     /// Those of tracing; [`Error::Interrupted`].
-    pub fn ray_rows(self) -> Result<(Vec<Row>, Vec<Missing>)> {
+    fn ray_rows(self) -> Result<(Vec<Row>, Vec<Missing>)> {
         self.refuse_what_cannot_fit()?;
         let mut missing = Vec::new();
         let scenes = self.measured(&self.scenes(), &mut missing)?;

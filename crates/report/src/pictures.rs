@@ -52,7 +52,7 @@ impl Work<'_> {
     ///
     /// # Errors
     /// Those of tracing; [`Error::Interrupted`](kugelblitz::Error::Interrupted).
-    pub fn pictures(&self, rows: &[Row]) -> Result<Vec<ErrorPicture>> {
+    pub(super) fn pictures(&self, rows: &[Row]) -> Result<Vec<ErrorPicture>> {
         let of = |case: &ReportScene| Of::Scene { scene: case.name.clone(), class: case.class };
         let wrong =
             |case| rows.iter().filter(|row| row.key.of == of(case)).map(Row::wrong_ids).sum();

@@ -69,7 +69,7 @@ const TIMES: Times = &[(IDS, &[Metric::TraceNsPerRay, Metric::PictureMs, Metric:
 
 impl<'a> Work<'a> {
     /// The points of all sweeps, and the clouds.
-    pub fn made(self) -> Vec<Subject<'a>> {
+    pub(super) fn made(self) -> Vec<Subject<'a>> {
         let Settings { samples, seed, sweeps, clouds, .. } = self.settings;
         let of = |sweep: &str, x| Of::Sweep { sweep: sweep.into(), x };
         let distances = (1..13).map(|k| 10f64.powf(f64::from(k) / 2.0)).map(|x| {

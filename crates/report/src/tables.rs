@@ -1,14 +1,8 @@
 //! The report's tables: what each row shows is a line of named cells; [`table`] makes them all, and
 //! [`super::print`] prints them.
 
-use super::Count::{
-    BytesDevice, Exact, F32, F64, FalseHits, FalseMisses, Pixels, Rays, Scenes, Verdicts,
-    WrongBytes, WrongObject,
-};
-use super::Metric::{
-    BuildMs, CompileMs, DeviceNsPerRay, FirstPictureMs, NormalDegrees, PictureMs, ReadbackMs,
-    SurfaceNsPerRay, TRelative, TUlp, TraceNsPerRay,
-};
+use super::Count::*;
+use super::Metric::*;
 use super::figures::{
     NONE, count, digits, digits_borne, figure, median, percent, quantity, range, typeset,
 };
