@@ -102,8 +102,10 @@ impl Environment {
 
 /// `Kugelblitz 0.1.0, commit 9fc4bae1c0de`
 pub fn program(version: &str, commit: Option<&str>) -> String {
-    let commit = commit.map(|commit| format!(", commit {commit}"));
-    format!("Kugelblitz {version}{}", commit.unwrap_or_default())
+    match commit {
+        Some(commit) => format!("Kugelblitz {version}, commit {commit}"),
+        None => format!("Kugelblitz {version}"),
+    }
 }
 
 fn host_cpu() -> Option<String> {

@@ -1,7 +1,5 @@
 //! A [`Report`] as text: for a terminal, and its summary in Markdown.
 
-use std::fmt::Write;
-
 use kugelblitz::plain::plain_document;
 use kugelblitz_judge::markup;
 
@@ -60,17 +58,17 @@ pub fn markdown(report: &Report) -> String {
     ] {
         if !table.is_empty() {
             let table = print::markdown(&table);
-            let _ = write!(text, "\n{table}\nMeasured at {width} × {height} {measured}\n");
+            text += &format!("\n{table}\nMeasured at {width} × {height} {measured}\n");
         }
     }
     if let Some(warning) = report.noise.warning() {
-        let _ = write!(text, "\n{warning}\n");
+        text += &format!("\n{warning}\n");
     }
     if let Some(baseline) = &report.baseline {
-        let _ = write!(text, "\n{}\n", markdown_text(&baseline.in_words().join(" ")));
+        text += &format!("\n{}\n", markdown_text(&baseline.in_words().join(" ")));
         for (_, table) in tables::since(baseline, report) {
             if !table.is_empty() {
-                let _ = write!(text, "\n{}", print::markdown(&table));
+                text += &format!("\n{}", print::markdown(&table));
             }
         }
     }

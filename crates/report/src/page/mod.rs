@@ -10,8 +10,8 @@ use super::figures::{count, typeset};
 use super::plot::{self, theme};
 use super::tables::Table;
 use super::{
-    Baseline, CLOUD_SIZE, Count, LIGHT_SIZE, Of, Report, ReportScene, SWEEPS, Settings, Sweep,
-    print, tables,
+    Baseline, CLOUD_SIZE, Count, LIGHT_SIZE, Report, ReportScene, SWEEPS, Settings, Sweep, print,
+    tables,
 };
 
 /// The page's own style; colours are from the plots' table.
@@ -95,8 +95,10 @@ pub fn html(report: &Report) -> String {
                     (titled("Many spheres", &tables::clouds(report), html! {
                         "Kernel certified at " (CLOUD_SIZE[0]) " × " (CLOUD_SIZE[1]) ". " (CLOUDS)
                     }))
+                    @let n_lit_pixels = report.rows.iter().map(|row| row.count(Count::Pixels)).max();
                     (titled("Light", &tables::light(report), html! {
-                        (LIGHT_SIZE[0]) " × " (LIGHT_SIZE[1]) " pixels, of which " (n_lit_pixels(report))
+                        (LIGHT_SIZE[0]) " × " (LIGHT_SIZE[1]) " pixels, of which "
+                        (typeset(&n_lit_pixels.unwrap_or(0).to_string()))
                         " were compared with exact arithmetic. " (LIGHT)
                     }))
                     (pictures::LIGHT.show(report))
@@ -143,13 +145,6 @@ fn titled(title: &str, table: &Table, note: Markup) -> Markup {
             }
         }
     }
-}
-
-/// Pixels of a lit picture that were compared.
-fn n_lit_pixels(report: &Report) -> String {
-    let lit = report.rows_of(|of| matches!(of, Of::Light { .. }));
-    let n_pixels = lit.iter().map(|row| row.count(Count::Pixels)).max();
-    typeset(&n_pixels.unwrap_or(0).to_string())
 }
 
 /// What changed since an earlier report.
