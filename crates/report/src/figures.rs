@@ -28,16 +28,6 @@ pub fn rounded(x: f64, n: usize) -> String {
     digits(format!("{x:.*e}", n - 1).parse().unwrap_or(x), n)
 }
 
-/// A median in the digits that it bears.
-pub fn median(spread: &Spread) -> String {
-    rounded(spread.median, digits_borne(spread))
-}
-
-/// Least and largest value in as many digits as the median.
-pub fn range(spread: &Spread) -> [String; 2] {
-    [spread.min, spread.max].map(|x| rounded(x, digits_borne(spread)))
-}
-
 /// A place of a sweep, with all of its digits where they are few.
 pub fn quantity(x: f64) -> String {
     let shown = [x.to_string(), format!("{x:e}")];

@@ -244,10 +244,8 @@ impl Row {
 
     /// Rays with a wrong id.
     pub fn wrong_ids(&self) -> u64 {
-        [Count::FalseHits, Count::FalseMisses, Count::WrongObject]
-            .map(|n| self.count(n))
-            .iter()
-            .sum()
+        let wrong = [Count::FalseHits, Count::FalseMisses, Count::WrongObject];
+        wrong.iter().map(|&count| self.count(count)).sum()
     }
 
     /// Share of rays with a wrong id, 0 to 1.

@@ -35,12 +35,6 @@ const SAMPLES: usize = 1 << 13;
 /// A byte that is farther off is seen at a glance.
 const FAR_LEVELS: u8 = 8;
 
-/// The colour of a light that is left out: acne.
-pub const FALSE_SHADOW: [u8; 3] = FALSE_HIT;
-
-/// The colour of a light that is let in.
-pub const LEAK: [u8; 3] = WRONG_OBJECT;
-
 /// Bytes that are off by so many levels go from the colour of what is right to that of a large error.
 const LEVELS: [f64; 2] = [0.5, 64.0];
 
@@ -81,11 +75,11 @@ impl Wrong {
         self.false_shadows + self.leaks > 0
     }
 
-    /// The pixel in a picture of errors.
+    /// The pixel in a picture of errors: a light that is left out, which is acne, before one that is let in.
     fn color(&self) -> [u8; 3] {
         match *self {
-            Wrong { false_shadows: 1.., .. } => FALSE_SHADOW,
-            Wrong { leaks: 1.., .. } => LEAK,
+            Wrong { false_shadows: 1.., .. } => FALSE_HIT,
+            Wrong { leaks: 1.., .. } => WRONG_OBJECT,
             Wrong { levels, .. } => graded(levels.into(), LEVELS),
         }
     }
@@ -310,7 +304,7 @@ mod tests {
     fn a_right_picture_has_no_error_and_sabotage_is_noticed() {
         type Sabotage = (&'static str, [u64; 4], [u8; 3], fn(&mut LitPixels));
         let off = |levels: u8| graded(levels.into(), LEVELS);
-        let (right, dark, leak) = (off(0), FALSE_SHADOW, LEAK);
+        let (right, dark, leak) = (off(0), FALSE_HIT, WRONG_OBJECT);
         let sabotages: [Sabotage; 11] = [
             ("nothing", [0; 4], right, |_| {}),
             ("another brightness is no verdict", [0; 4], right, |s| s.lamps[1][1] = [1e-9; 3]),

@@ -28,9 +28,6 @@ pub const IDS: Wants = Wants { surface: false, level: false };
 /// The need of depth and shading.
 pub const SURFACE: Wants = Wants { surface: true, level: false };
 
-/// The CPU as a device's name.
-const CPU: &str = "CPU";
-
 /// A kernel on a device, to be measured.
 pub struct Benchmark {
     /// The kernel.
@@ -42,7 +39,7 @@ pub struct Benchmark {
 impl Benchmark {
     /// The adapter's name, or `CPU`.
     pub fn device_name(&self) -> &str {
-        self.device.facts().map_or(CPU, |facts| &facts.name)
+        self.device.facts().map_or("CPU", |facts| &facts.name)
     }
 
     /// What a row of it is of, where there is no epsilon.

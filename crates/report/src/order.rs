@@ -98,15 +98,10 @@ impl<'a> Series<'a> {
         grouped(lines, key).into_iter().map(together).collect()
     }
 
-    /// What its first row is of.
-    pub fn key(&self) -> &'a RowKey {
-        &self.rows[0].key
-    }
-
     /// `certified, llvmpipe and CPU`
     pub fn label(&self, report: &Report) -> String {
         let devices: Vec<_> =
             self.devices.iter().map(|device| report.short(device).into()).collect();
-        format!("{}, {}", self.key().kernel, list(&devices))
+        format!("{}, {}", self.rows[0].key.kernel, list(&devices))
     }
 }

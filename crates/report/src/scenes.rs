@@ -82,19 +82,15 @@ impl ReportScene {
 /// As [`ReportScene::new`]; they are part of the program.
 pub fn default_cases() -> Result<Vec<ReportScene>> {
     let case = |&(path, text): &(&str, &str)| {
-        let scene = parse_scene(text, Path::new(path))?;
-        ReportScene::new(scene.into(), text, Path::new(path), class_of(path))
+        let class = match path.rsplit_once('/') {
+            None => Class::Lecture,
+            Some(("hard", _)) => Class::Hard,
+            Some(_) => Class::Lit,
+        };
+        let path = Path::new(path);
+        ReportScene::new(parse_scene(text, path)?.into(), text, path, class)
     };
     SHIPPED_SCENES.iter().map(case).collect()
-}
-
-/// The class of a scene that comes along.
-fn class_of(path: &str) -> Class {
-    match path.rsplit_once('/') {
-        None => Class::Lecture,
-        Some(("hard", _)) => Class::Hard,
-        Some(_) => Class::Lit,
-    }
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 use super::Count::*;
 use super::Metric::*;
 use super::figures::{
-    NONE, count, digits, digits_borne, figure, median, percent, quantity, range, typeset,
+    NONE, count, digits, digits_borne, figure, percent, quantity, rounded, typeset,
 };
 use super::order::{Series, grouped};
 use super::{
@@ -394,8 +394,9 @@ pub fn time(row: &Row, metric: Metric) -> Cell {
     row.number(metric).map_or(cell(NONE), |times| spread(&times))
 }
 
-/// Median with its range.
+/// The median with least and largest value beside it, all in the digits that the median bears.
 pub fn spread(of: &Spread) -> Cell {
-    let range = (of.n > 1).then(|| range(of));
-    Cell { range, ..cell(median(of)) }
+    let n_digits = digits_borne(of);
+    let [median, min, max] = [of.median, of.min, of.max].map(|x| rounded(x, n_digits));
+    Cell { range: (of.n > 1).then_some([min, max]), ..cell(median) }
 }

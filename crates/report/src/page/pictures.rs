@@ -8,7 +8,6 @@ use kugelblitz_judge::compare::{FALSE_HIT, FALSE_MISS, RAMP, WRONG_OBJECT};
 use maud::{Markup, html};
 
 use crate::figures::{joined, short_name, typeset};
-use crate::light::{FALSE_SHADOW, LEAK};
 use crate::order::grouped;
 use crate::plot::theme::kernel_class;
 use crate::tables::with_epsilon;
@@ -40,7 +39,7 @@ pub const LIGHT: Gallery = Gallery {
     title: "Acne and leaks",
     about: "The scenes with the most wrong shadows: the certified picture, and below it what plain f32 shows \
             with each ε and how that differs.",
-    colors: &[(FALSE_SHADOW, "wrongly in shadow"), (LEAK, "wrongly lit")],
+    colors: &[(FALSE_HIT, "wrongly in shadow"), (WRONG_OBJECT, "wrongly lit")],
     ramp: ["right", "right shadows, byte off by 64 and more"],
 };
 

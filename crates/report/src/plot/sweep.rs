@@ -23,7 +23,7 @@ pub fn sweep<'a>(report: &'a Report, sweep: &Sweep) -> Chart<'a> {
     let panel = |(title, y)| Panel { title, height, y, steps: Vec::new() };
     let name = |line: &Series| {
         let is_on_all = line.devices.len() == report.devices().len();
-        if is_on_all { line.key().kernel.clone() } else { line.label(report) }
+        if is_on_all { line.rows[0].key.kernel.clone() } else { line.label(report) }
     };
     let is_shared = lines.iter().any(|line| line.devices.len() > 1);
     let key = "Devices on one line are the same to the last bit; without a device: on all devices.";
