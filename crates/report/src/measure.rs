@@ -10,7 +10,7 @@ use kugelblitz::memory;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::render::hits_bytes;
-use kugelblitz::scene::Scene;
+use kugelblitz::scene::{Camera, Scene};
 use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Wants};
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::compare::{RayDifferences, RayError};
@@ -364,10 +364,14 @@ pub fn add(counts: &mut BTreeMap<Count, u64>, more: impl IntoIterator<Item = (Co
     more.into_iter().for_each(|(count, n)| *counts.entry(count).or_default() += n);
 }
 
-/// All pixels that `case`'s camera sees at a size.
-pub fn picture(case: &ReportScene, [width, height]: [u32; 2]) -> Result<Pixels> {
-    let camera = case.scene.require_camera(case.name.as_ref())?;
-    Ok(Pixels::whole(View::new(camera), width, height))
+/// All pixels of a case's picture of a size.
+pub fn picture(case: &ReportScene, size: [u32; 2]) -> Result<Pixels> {
+    Ok(pixels_of(case.scene.require_camera(case.name.as_ref())?, size))
+}
+
+/// All pixels of a picture that a camera takes.
+pub fn pixels_of(camera: &Camera, [width, height]: [u32; 2]) -> Pixels {
+    Pixels::whole(View::new(camera), width, height)
 }
 
 /// Pixels of a picture.

@@ -6,11 +6,10 @@ use std::sync::Arc;
 use glam::DVec3;
 use kugelblitz::generate::{Distribution, Recipe};
 use kugelblitz::random::SplitMix;
-use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Kernel, Rays, WorldRay};
 
-use super::measure::{IDS, Make, Subject, Times, Work, n_pixels};
+use super::measure::{IDS, Make, Subject, Times, Work, n_pixels, pixels_of};
 use super::{Benchmark, Metric, Of, Settings};
 
 /// Error or time against one quantity.
@@ -72,13 +71,22 @@ impl<'a> Work<'a> {
     pub(super) fn made(self) -> Vec<Subject<'a>> {
         let Settings { samples, seed, sweeps, clouds, .. } = self.settings;
         let of = |sweep: &str, x| Of::Sweep { sweep: sweep.into(), x };
+        // Rays of which the errors alone are measured.
+        let untimed = |of, n_rays: usize, make: Make<'a>| Subject {
+            of,
+            make,
+            n_rays: n_rays as u64,
+            n_compared: n_rays,
+            times: &[],
+            benchmarks: self.benchmarks.iter().collect(),
+        };
         let distances = (1..13).map(|k| 10f64.powf(f64::from(k) / 2.0)).map(|x| {
             let make = Box::new(move || Ok(at_distance(x, *seed)));
-            self.untimed(of("distance", x), DISTANCE_RAYS, make)
+            untimed(of("distance", x), DISTANCE_RAYS, make)
         });
         let offsets = (0..11).map(|k| 10f64.powi(k)).map(|x| {
             let make = Box::new(move || Ok(at_offset(x)));
-            self.untimed(of("offset", x), n_pixels(OFFSET_SIZE) as usize, make)
+            untimed(of("offset", x), n_pixels(OFFSET_SIZE) as usize, make)
         });
         let objects = OBJECTS
             .iter()
@@ -92,12 +100,6 @@ impl<'a> Work<'a> {
         swept.chain(clouds).collect()
     }
 
-    /// Rays of which the errors alone are measured.
-    fn untimed(self, of: Of, n_rays: usize, make: Make<'a>) -> Subject<'a> {
-        let benchmarks = self.benchmarks.iter().collect();
-        Subject { of, make, n_rays: n_rays as u64, n_compared: n_rays, times: &[], benchmarks }
-    }
-
     /// Spheres evenly in a cube, as `kugelblitz generate cloud` makes them, and a picture of all of it.
     fn cloud(
         self,
@@ -108,8 +110,7 @@ impl<'a> Work<'a> {
     ) -> Subject<'a> {
         let recipe = Recipe { distribution: Distribution::Uniform, count, seed };
         let make = move || {
-            let [width, height] = size;
-            let pixels = Pixels::whole(View::new(&recipe.camera()), width, height);
+            let pixels = pixels_of(&recipe.camera(), size);
             Ok((Arc::new(recipe.scene(self.control)?), Rays::Pixels(pixels)))
         };
         let takes_part =
@@ -157,8 +158,7 @@ fn at_offset(distance: f64) -> (Arc<Scene>, Rays) {
     let spheres = [(-1.7, 1.0, 0.2), (0.4, 0.8, -0.9), (1.6, 0.6, 0.8)]
         .map(|(x, radius, z)| Sphere { center: offset + DVec3::new(x, radius, z), radius });
     let floor = Plane { name: None, point: offset, normal: DVec3::Y, color: Color([0.5; 3]) };
-    let [width, height] = OFFSET_SIZE;
-    let pixels = Pixels::whole(View::new(&camera), width, height);
+    let pixels = pixels_of(&camera, OFFSET_SIZE);
     let (spheres, planes) = (spheres.to_vec().into(), vec![floor]);
     let scene = Scene { camera: Some(camera), spheres, planes, ..Scene::default() };
     (Arc::new(scene), Rays::Pixels(pixels))

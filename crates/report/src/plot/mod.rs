@@ -77,8 +77,6 @@ fn is_open(of: &Of) -> bool {
 /// One quantity of all lines.
 struct Panel {
     title: &'static str,
-    /// Height of its axis, px.
-    height: f64,
     y: AxisValue,
     /// Steps past marks, each of whose corners is on the height of a line's marks. Without any, lines join
     /// their marks.
@@ -206,7 +204,11 @@ impl<'a> Layout<'a> {
         let ys = marks.iter().flat_map(|mark| mark.places).map(|(_, y)| y);
         let ys: Vec<f64> = ys.filter(|y| *y > 0.0 && y.is_finite()).collect();
         let axis_top = top + strip(&above);
-        let height = if ys.is_empty() { 0.0 } else { panel.height };
+        let height = match chart.panels.len() {
+            _ if ys.is_empty() => 0.0,
+            1 => 320.0,
+            _ => 200.0,
+        };
         let axis_bottom = axis_top + height;
         let y = (!ys.is_empty()).then(|| Scale::new(ys, (axis_bottom, axis_top)));
         let bottom = axis_bottom + strip(&below);

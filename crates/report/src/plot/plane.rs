@@ -17,7 +17,6 @@ pub fn plane(report: &Report) -> Chart<'_> {
     };
     let panel = Panel {
         title: "rays with a wrong object, %",
-        height: 320.0,
         y: wrong_percent,
         steps: classes.iter().map(|(class, _)| front(&lines, *class)).collect(),
     };

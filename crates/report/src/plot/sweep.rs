@@ -19,8 +19,7 @@ pub fn sweep<'a>(report: &'a Report, sweep: &Sweep) -> Chart<'a> {
     let mut quantities = QUANTITIES.to_vec();
     quantities.retain(|(_, y)| rows.iter().any(|row| y(row).is_some()));
     let lines = Series::all(rows);
-    let height = if quantities.len() == 1 { 320.0 } else { 200.0 };
-    let panel = |(title, y)| Panel { title, height, y, steps: Vec::new() };
+    let panel = |(title, y)| Panel { title, y, steps: Vec::new() };
     let name = |line: &Series| {
         let is_on_all = line.devices.len() == report.devices().len();
         if is_on_all { line.rows[0].key.kernel.clone() } else { line.label(report) }
