@@ -222,10 +222,12 @@ const CHANCE: f64 = 0.01;
 /// n and m runs of the same thing, all of one lot are below all of the other in 2 of (n + m)! / (n! m!)
 /// orders.
 fn verdict(before: &Spread, now: &Spread) -> TimeVerdict {
-    let apart = match (now.max < before.min, now.min > before.max) {
-        (true, _) => TimeVerdict::Faster,
-        (_, true) => TimeVerdict::Slower,
-        _ => return TimeVerdict::WithinNoise,
+    let apart = if now.max < before.min {
+        TimeVerdict::Faster
+    } else if now.min > before.max {
+        TimeVerdict::Slower
+    } else {
+        return TimeVerdict::WithinNoise;
     };
     let orders: f64 = (1..=now.n).map(|i| (before.n + i) as f64 / i as f64).product();
     if 2.0 / orders < CHANCE { apart } else { TimeVerdict::TooFewRuns }

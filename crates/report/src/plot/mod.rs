@@ -204,6 +204,7 @@ impl<'a> Layout<'a> {
         let ys = marks.iter().flat_map(|mark| mark.places).map(|(_, y)| y);
         let ys: Vec<f64> = ys.filter(|y| *y > 0.0 && y.is_finite()).collect();
         let axis_top = top + strip(&above);
+        // Several panels are lower than one alone.
         let height = match chart.panels.len() {
             _ if ys.is_empty() => 0.0,
             1 => 320.0,
