@@ -7,7 +7,8 @@ use kugelblitz::scene::Color;
 use kugelblitz::words::did_you_mean_at_end;
 use kugelblitz::{Error, Result};
 
-use super::conventions::{Conventions, NormalSide, NormalSpace, Quantity};
+use super::conventions::Quantity::{self, Depth, Distance, Id, Normal, ZBuffer};
+use super::conventions::{Conventions, NormalSide, NormalSpace};
 use crate::compare::RayResult;
 use crate::wrong_usage;
 
@@ -33,41 +34,30 @@ const NORMAL_NAMES: [&str; 7] = ["N", "normal", "Normal", "normals", "Normals", 
 /// The axes, as channels are named.
 const AXES: [[&str; 3]; 4] = [["X", "Y", "Z"], ["x", "y", "z"], ["0", "1", "2"], ["R", "G", "B"]];
 
-/// What each ray is said to see.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ClaimedHits {
-    /// Ids as this program counts them.
-    Ids(Vec<u32>),
-    /// The objects' own colours, as sRGB, each with so many levels for rounding.
-    Colors {
-        /// The colour of each ray.
-        srgb8: Vec<[u8; 3]>,
-        /// Levels.
-        tolerance: u8,
-    },
+/// What a ray is said to see.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ClaimedHit {
+    /// An id as this program counts them.
+    Id(u32),
+    /// The object's own colour, as sRGB.
+    Color([u8; 3]),
     /// Whether anything is hit: where there is no id, but a depth or a normal.
-    Hit(Vec<bool>),
+    Hit(bool),
 }
 
-/// What another renderer says of each ray, in this program's conventions.
-#[derive(Clone, Debug, PartialEq)]
+/// What another renderer says of each ray: channels of a picture, and what their numbers mean.
+#[derive(Clone, Debug)]
 pub struct Claims {
-    /// What it sees.
-    pub seen: ClaimedHits,
-    /// The ray parameter, or the distance.
-    pub t: Option<Vec<f64>>,
-    /// Whether `t` is the distance from where the ray starts.
-    pub is_distance: bool,
-    /// Normals of any length, in the world's axes.
-    pub normal: Option<Vec<DVec3>>,
-    /// The direction of the normals.
-    pub side: NormalSide,
-    /// What was found in the file.
-    pub quantities: Vec<Quantity>,
+    /// What was found in the file, each with its channels.
+    columns: Vec<(Quantity, Vec<ChannelValues>)>,
+    /// What their numbers mean.
+    pub conventions: Conventions,
+    /// The camera, where the rays are those of pixels.
+    view: Option<View>,
 }
 
 impl Claims {
-    /// Reads the claims of a picture of these rays, or of a list of results.
+    /// Finds the claims in a picture of these rays, or in a list of results.
     ///
     /// # Errors
     /// [`Error::Usage`] where the picture does not have what is asked for, or where its channels' names tell
@@ -83,96 +73,203 @@ impl Claims {
         if conventions.channel.is_some() && quantities.len() != 1 {
             return wrong_usage("--channel names one channel; say with --as what it tells");
         }
-        let view = rays.pixels().map(|pixels| &pixels.view);
-        let reader = Reader { image: &image, conventions, view };
-        let (mut ids, mut colors, mut normal, mut depth) = (None, None, None, None);
-        for &quantity in &quantities {
-            match quantity {
-                Quantity::Id => ids = Some(reader.ids()?),
-                Quantity::Color => colors = Some(reader.colors()?),
-                Quantity::Normal => normal = Some(reader.normals()?),
-                _ if depth.is_some() => {
-                    return wrong_usage(
-                        "depths are of one kind: give one of depth, distance and zbuffer",
-                    );
-                }
-                _ => depth = Some(reader.depths(quantity)?),
+        let view = rays.pixels().map(|pixels| pixels.view);
+        let mut claims = Claims { columns: Vec::new(), conventions: conventions.clone(), view };
+        for quantity in quantities {
+            if quantity.is_depth() && claims.quantities().any(Quantity::is_depth) {
+                return wrong_usage(
+                    "depths are of one kind: give one of depth, distance and zbuffer",
+                );
             }
+            let channels = claims.find(quantity, &image)?.into_iter().cloned().collect();
+            claims.columns.push((quantity, channels));
         }
-        let (t, is_hit) = depth.unzip();
-        let tolerance = conventions.color_tolerance;
-        let seen = match (ids, colors, is_hit, &normal) {
-            (Some(ids), ..) => ClaimedHits::Ids(ids),
-            (_, Some(srgb8), ..) => ClaimedHits::Colors { srgb8, tolerance },
-            (_, _, Some(is_hit), _) => ClaimedHits::Hit(is_hit),
-            (.., Some(normals)) => {
-                let is_hit = normals.iter().map(|normal| normal.length() >= LEAST_NORMAL);
-                ClaimedHits::Hit(is_hit.collect())
+        Ok(claims)
+    }
+
+    /// The channels of a picture that tell something.
+    fn find<'a>(&self, quantity: Quantity, image: &'a Image) -> Result<Vec<&'a ChannelValues>> {
+        let Conventions { channel, near_far, normal_space, .. } = &self.conventions;
+        let found = match (quantity, channel) {
+            (Normal, Some(name)) => three_of(image, name),
+            (Quantity::Color, _) | (_, None) => named(quantity, image),
+            (_, Some(name)) => {
+                let channel = image.channel(name).ok_or_else(|| {
+                    let near = did_you_mean_at_end(names(image), name);
+                    Error::Usage(format!("the {} file has no channel {name}{near}", image.format))
+                })?;
+                Some(vec![channel])
             }
-            _ => return wrong_usage("there is nothing to be judged"),
         };
-        Ok(Claims {
-            seen,
-            t,
-            is_distance: quantities.contains(&Quantity::Distance),
-            normal,
-            side: conventions.normal_side,
-            quantities,
+        let unnamed = || match (quantity, &*image.channels) {
+            (Normal, _) if channel.is_none() => named(Quantity::Color, image),
+            (Normal | Quantity::Color, _) => None,
+            (_, [only]) => Some(vec![&only.samples]),
+            (Distance, _) => named(Depth, image),
+            _ => None,
+        };
+        let found = found.or_else(unnamed).ok_or_else(|| {
+            let what = match quantity {
+                Id => "ids",
+                Normal => "normals",
+                Quantity::Color => "colours R, G and B",
+                depth => depth.name(),
+            };
+            let channels = names(image).join(", ");
+            let advice = if channels.is_empty() { "" } else { "; name one with --channel" };
+            Error::Usage(format!(
+                "the {} file has no channel with {what}, but {channels}{advice}",
+                image.format
+            ))
+        })?;
+        match quantity {
+            ZBuffer if near_far.is_none() => {
+                wrong_usage("a z-buffer says nothing without --near and --far")
+            }
+            Normal if *normal_space == NormalSpace::Camera && self.view.is_none() => {
+                wrong_usage("rays of a list have no camera; give normals in the world's axes")
+            }
+            _ => Ok(found),
+        }
+    }
+
+    /// What was found in the file.
+    pub fn quantities(&self) -> impl Iterator<Item = Quantity> {
+        self.columns.iter().map(|(quantity, _)| *quantity)
+    }
+
+    /// Whether this was found in the file.
+    pub fn has(&self, quantity: Quantity) -> bool {
+        self.column(quantity).is_some()
+    }
+
+    /// Whether objects are told by their colours alone.
+    pub(super) fn is_by_color(&self) -> bool {
+        self.has(Quantity::Color) && !self.has(Id)
+    }
+
+    fn column(&self, quantity: Quantity) -> Option<&[ChannelValues]> {
+        let column = self.columns.iter().find(|(found, _)| *found == quantity);
+        column.map(|(_, channels)| channels.as_slice())
+    }
+
+    /// What a ray sees.
+    pub fn seen(&self, ray: usize) -> ClaimedHit {
+        if let Some([ids]) = self.column(Id) {
+            return ClaimedHit::Id(self.id(ids, ray));
+        }
+        if let Some(channels @ [red, ..]) = self.column(Quantity::Color) {
+            let numbers = [0, 1, 2].map(|c| channels[c].number(ray));
+            return ClaimedHit::Color(match red.full() {
+                None => Color(numbers.map(|x| x.clamp(0.0, 1.0))).to_srgb8(),
+                Some(_) => std::array::from_fn(|c| {
+                    let full = channels[c].full().unwrap_or(255.0);
+                    (numbers[c] / full * 255.0).round() as u8
+                }),
+            });
+        }
+        ClaimedHit::Hit(match (self.depth(ray), self.normal(ray)) {
+            (Some((_, is_hit)), _) => is_hit,
+            (None, normal) => normal.is_some_and(|normal| normal.length() >= LEAST_NORMAL),
         })
+    }
+
+    fn id(&self, ids: &ChannelValues, ray: usize) -> u32 {
+        let Some(whole) = ids.whole(ray) else {
+            return if ids.number(ray).is_finite() { NO_OBJECT } else { 0 };
+        };
+        let is_none = match self.conventions.no_hit {
+            Some(no_hit) => whole == no_hit,
+            None => whole == -1 || whole == i64::from(u32::MAX),
+        };
+        match whole.checked_add(self.conventions.id_offset) {
+            _ if is_none => 0,
+            Some(id) => u32::try_from(id).unwrap_or(NO_OBJECT),
+            None => NO_OBJECT,
+        }
+    }
+
+    /// `t` or the distance of a ray, and whether it hits anything.
+    pub fn depth(&self, ray: usize) -> Option<(f64, bool)> {
+        let (quantity, channels) = self.columns.iter().find(|(of, _)| of.is_depth())?;
+        let Conventions { background, scale, near_far, .. } = self.conventions;
+        let x = channels[0].number(ray);
+        let is_background =
+            x == f64::INFINITY || background.is_some_and(|b| x == b || x as f32 == b as f32);
+        let Some([near, far]) = near_far.filter(|_| *quantity == ZBuffer) else {
+            return Some((x * scale, !is_background));
+        };
+        let z = x / channels[0].full().unwrap_or(1.0);
+        let is_far = if near < far { z >= 1.0 } else { z <= 0.0 };
+        let t = match self.view {
+            Some(View { lens: Lens::Orthographic, .. }) => near + z * (far - near),
+            _ => 1.0 / ((1.0 - z) / near + z / far),
+        };
+        Some((t, !is_far && !is_background))
+    }
+
+    /// The normal of a ray, of any length, in the world's axes.
+    pub fn normal(&self, ray: usize) -> Option<DVec3> {
+        let channels = self.column(Normal)?;
+        let axes = match (self.conventions.normal_space, &self.view) {
+            (NormalSpace::Camera, Some(view)) => [view.right, view.true_up, -view.forward],
+            _ => [DVec3::X, DVec3::Y, DVec3::Z],
+        };
+        let parts = channels.iter().zip(axes).map(|(channel, axis)| match channel.full() {
+            // −1 to 1, as whole numbers keep it.
+            Some(full) => (2.0 * channel.number(ray) / full - 1.0) * axis,
+            None => channel.number(ray) * axis,
+        });
+        parts.reduce(|sum, part| sum + part)
     }
 
     /// What is said of a ray, in terms of what is right there: of the right object where it may be meant, and with the
     /// normal that the right one is to be compared with.
     pub(super) fn row(
         &self,
-        i: usize,
+        ray: usize,
         right: &RayResult,
         is_back: bool,
         palette: &[[u8; 3]],
     ) -> RayResult {
-        let object = if right.id == 0 { NO_OBJECT } else { right.id };
-        let id = match &self.seen {
-            ClaimedHits::Ids(ids) => ids[i],
-            ClaimedHits::Hit(hit) if hit[i] => object,
-            ClaimedHits::Hit(_) => 0,
-            seen if seen.has_color(i, palette[right.id as usize]) => right.id,
-            seen if seen.has_color(i, palette[0]) => 0,
-            ClaimedHits::Colors { .. } => NO_OBJECT,
+        let id = match self.seen(ray) {
+            ClaimedHit::Id(id) => id,
+            ClaimedHit::Hit(false) => 0,
+            ClaimedHit::Hit(true) if right.id == 0 => NO_OBJECT,
+            ClaimedHit::Hit(true) => right.id,
+            ClaimedHit::Color(color) if self.is_like(color, palette[right.id as usize]) => right.id,
+            ClaimedHit::Color(color) if self.is_like(color, palette[0]) => 0,
+            ClaimedHit::Color(_) => NO_OBJECT,
         };
         let faces = |normal: DVec3| right.normal.is_none_or(|right| normal.dot(right) >= 0.0);
-        let turned = |normal: DVec3| match self.side {
+        let turned = |normal: DVec3| match self.conventions.normal_side {
             NormalSide::Outward if is_back => -normal,
             NormalSide::Either if !faces(normal) => -normal,
             _ => normal,
         };
-        let normal = self.normal.as_ref().map(|normals| turned(normals[i]));
-        RayResult { id, t: self.t.as_ref().map(|t| t[i]), normal }
+        let t = self.depth(ray).map(|(t, _)| t);
+        RayResult { id, t, normal: self.normal(ray).map(turned) }
     }
-}
 
-impl ClaimedHits {
-    /// Whether a ray is said to see this colour.
-    pub(super) fn has_color(&self, ray: usize, color: [u8; 3]) -> bool {
-        let ClaimedHits::Colors { srgb8, tolerance } = self else { return false };
-        color.into_iter().zip(srgb8[ray]).all(|(a, b)| a.abs_diff(b) <= *tolerance)
+    /// Whether a colour that is said to be seen may be this one.
+    pub(super) fn is_like(&self, said: [u8; 3], color: [u8; 3]) -> bool {
+        let most = self.conventions.color_tolerance;
+        color.into_iter().zip(said).all(|(a, b)| a.abs_diff(b) <= most)
     }
 }
 
 /// What the names of the channels tell. Colours are looked at where there is nothing else.
 fn quantities_of(image: &Image, conventions: &Conventions) -> Result<Vec<Quantity>> {
-    let has = |names: &[&str]| names.iter().any(|name| image.channel(name).is_some());
-    let has_depth = has(&DEPTH_NAMES);
-    let depth = if conventions.near_far.is_some() { Quantity::ZBuffer } else { Quantity::Depth };
-    let known = [
-        (Quantity::Id, has(&ID_NAMES)),
-        (depth, has_depth),
-        (Quantity::Distance, !has_depth && has(&DISTANCE_NAMES)),
-        (Quantity::Normal, NORMAL_NAMES.iter().any(|name| three_of(image, name).is_some())),
-    ];
-    let mut found: Vec<_> =
-        known.into_iter().filter(|(_, is_there)| *is_there).map(|(q, _)| q).collect();
+    let has = |quantity: &Quantity| named(*quantity, image).is_some();
+    let depth = match conventions.near_far {
+        _ if !has(&Depth) => Distance,
+        Some(_) => ZBuffer,
+        None => Depth,
+    };
+    let mut found = vec![Id, depth, Normal];
+    found.retain(has);
     if found.is_empty()
-        && let Some([red, ..]) = colors_of(image)
+        && let Some([red, ..]) = named(Quantity::Color, image).as_deref()
         && (red.full().is_some() || image.format == "OpenEXR")
     {
         found.push(Quantity::Color);
@@ -193,138 +290,21 @@ fn names(image: &Image) -> Vec<&str> {
     image.channels.iter().map(|channel| channel.name.as_str()).collect()
 }
 
+/// The channels whose names tell something.
+fn named(quantity: Quantity, image: &Image) -> Option<Vec<&ChannelValues>> {
+    let known: &[&str] = match quantity {
+        Id => &ID_NAMES,
+        Depth | ZBuffer => &DEPTH_NAMES,
+        Distance => &DISTANCE_NAMES,
+        Normal => return NORMAL_NAMES.iter().find_map(|name| three_of(image, name)),
+        Quantity::Color => return ["R", "G", "B"].iter().map(|name| image.channel(name)).collect(),
+    };
+    known.iter().find_map(|name| image.channel(name)).map(|channel| vec![channel])
+}
+
 /// The three channels of a vector.
-fn three_of<'a>(image: &'a Image, prefix: &str) -> Option<[&'a ChannelValues; 3]> {
+fn three_of<'a>(image: &'a Image, prefix: &str) -> Option<Vec<&'a ChannelValues>> {
     AXES.iter().find_map(|axes| {
-        let [x, y, z] = axes.map(|axis| image.channel(&format!("{prefix}.{axis}")));
-        Some([x?, y?, z?])
+        axes.iter().map(|axis| image.channel(&format!("{prefix}.{axis}"))).collect()
     })
-}
-
-fn colors_of(image: &Image) -> Option<[&ChannelValues; 3]> {
-    let [r, g, b] = ["R", "G", "B"].map(|name| image.channel(name));
-    Some([r?, g?, b?])
-}
-
-struct Reader<'a> {
-    image: &'a Image,
-    conventions: &'a Conventions,
-    view: Option<&'a View>,
-}
-
-impl<'a> Reader<'a> {
-    fn missing(&self, what: &str) -> Error {
-        let channels = names(self.image).join(", ");
-        let advice = if channels.is_empty() { "" } else { "; name one with --channel" };
-        Error::Usage(format!(
-            "the {} file has no channel with {what}, but {channels}{advice}",
-            self.image.format
-        ))
-    }
-
-    /// The one channel that tells something.
-    fn one(&self, known: &[&str], what: &str) -> Result<&'a ChannelValues> {
-        let image = self.image;
-        if let Some(name) = &self.conventions.channel {
-            return image.channel(name).ok_or_else(|| {
-                let near = did_you_mean_at_end(names(image), name);
-                Error::Usage(format!("the {} file has no channel {name}{near}", image.format))
-            });
-        }
-        let by_name = known.iter().find_map(|name| image.channel(name));
-        match (by_name, &*image.channels) {
-            (Some(channel), _) => Ok(channel),
-            (None, [only]) => Ok(&only.samples),
-            _ => Err(self.missing(what)),
-        }
-    }
-
-    fn ids(&self) -> Result<Vec<u32>> {
-        let channel = self.one(&ID_NAMES, "ids")?;
-        let Conventions { id_offset, no_hit, .. } = *self.conventions;
-        let id = |i| {
-            let Some(whole) = channel.whole(i) else {
-                return if channel.number(i).is_finite() { NO_OBJECT } else { 0 };
-            };
-            let is_none = match no_hit {
-                Some(no_hit) => whole == no_hit,
-                None => whole == -1 || whole == i64::from(u32::MAX),
-            };
-            match whole.checked_add(id_offset) {
-                _ if is_none => 0,
-                Some(id) => u32::try_from(id).unwrap_or(NO_OBJECT),
-                None => NO_OBJECT,
-            }
-        };
-        Ok((0..channel.len()).map(id).collect())
-    }
-
-    /// `t` or the distance of each ray, and whether it hits anything.
-    fn depths(&self, quantity: Quantity) -> Result<(Vec<f64>, Vec<bool>)> {
-        let Conventions { background, scale, near_far, .. } = *self.conventions;
-        let known: &[&str] = match quantity {
-            Quantity::Distance => &[&DISTANCE_NAMES[..], &DEPTH_NAMES].concat(),
-            _ => &DEPTH_NAMES,
-        };
-        let channel = self.one(known, quantity.name())?;
-        let is_background = |x: f64| {
-            x == f64::INFINITY || background.is_some_and(|b| x == b || x as f32 == b as f32)
-        };
-        let numbers = (0..channel.len()).map(|i| channel.number(i));
-        if quantity != Quantity::ZBuffer {
-            return Ok(numbers.map(|x| (x * scale, !is_background(x))).unzip());
-        }
-        let Some([near, far]) = near_far else {
-            return wrong_usage("a z-buffer says nothing without --near and --far");
-        };
-        let full = channel.full().unwrap_or(1.0);
-        let is_parallel = self.view.is_some_and(|view| view.lens == Lens::Orthographic);
-        let t = |z: f64| {
-            if is_parallel { near + z * (far - near) } else { 1.0 / ((1.0 - z) / near + z / far) }
-        };
-        let is_far = |z: f64| if near < far { z >= 1.0 } else { z <= 0.0 };
-        Ok(numbers.map(|x| (t(x / full), !is_far(x / full) && !is_background(x))).unzip())
-    }
-
-    fn normals(&self) -> Result<Vec<DVec3>> {
-        let image = self.image;
-        let channels = match &self.conventions.channel {
-            Some(name) => three_of(image, name),
-            None => {
-                let mut named = NORMAL_NAMES.iter().filter_map(|name| three_of(image, name));
-                named.next().or_else(|| colors_of(image))
-            }
-        };
-        let channels = channels.ok_or_else(|| self.missing("normals"))?;
-        let axes = match (self.conventions.normal_space, self.view) {
-            (NormalSpace::World, _) => [DVec3::X, DVec3::Y, DVec3::Z],
-            (NormalSpace::Camera, Some(view)) => [view.right, view.true_up, -view.forward],
-            (NormalSpace::Camera, None) => {
-                return wrong_usage(
-                    "rays of a list have no camera; give normals in the world's axes",
-                );
-            }
-        };
-        let normal = |i| {
-            let parts = channels.map(|channel| match channel.full() {
-                // −1 to 1, as whole numbers keep it.
-                Some(full) => 2.0 * channel.number(i) / full - 1.0,
-                None => channel.number(i),
-            });
-            parts[0] * axes[0] + parts[1] * axes[1] + parts[2] * axes[2]
-        };
-        Ok((0..channels[0].len()).map(normal).collect())
-    }
-
-    fn colors(&self) -> Result<Vec<[u8; 3]>> {
-        let channels = colors_of(self.image).ok_or_else(|| self.missing("colours R, G and B"))?;
-        let byte = |i| match channels[0].full() {
-            None => Color(channels.map(|channel| channel.number(i).clamp(0.0, 1.0))).to_srgb8(),
-            Some(_) => channels.map(|channel| {
-                let full = channel.full().unwrap_or(255.0);
-                (channel.number(i) / full * 255.0).round() as u8
-            }),
-        };
-        Ok((0..channels[0].len()).map(byte).collect())
-    }
 }

@@ -45,6 +45,11 @@ impl Quantity {
             Quantity::Color => "color",
         }
     }
+
+    /// Whether it tells how far away something is.
+    pub(super) fn is_depth(self) -> bool {
+        matches!(self, Quantity::Depth | Quantity::Distance | Quantity::ZBuffer)
+    }
 }
 
 impl FromStr for Quantity {

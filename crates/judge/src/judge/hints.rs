@@ -58,26 +58,26 @@ fn is_better([wrong_ids, t, degrees]: Faults, [other_ids, other_t, other_degrees
 
 /// Other conventions, and the options of the command line that say them.
 fn others(judged: &Judged) -> Vec<(String, Conventions)> {
-    let Case { image, conventions, claims, .. } = &judged.case;
+    let Case { image, claims, .. } = &judged.case;
+    let conventions = &claims.conventions;
     let mut others = Vec::new();
     let mut add = |options: &str, change: &dyn Fn(&mut Conventions)| {
         let mut conventions = conventions.clone();
         change(&mut conventions);
         others.push((options.into(), conventions));
     };
-    let has = |quantity| claims.quantities.contains(&quantity);
     if !image.is_list && !conventions.rows_from_below {
         add("--rows-from-below", &|c| c.rows_from_below = true);
     }
-    if has(Quantity::Id) && conventions.id_offset == 0 {
+    if claims.has(Quantity::Id) && conventions.id_offset == 0 {
         add("--id-offset 1", &|c| c.id_offset = 1);
         add("--id-offset=-1", &|c| c.id_offset = -1);
     }
     for (from, to) in [(Quantity::Depth, Quantity::Distance), (Quantity::Distance, Quantity::Depth)]
     {
-        if has(from) {
-            let replaced = |q: &Quantity| if *q == from { to } else { *q };
-            let quantities: Vec<Quantity> = claims.quantities.iter().map(replaced).collect();
+        if claims.has(from) {
+            let replaced = |q: Quantity| if q == from { to } else { q };
+            let quantities: Vec<Quantity> = claims.quantities().map(replaced).collect();
             let names: Vec<&str> = quantities.iter().map(|q| q.name()).collect();
             let options = format!("--as {}", names.join(","));
             add(&options, &|c| c.quantities.clone_from(&quantities));
@@ -88,7 +88,7 @@ fn others(judged: &Judged) -> Vec<(String, Conventions)> {
     {
         add(&format!("--background {background}"), &|c| c.background = Some(background));
     }
-    if has(Quantity::Normal) {
+    if claims.has(Quantity::Normal) {
         let is_inside = judged.truth.hits.iter().any(|hit| hit.is_back);
         let outward = NormalSide::Outward;
         let camera = NormalSpace::Camera;
@@ -110,10 +110,13 @@ fn others(judged: &Judged) -> Vec<(String, Conventions)> {
 
 /// The number that most of the false hits have as their depth.
 fn common_background(judged: &Judged) -> Option<f64> {
-    let (t, scale) = (judged.case.claims.t.as_ref()?, judged.case.conventions.scale);
-    let false_hits = judged.errors.of_rays.iter().zip(t);
-    let false_hits = false_hits.filter(|(error, t)| **error == RayError::FalseHit && t.is_finite());
-    let mut depths: Vec<f64> = false_hits.map(|(_, &t)| t / scale).collect();
+    let claims = &judged.case.claims;
+    let of_ray = |(ray, error): (usize, &RayError)| {
+        let (t, _) = claims.depth(ray).filter(|_| *error == RayError::FalseHit)?;
+        t.is_finite().then(|| t / claims.conventions.scale)
+    };
+    let mut depths: Vec<f64> =
+        judged.errors.of_rays.iter().enumerate().filter_map(of_ray).collect();
     depths.sort_unstable_by(f64::total_cmp);
     let runs = depths.chunk_by(|a, b| a == b);
     let longest = runs.max_by_key(|run| run.len())?;

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-pub use claims::{ClaimedHits, Claims};
+pub use claims::{ClaimedHit, Claims};
 pub use conventions::{Conventions, NormalSide, NormalSpace, Quantity};
 pub use words::Finding;
 
@@ -45,8 +45,6 @@ pub struct Case {
     pub rays: Rays,
     /// The results as they were given.
     pub image: Image,
-    /// What their numbers mean.
-    pub conventions: Conventions,
     /// The results in this program's conventions.
     pub claims: Claims,
     /// What may be wrong.
@@ -76,13 +74,13 @@ impl Case {
         let (what, bytes) = (format!("judging {n} rays"), (n as u64).saturating_mul(RAY_BYTES));
         memory::require(what, bytes, "judge a part of the picture (crop)")?;
         let claims = Claims::new(image.clone(), &conventions, &rays)?;
-        if scene.is_lit() && matches!(claims.seen, ClaimedHits::Colors { .. }) {
+        if scene.is_lit() && claims.is_by_color() {
             return wrong_usage(
                 "the scene is lit, so that colours don't tell its objects; judge ids, depths or normals, or \
                  compare the picture with an exact one: `kugelblitz render` and `kugelblitz compare`",
             );
         }
-        Ok(Case { scene, rays, image, conventions, claims, allowed })
+        Ok(Case { scene, rays, image, claims, allowed })
     }
 
     /// Holds the results against what `session` proves.
@@ -111,7 +109,7 @@ impl Case {
         let palette: Vec<[u8; 3]> = self.scene.colors().map(Color::to_srgb8).collect();
         let error = |(i, exact): (usize, &TrueHit)| {
             let mut right = RayResult::from(exact);
-            if claims.is_distance {
+            if claims.has(Quantity::Distance) {
                 right.t = right.t.map(|t| t * Near::new(&self.rays, i).ray.direction.length());
             }
             let said = claims.row(i, &right, exact.is_back, &palette);
@@ -181,7 +179,7 @@ impl Judged {
 
     /// The names of what was judged.
     pub fn quantities(&self) -> Vec<&'static str> {
-        self.case.claims.quantities.iter().map(|quantity| quantity.name()).collect()
+        self.case.claims.quantities().map(Quantity::name).collect()
     }
 
     /// The rays with anything that is more wrong than it may be of one ray.

@@ -4,7 +4,7 @@ use kugelblitz::scene::{Color, Scene, hex};
 use kugelblitz::words::{NONE, percent};
 use serde::Serialize;
 
-use super::{Case, CaseErrors, ClaimedHits, Judged};
+use super::{Case, CaseErrors, ClaimedHit, Claims, Judged, Quantity};
 use crate::compare::{ErrorSpread, ErrorStats, RayError, short};
 
 /// An error of one ray.
@@ -79,18 +79,18 @@ impl Judged {
         let Judged { case: Case { scene, rays, claims, .. }, truth, .. } = self;
         let exact = &truth.hits[ray];
         let off = || short(self.size(kind, ray).unwrap_or(f64::NAN));
-        let (says, exact) = match (kind, &claims.t, &claims.normal) {
-            (2, Some(t), _) => {
-                let what = if claims.is_distance { "distance" } else { "t" };
-                let says = format!("{what} = {:?} ({} ulp off)", t[ray], off());
+        let (says, exact) = match (kind, claims.depth(ray), claims.normal(ray)) {
+            (2, Some((t, _)), _) => {
+                let what = if claims.has(Quantity::Distance) { "distance" } else { "t" };
+                let says = format!("{what} = {t:?} ({} ulp off)", off());
                 (says, format!("t = {:?}", exact.t))
             }
             (3, _, Some(normal)) => {
                 let vector = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");
-                let says = format!("{}, {}° off", vector(normal[ray].into()), off());
+                let says = format!("{}, {}° off", vector(normal.into()), off());
                 (says, vector(exact.normal))
             }
-            _ => (says(scene, &claims.seen, ray), object_in_words(scene, exact.id)),
+            _ => (says(scene, claims, ray), object_in_words(scene, exact.id)),
         };
         Finding { kind: KINDS[kind].0, ray, pixel: rays.pixel(ray), says, exact, explain }
     }
@@ -156,15 +156,15 @@ impl Judged {
     }
 }
 
-fn says(scene: &Scene, seen: &ClaimedHits, ray: usize) -> String {
-    match seen {
-        ClaimedHits::Ids(ids) => object_in_words(scene, ids[ray]),
-        ClaimedHits::Hit(hit) => if hit[ray] { "an object" } else { "the background" }.into(),
-        ClaimedHits::Colors { srgb8, .. } => {
+fn says(scene: &Scene, claims: &Claims, ray: usize) -> String {
+    match claims.seen(ray) {
+        ClaimedHit::Id(id) => object_in_words(scene, id),
+        ClaimedHit::Hit(is_hit) => if is_hit { "an object" } else { "the background" }.into(),
+        ClaimedHit::Color(said) => {
             let mut colors = (0..).zip(scene.colors().map(Color::to_srgb8));
-            let of = colors.find(|(_, color)| seen.has_color(ray, *color));
+            let of = colors.find(|(_, color)| claims.is_like(said, *color));
             let whose = of.map_or("of no object".into(), |(id, _)| object_in_words(scene, id));
-            format!("{whose}, {}", hex(srgb8[ray]))
+            format!("{whose}, {}", hex(said))
         }
     }
 }
@@ -186,8 +186,10 @@ impl Case {
     /// What makes the judgement of colours weak, where something does: objects whose colours are so near each other that
     /// claims in colours don't tell them apart. Each is compared with the next ones by their red alone.
     pub fn warning(&self) -> Option<String> {
-        let ClaimedHits::Colors { tolerance, .. } = self.claims.seen else { return None };
-        let scene = &*self.scene;
+        if !self.claims.is_by_color() {
+            return None;
+        }
+        let (scene, tolerance) = (&*self.scene, self.claims.conventions.color_tolerance);
         let mut colors: Vec<([u8; 3], u32)> =
             scene.colors().map(Color::to_srgb8).zip(0..).collect();
         colors.sort_unstable();
