@@ -6,7 +6,7 @@ use kugelblitz::trace::Kernel;
 use kugelblitz::words::did_you_mean_at_end;
 use kugelblitz::{Error, Result};
 
-use super::{RayError, TError};
+use super::TError;
 
 /// How much of a thing may be wrong, or how far it may be off: at most so much, in a unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,12 +99,17 @@ const ANGLE: Values = Values {
 };
 const SIZE: Values = Values { suffixes: &[("", Size, 1.0)], any: None, expected: "0 or more" };
 
+/// Nothing may be wrong.
+const NOTHING: Tolerance = Tolerance { most: 0.0, unit: Count };
+
+/// Keys of four limits.
+type Keys = [(&'static str, Values); 4];
+
 /// The keys of rays.
-const OF_RAYS: [(&str, Values); 4] =
-    [("ids", SHARE), ("silhouettes", SHARE), ("t", T), ("normal", ANGLE)];
+const OF_RAYS: Keys = [("ids", SHARE), ("silhouettes", SHARE), ("t", T), ("normal", ANGLE)];
 
 /// The keys of pictures.
-const OF_PICTURES: [(&str, Values); 4] =
+const OF_PICTURES: Keys =
     [("levels", SIZE), ("ulp", SIZE), ("difference", SIZE), ("pixels", SHARE)];
 
 impl Values {
@@ -133,7 +138,8 @@ const REFERENCE_ULP: f64 = 1.0 / (1u64 << 26) as f64;
 /// What may differ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Allowed {
-    limits: Vec<(&'static str, Tolerance)>,
+    keys: [&'static str; 4],
+    limits: [Tolerance; 4],
 }
 
 impl Allowed {
@@ -148,10 +154,11 @@ impl Allowed {
         let (t_ulp, distance) = promised.map_or((0.0, 0.0), |p| (p.t_ulp, p.normal_distance));
         // The angle at which the ends of two unit vectors are so far apart.
         let degrees = (2.0 * (distance / 2.0).asin()).to_degrees();
-        let limits = [(0.0, Count), (0.0, Count), (t_ulp, Ulp), (degrees, Degrees)];
-        let mut allowed = Allowed::read(text, OF_RAYS, limits)?;
-        if !text.contains(OF_RAYS[1].0) {
-            allowed.limits[1].1 = allowed.limits[0].1;
+        let (t, normal) =
+            (Tolerance { most: t_ulp, unit: Ulp }, Tolerance { most: degrees, unit: Degrees });
+        let mut allowed = Allowed::read(text, OF_RAYS, [NOTHING, NOTHING, t, normal])?;
+        if !text.contains("silhouettes") {
+            allowed.limits[1] = allowed.limits[0];
         }
         Ok(allowed)
     }
@@ -163,39 +170,33 @@ impl Allowed {
     /// # Errors
     /// [`Error::Usage`] for other words.
     pub fn of_pictures(text: &str) -> Result<Allowed> {
-        Allowed::read(text, OF_PICTURES, [Size, Size, Size, Count].map(|unit| (0.0, unit)))
+        Allowed::read(text, OF_PICTURES, [NOTHING; 4])
     }
 
-    fn read(
-        text: &str,
-        keys: [(&'static str, Values); 4],
-        limits: [(f64, Unit); 4],
-    ) -> Result<Allowed> {
-        let names = keys.map(|(name, _)| name);
-        let limits = limits.map(|(most, unit)| Tolerance { most, unit });
-        let mut limits: Vec<_> = names.into_iter().zip(limits).collect();
+    fn read(text: &str, of: Keys, mut limits: [Tolerance; 4]) -> Result<Allowed> {
+        let keys = of.map(|(key, _)| key);
         for part in text.split(',').filter(|_| !text.trim().is_empty()) {
             let (key, value) = part.split_once('=').unwrap_or((part, ""));
             let (key, value) = (key.trim(), value.trim());
-            let Some(at) = names.iter().position(|name| *name == key) else {
+            let Some(at) = keys.iter().position(|known| *known == key) else {
                 return wrong_usage(format!(
                     "nothing that can be allowed is called “{key}”; give {}{}",
-                    names.join(", "),
-                    did_you_mean_at_end(names, key)
+                    keys.join(", "),
+                    did_you_mean_at_end(keys, key)
                 ));
             };
-            let values = keys[at].1;
-            limits[at].1 = values.read(value).ok_or_else(|| {
+            let values = of[at].1;
+            limits[at] = values.read(value).ok_or_else(|| {
                 Error::Usage(format!("“{value}” is no limit for {key}; give {}", values.expected))
             })?;
         }
-        Ok(Allowed { limits })
+        Ok(Allowed { keys, limits })
     }
 
     /// What is allowed of this key; nothing of an unknown one.
     pub fn limit(&self, key: &str) -> Tolerance {
-        let found = self.limits.iter().find(|(name, _)| *name == key);
-        found.map_or(Tolerance { most: 0.0, unit: Count }, |(_, limit)| *limit)
+        let at = self.keys.iter().position(|known| *known == key);
+        at.map_or(NOTHING, |at| self.limits[at])
     }
 
     /// Whether `t` may be so far off.
@@ -205,18 +206,11 @@ impl Allowed {
             limit => limit.allows(error.relative),
         }
     }
-
-    /// Whether nothing of a ray's result is more wrong than it may be of one.
-    pub fn is_right(&self, error: &RayError) -> bool {
-        let RayError::Right { t, normal, .. } = error else { return false };
-        t.is_none_or(|t| self.allows_t(&t))
-            && normal.is_none_or(|normal| self.limit("normal").allows(normal.degrees))
-    }
 }
 
 impl fmt::Display for Allowed {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let parts = self.limits.iter().map(|(key, limit)| format!("{key}={limit}"));
+        let parts = self.keys.iter().zip(self.limits).map(|(key, limit)| format!("{key}={limit}"));
         f.write_str(&parts.collect::<Vec<_>>().join(","))
     }
 }

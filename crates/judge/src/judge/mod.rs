@@ -182,12 +182,6 @@ impl Judged {
         self.case.claims.quantities().map(Quantity::name).collect()
     }
 
-    /// The rays with anything that is more wrong than it may be of one ray.
-    pub fn wrong_rays(&self) -> impl Iterator<Item = usize> {
-        let errors = self.errors.of_rays.iter().enumerate();
-        errors.filter(|(_, error)| !self.case.allowed.is_right(error)).map(|(ray, _)| ray)
-    }
-
     /// All in numbers, with these findings.
     pub fn summary(&self, worst: Vec<Finding>) -> JudgeSummary {
         let (pixels, Case { scene, rays, allowed, .. }) = (self.pixels(), &self.case);

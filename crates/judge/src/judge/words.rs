@@ -4,7 +4,7 @@ use kugelblitz::scene::{Color, Scene, hex};
 use kugelblitz::words::{NONE, percent};
 use serde::Serialize;
 
-use super::{Case, CaseErrors, ClaimedHit, Claims, Judged, Quantity};
+use super::{Case, ClaimedHit, Claims, Judged, Quantity};
 use crate::compare::{ErrorSpread, ErrorStats, RayError, short};
 
 /// An error of one ray.
@@ -34,18 +34,23 @@ const KINDS: [(&str, &str); 4] = [
 ];
 
 impl Judged {
-    /// How wrong a ray is in one of the [`KINDS`]; `None` where that is as it may be.
-    fn size(&self, kind: usize, ray: usize) -> Option<f64> {
-        let (allowed, CaseErrors { of_rays, is_at_silhouette, .. }) =
-            (&self.case.allowed, &self.errors);
-        match (&of_rays[ray], kind) {
-            (RayError::Right { t, .. }, 2) => t.filter(|t| !allowed.allows_t(t)).map(|t| t.ulp),
-            (RayError::Right { normal, .. }, 3) => {
-                normal.map(|n| n.degrees).filter(|n| !allowed.limit("normal").allows(*n))
+    /// How wrong a ray is in each of the [`KINDS`]; `None` where that is as it may be.
+    fn sizes(&self, ray: usize) -> [Option<f64>; KINDS.len()] {
+        let (allowed, errors) = (&self.case.allowed, &self.errors);
+        match errors.of_rays[ray] {
+            RayError::Right { t, normal, .. } => {
+                let t = t.filter(|t| !allowed.allows_t(t)).map(|t| t.ulp);
+                let normal = normal.map(|normal| normal.degrees);
+                [None, None, t, normal.filter(|degrees| !allowed.limit("normal").allows(*degrees))]
             }
-            (RayError::Right { .. }, _) | (_, 2 | 3) => None,
-            _ => (is_at_silhouette[ray] == (kind == 1)).then_some(0.0),
+            _ if errors.is_at_silhouette[ray] => [None, Some(0.0), None, None],
+            _ => [Some(0.0), None, None, None],
         }
+    }
+
+    /// The rays with anything that is more wrong than it may be of one ray.
+    pub fn wrong_rays(&self) -> impl Iterator<Item = usize> {
+        (0..self.truth.hits.len()).filter(|&ray| self.sizes(ray).iter().any(Option::is_some))
     }
 
     /// The worst rays of each kind, at most `n` of each, without those that are as they may be: wrong ids evenly drawn,
@@ -53,7 +58,7 @@ impl Judged {
     pub fn worst(&self, n: usize, explain: impl Fn(usize) -> Option<String>) -> Vec<Finding> {
         let mut findings = Vec::new();
         for kind in 0..KINDS.len() {
-            let wrong = |ray| Some((self.size(kind, ray)?, ray));
+            let wrong = |ray| Some((self.sizes(ray)[kind]?, ray));
             let mut wrong: Vec<(f64, usize)> =
                 (0..self.truth.hits.len()).filter_map(wrong).collect();
             let n = n.min(wrong.len());
@@ -63,7 +68,7 @@ impl Judged {
                 wrong.sort_by(|a, b| b.0.total_cmp(&a.0));
                 wrong.truncate(n);
             }
-            let finding = |(_, ray)| self.finding(kind, ray, explain(ray));
+            let finding = |(size, ray)| self.finding(kind, size, ray, explain(ray));
             findings.extend(wrong.into_iter().map(finding));
         }
         findings
@@ -71,23 +76,22 @@ impl Judged {
 
     /// What is wrong with one ray: its id, or `t` and the normal; nothing where all is as it may be.
     pub fn of_ray(&self, ray: usize) -> Vec<Finding> {
-        let kinds = (0..KINDS.len()).filter(|&kind| self.size(kind, ray).is_some());
-        kinds.map(|kind| self.finding(kind, ray, None)).collect()
+        let sizes = self.sizes(ray).into_iter().enumerate();
+        sizes.filter_map(|(kind, size)| Some(self.finding(kind, size?, ray, None))).collect()
     }
 
-    fn finding(&self, kind: usize, ray: usize, explain: Option<String>) -> Finding {
+    fn finding(&self, kind: usize, size: f64, ray: usize, explain: Option<String>) -> Finding {
         let Judged { case: Case { scene, rays, claims, .. }, truth, .. } = self;
-        let exact = &truth.hits[ray];
-        let off = || short(self.size(kind, ray).unwrap_or(f64::NAN));
+        let (exact, off) = (&truth.hits[ray], short(size));
         let (says, exact) = match (kind, claims.depth(ray), claims.normal(ray)) {
             (2, Some((t, _)), _) => {
                 let what = if claims.has(Quantity::Distance) { "distance" } else { "t" };
-                let says = format!("{what} = {t:?} ({} ulp off)", off());
+                let says = format!("{what} = {t:?} ({off} ulp off)");
                 (says, format!("t = {:?}", exact.t))
             }
             (3, _, Some(normal)) => {
                 let vector = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");
-                let says = format!("{}, {}° off", vector(normal.into()), off());
+                let says = format!("{}, {off}° off", vector(normal.into()));
                 (says, vector(exact.normal))
             }
             _ => (says(scene, claims, ray), object_in_words(scene, exact.id)),
