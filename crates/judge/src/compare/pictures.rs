@@ -4,7 +4,7 @@ use std::path::Path;
 
 use kugelblitz::Result;
 use kugelblitz::num::ulp_distance;
-use kugelblitz::picture::{ChannelValues, Image};
+use kugelblitz::picture::{Channel, ChannelValues, Image};
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::Color;
 use kugelblitz::words::percent;
@@ -107,15 +107,12 @@ pub fn compare_pictures(
         metadata_differs: texts.map(|(name, _)| name.clone()).collect(),
         ..PictureDifference::default()
     };
-    if (a.width, a.height, a.is_list) != (b.width, b.height, b.is_list) {
-        let size = |image: &Image| {
-            if image.is_list {
-                format!("a list of {}", image.width)
-            } else {
-                format!("{}×{}", image.width, image.height)
-            }
-        };
-        found.broken.push(format!("the sizes differ: {} and {}", size(a), size(b)));
+    let size = |&Image { width, height, is_list, .. }: &Image| {
+        if is_list { format!("a list of {width}") } else { format!("{width}×{height}") }
+    };
+    let sizes = [size(a), size(b)];
+    if sizes[0] != sizes[1] {
+        found.broken.push(format!("the sizes differ: {}", sizes.join(" and ")));
         return Ok(found);
     }
     if (a.whole, a.first) != (b.whole, b.first) {
@@ -127,10 +124,7 @@ pub fn compare_pictures(
     found.pixels = a.len() as u64;
     for channel in &a.channels {
         if let Some(other) = b.channel(&channel.name) {
-            let pair = [&channel.samples, other];
-            let difference = of_channel(&channel.name, pair, allowed, &mut found.of_pixels);
-            let pixel = difference.at.map(|at| a.pixel(at));
-            found.channels.push(ChannelDifference { pixel, ..difference });
+            found.channels.push(of_channel(a, channel, other, allowed, &mut found.of_pixels));
         }
     }
     if found.channels.is_empty() {
@@ -204,14 +198,15 @@ impl PictureDifference {
 }
 
 fn of_channel(
-    name: &str,
-    [a, b]: [&ChannelValues; 2],
+    image: &Image,
+    Channel { name, samples: a }: &Channel,
+    b: &ChannelValues,
     allowed: &Allowed,
     of_pixels: &mut [(bool, f32)],
 ) -> ChannelDifference {
     let common = Common::of(name, a, b);
     let mut found = ChannelDifference {
-        name: name.into(),
+        name: name.clone(),
         types: [a.kind(), b.kind()],
         compared_as: common.name(a),
         ..ChannelDifference::default()
@@ -223,7 +218,7 @@ fn of_channel(
         let ulp = common.steps(x, y);
         found.largest_ulp = found.largest_ulp.max(ulp);
         let is_equal = match common {
-            Common::Own => a.whole(i) == b.whole(i),
+            Own => a.whole(i) == b.whole(i),
             _ => ulp.map_or(x == y, |ulp| ulp == 0),
         };
         if is_equal {
@@ -234,13 +229,14 @@ fn of_channel(
         found.differing += 1;
         if found.at.is_none() || difference > found.largest {
             (found.largest, found.at, found.values) = (difference, Some(i), Some([x, y]));
+            found.pixel = Some(image.pixel(i));
         }
         let (is_beyond, size) = match (common, ulp) {
             (_, Some(ulp)) => (
                 !most_ulp.allows(ulp as f64) && !most.allows(difference),
                 difference / x.abs().max(y.abs()).max(1.0),
             ),
-            (Common::Levels(full), None) => (!levels.allows(difference), difference / full),
+            (Levels(full), None) => (!levels.allows(difference), difference / full),
             // Ids are equal or not.
             _ => (true, 1.0),
         };
@@ -250,16 +246,18 @@ fn of_channel(
     found
 }
 
-/// The type in which the numbers of two channels are compared.
-#[derive(Clone, Copy)]
+/// The type in which the numbers of two channels are compared: a smaller one has fewer of them.
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
 enum Common {
-    /// Whole numbers that are no levels, in the type that both have.
-    Own,
     /// Whole numbers up to this one.
     Levels(f64),
     F32,
     F64,
+    /// Whole numbers that are no levels, in the type that both have.
+    Own,
 }
+
+use Common::{F32, F64, Levels, Own};
 
 /// Levels of 8 bits.
 const BYTES: f64 = 255.0;
@@ -271,51 +269,52 @@ fn is_color(name: &str) -> bool {
 
 impl Common {
     fn of(name: &str, a: &ChannelValues, b: &ChannelValues) -> Common {
-        use ChannelValues::{F16, F32, F64, I64, U8, U16, U32};
-        match (a, b) {
-            (U32(_), U32(_)) | (I64(_), I64(_)) => Common::Own,
-            (U16(_), U16(_)) => Common::Levels(u16::MAX.into()),
-            (U8(_) | U16(_), U8(_) | U16(_)) => Common::Levels(BYTES),
-            (whole @ (U8(_) | U16(_)), F16(_) | F32(_) | F64(_))
-            | (F16(_) | F32(_) | F64(_), whole @ (U8(_) | U16(_)))
-                if is_color(name) || name == "A" =>
-            {
-                Common::Levels(whole.full().unwrap_or(BYTES))
-            }
-            (F16(_) | F32(_), F16(_) | F32(_) | F64(_)) | (F64(_), F16(_) | F32(_)) => Common::F32,
-            _ => Common::F64,
+        let own = |channel: &ChannelValues| match channel {
+            ChannelValues::U8(_) => Levels(BYTES),
+            ChannelValues::U16(_) => Levels(u16::MAX.into()),
+            ChannelValues::F16(_) | ChannelValues::F32(_) => F32,
+            ChannelValues::F64(_) => F64,
+            ChannelValues::U32(_) | ChannelValues::I64(_) => Own,
+        };
+        let is_shown = is_color(name) || name == "A";
+        match (own(a), own(b)) {
+            (Own, Own) if a.kind() == b.kind() => Own,
+            (Own, _) | (_, Own) => F64,
+            (Levels(_), F32 | F64) | (F32 | F64, Levels(_)) if !is_shown => F64,
+            (one, other) if one < other => one,
+            (_, other) => other,
         }
     }
 
     /// The type's name, where `of` is one of the channels.
     fn name(self, of: &ChannelValues) -> &'static str {
         match self {
-            Common::Own => of.kind(),
-            Common::Levels(BYTES) => "u8",
-            Common::Levels(_) => "u16",
-            Common::F32 => "f32",
-            Common::F64 => "f64",
+            Own => of.kind(),
+            Levels(BYTES) => "u8",
+            Levels(_) => "u16",
+            F32 => "f32",
+            F64 => "f64",
         }
     }
 
     /// The number of the `i`-th pixel in this type. Floats are the levels that a picture would show for them.
     fn number(self, samples: &ChannelValues, i: usize, is_color: bool) -> f64 {
         match (self, samples.full()) {
-            (Common::Own | Common::F64, _) => samples.number(i),
-            (Common::F32, _) => samples.number(i) as f32 as f64,
-            (Common::Levels(full), Some(own)) => (samples.number(i) * full / own).round(),
-            (Common::Levels(full), None) if !is_color => (shown(samples, i) * full).round(),
-            (Common::Levels(BYTES), None) => Color([shown(samples, i); 3]).to_srgb8()[0].into(),
-            (Common::Levels(_), None) => Color([shown(samples, i); 3]).to_srgb16()[0].into(),
+            (Own | F64, _) => samples.number(i),
+            (F32, _) => samples.number(i) as f32 as f64,
+            (Levels(full), Some(own)) => (samples.number(i) * full / own).round(),
+            (Levels(full), None) if !is_color => (shown(samples, i) * full).round(),
+            (Levels(BYTES), None) => Color([shown(samples, i); 3]).to_srgb8()[0].into(),
+            (Levels(_), None) => Color([shown(samples, i); 3]).to_srgb16()[0].into(),
         }
     }
 
     /// The steps between two floats of this type.
     fn steps(self, x: f64, y: f64) -> Option<u64> {
         match self {
-            Common::F32 => Some(ulp_distance(x as f32, y as f32)),
-            Common::F64 => Some(ulp_distance_f64(x, y)),
-            Common::Own | Common::Levels(_) => None,
+            F32 => Some(ulp_distance(x as f32, y as f32)),
+            F64 => Some(ulp_distance_f64(x, y)),
+            Own | Levels(_) => None,
         }
     }
 }
