@@ -16,7 +16,7 @@ use kugelblitz::scene::{Color, Light, Plane, Scene};
 use kugelblitz::shade::{Pixel, Style};
 use kugelblitz::{Result, Session};
 use kugelblitz_judge::compare::{FALSE_HIT, WRONG_OBJECT, graded};
-use kugelblitz_judge::verify::{ColorTruth, RenderedColors, sample};
+use kugelblitz_judge::verify::{RenderedColors, sample};
 
 use super::measure::{IDS, Work, add, n_pixels, picture};
 use super::pictures::{ErrorPicture, share_of_pixels, worst_first};
@@ -130,9 +130,7 @@ impl Separated {
 
     /// The exact colours of the pixels with these indices.
     fn exactly(&self, pixels: &Pixels, index: &[usize], control: &Control) -> Result<LitPixels> {
-        let colors = |scene: &Arc<Scene>| -> Result<RenderedColors> {
-            Ok(ColorTruth::of_pixels(scene, pixels, 1, index.to_vec(), control)?.colors)
-        };
+        let colors = |scene: &Arc<Scene>| RenderedColors::exact(scene, pixels, 1, index, control);
         let srgb = colors(&self.own)?.srgb8;
         let lamps =
             self.lamps.iter().map(|lamp| Ok(colors(lamp)?.linear)).collect::<Result<_>>()?;

@@ -60,39 +60,19 @@ impl RenderedColors {
         Ok((hits, shown))
     }
 
-    /// The numbers of a pixel, bit by bit.
-    fn bits(&self, index: usize) -> [Option<[u32; 3]>; 3] {
-        [
-            self.srgb8.get(index).map(|color| color.map(u32::from)),
-            self.srgb16.get(index).map(|color| color.map(u32::from)),
-            self.linear.get(index).map(|color| color.map(f32::to_bits)),
-        ]
-    }
-}
-
-/// The exact colours of some of the pixels.
-#[derive(Clone, Debug, Default)]
-pub struct ColorTruth {
-    /// The pixels, as indices into the colours of all pixels.
-    pub index: Vec<usize>,
-    /// Their colours.
-    pub colors: RenderedColors,
-}
-
-impl ColorTruth {
-    /// The truth about the pixels with these indices, by exact arithmetic on every object that f64 does
+    /// The exact colours of the pixels with these indices, by exact arithmetic on every object that f64 does
     /// not clearly rule out. No tree, no filter: this is what one is judged by. `control` counts each
     /// pixel as a ray.
     ///
     /// # Errors
     /// [`Error::Interrupted`](kugelblitz::Error::Interrupted) when `control` was cancelled.
-    pub fn of_pixels(
+    pub fn exact(
         scene: &Scene,
         pixels: &Pixels,
         n_samples: u32,
-        index: Vec<usize>,
+        index: &[usize],
         control: &Control,
-    ) -> Result<ColorTruth> {
+    ) -> Result<RenderedColors> {
         let lighting = Lighting::new(scene, &pixels.view);
         let of_samples = pixels.samples(n_samples);
         let rays = ExactPixels::new(&of_samples);
@@ -107,8 +87,16 @@ impl ColorTruth {
             Ok((mean.pixel::<u8>(), (mean.pixel::<u16>(), mean.pixel::<f32>())))
         });
         let (srgb8, (srgb16, linear)) = seen.collect::<Result<(Vec<_>, (Vec<_>, Vec<_>))>>()?;
-        let colors = RenderedColors { srgb8, srgb16, linear };
-        Ok(ColorTruth { index, colors })
+        Ok(RenderedColors { srgb8, srgb16, linear })
+    }
+
+    /// The numbers of a pixel, bit by bit.
+    fn bits(&self, index: usize) -> [Option<[u32; 3]>; 3] {
+        [
+            self.srgb8.get(index).map(|color| color.map(u32::from)),
+            self.srgb16.get(index).map(|color| color.map(u32::from)),
+            self.linear.get(index).map(|color| color.map(f32::to_bits)),
+        ]
     }
 }
 
@@ -233,16 +221,16 @@ mod tests {
         RenderedColors::kept(&mut session, pixels, n, &Control::default()).unwrap().1
     }
 
-    fn truth(scene: &Scene, pixels: &Pixels, n_samples: u32) -> ColorTruth {
-        let all = (0..pixels.len()).collect();
-        ColorTruth::of_pixels(scene, pixels, n_samples, all, &Control::default()).unwrap()
+    fn truth(scene: &Scene, pixels: &Pixels, n_samples: u32) -> RenderedColors {
+        let all: Vec<usize> = (0..pixels.len()).collect();
+        RenderedColors::exact(scene, pixels, n_samples, &all, &Control::default()).unwrap()
     }
 
     /// From others and from the truth.
-    fn found(shown: &RenderedColors, truth: &ColorTruth) -> [ColorDifferences; 2] {
+    fn found(shown: &RenderedColors, truth: &RenderedColors) -> [ColorDifferences; 2] {
         let mut found = <[ColorDifferences; 2]>::default();
-        found[0].see_all(shown, &truth.colors, 0);
-        found[1].see((shown, truth.index.iter().copied()), &truth.colors, 0);
+        found[0].see_all(shown, truth, 0);
+        found[1].see((shown, 0..truth.srgb8.len()), truth, 0);
         found
     }
 
@@ -253,7 +241,7 @@ mod tests {
         broken_promises(kernel, bit_equal, Some(&differences), &[("GPU", &differences)])
     }
 
-    fn broken(shown: &RenderedColors, truth: &ColorTruth) -> [Vec<String>; 2] {
+    fn broken(shown: &RenderedColors, truth: &RenderedColors) -> [Vec<String>; 2] {
         found(shown, truth).map(|colors| broken_of(Kernel::Certified, false, colors))
     }
 
@@ -263,7 +251,7 @@ mod tests {
         for n_samples in [1, 2] {
             let truth = truth(&scene, &pixels, n_samples);
             let shown = painted(&scene, &pixels, n_samples);
-            assert_eq!(shown, truth.colors);
+            assert_eq!(shown, truth);
             assert_eq!(broken(&shown, &truth), [const { Vec::<String>::new() }; 2]);
             for found in found(&shown, &truth) {
                 assert!(found.is_equal() && found.pixels == pixels.len() as u64, "{found:?}");
@@ -295,7 +283,7 @@ mod tests {
             }),
         ];
         for (what, counts, apply) in sabotages {
-            let mut shown = truth.colors.clone();
+            let mut shown = truth.clone();
             apply(&mut shown, at);
             let first = Some(if what == "lacking" { pixels.len() - 1 } else { at });
             for found in found(&shown, &truth) {

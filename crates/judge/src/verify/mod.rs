@@ -7,7 +7,7 @@ mod picture;
 mod truth;
 
 pub(crate) use colors::samples_of_pixel;
-pub use colors::{COLOR_BYTES, ColorDifferences, ColorTruth, RenderedColors};
+pub use colors::{COLOR_BYTES, ColorDifferences, RenderedColors};
 pub(crate) use lit::{LitPoint, exact_mean};
 #[cfg(feature = "gpu")]
 pub use picture::{ColorsOfKernel, OfKernel, OnBoth, Parity, Verification, Verified};

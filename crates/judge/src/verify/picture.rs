@@ -16,7 +16,7 @@ use kugelblitz::{Result, Session};
 use serde::Serialize;
 
 use super::{
-    COLOR_BYTES, ColorDifferences, ColorTruth, Differences, RenderedColors, SAMPLE_BYTES, Truth,
+    COLOR_BYTES, ColorDifferences, Differences, RenderedColors, SAMPLE_BYTES, Truth,
     broken_promises,
     colors::{ENCODINGS, WANTS},
     promise, sample,
@@ -118,7 +118,7 @@ struct TruthOfBand {
     /// Index of the band's first ray.
     first_ray: usize,
     rays: Truth,
-    colors: Option<ColorTruth>,
+    colors: Option<RenderedColors>,
 }
 
 /// The verification of a picture: which of its pixels are held against exact arithmetic, and what is true of
@@ -233,7 +233,7 @@ impl Verification {
             let index: Vec<usize> = own.iter().map(|index| index - first_ray).collect();
             let of_colors = |n_samples: Samples| {
                 let n_samples = n_samples.across();
-                ColorTruth::of_pixels(&self.scene, &band, n_samples, index.clone(), control)
+                RenderedColors::exact(&self.scene, &band, n_samples, &index, control)
             };
             let colors = self.colors.map(of_colors).transpose()?;
             let rays = Truth::of_rays(&self.scene, &Rays::Pixels(band), index, control)?;
@@ -305,9 +305,9 @@ impl Differences {
     /// Counts those of a band's results from what is true.
     fn see(&mut self, (hits, colors): &Traced, truth: &TruthOfBand) {
         self.rays.see_exact(hits, &truth.rays, truth.first_ray);
-        if let (Some(shown), Some(ColorTruth { index, colors })) = (colors, &truth.colors) {
-            let shown = (shown, index.iter().copied());
-            self.colors.get_or_insert_default().see(shown, colors, truth.first_ray);
+        if let (Some(shown), Some(exact)) = (colors, &truth.colors) {
+            let shown = (shown, truth.rays.index.iter().copied());
+            self.colors.get_or_insert_default().see(shown, exact, truth.first_ray);
         }
     }
 }
