@@ -9,7 +9,7 @@ use kugelblitz::{Error, Result};
 use kugelblitz_judge::compare::{Allowed, PictureDifference, compare_pictures};
 
 use crate::Run;
-use crate::head::{Done, failed};
+use crate::head::Done;
 use crate::output::{check_ending, filled};
 
 /// Compare two pictures, channel by channel
@@ -47,9 +47,8 @@ pub fn run(args: &CompareArgs, run: &Run) -> Result<Done<PictureDifference>> {
         let size = [a.width as u32, a.height as u32];
         write_picture(file, size, &found.picture(&a))
     });
-    let (files, failure) = (Vec::from_iter(file.transpose()?), failed(&found.broken));
-    let words = found.in_words();
-    Ok(Done { files, failure, ..Done::in_words(found, words) })
+    let (words, broken) = (found.in_words(), found.broken.clone());
+    Ok(Done::compared(found, words, file.transpose()?, &broken))
 }
 
 /// Begins the file for a picture of errors or differences, before the work.

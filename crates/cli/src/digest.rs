@@ -116,12 +116,10 @@ pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
     let mut digests = pictures.iter().map(digested).collect::<Result<Vec<_>>>()?;
     let lines: String = digests.iter().map(Digested::to_string).collect();
     let text = if args.junit.is_some() { &junit(&digests) } else { &lines };
-    let files =
-        file.map(|file| filled(file, text.as_bytes())).into_iter().collect::<Result<_>>()?;
+    let file = file.map(|file| filled(file, text.as_bytes())).transpose()?;
     let faults: Vec<String> = digests.iter().filter_map(Digested::fault).collect();
     let (n, n_wrong) = (digests.len(), faults.len());
-    let failure =
-        (n_wrong > 0).then(|| Error::Comparison(format!("{n_wrong} of {n} digests differ")));
+    let broken = (n_wrong > 0).then(|| format!("{n_wrong} of {n} digests differ"));
     let words = match &args.check {
         Some(path) => {
             let wrong: String = faults.iter().map(|fault| format!("{fault}\n")).collect();
@@ -135,7 +133,7 @@ pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
     } else {
         Summary::Many { digests }
     };
-    Ok(Done { files, failure, ..Done::in_words(summary, words) })
+    Ok(Done::compared(summary, words, file, broken.as_slice()))
 }
 
 /// The pictures that a file of `--write` has.

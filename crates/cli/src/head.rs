@@ -82,6 +82,17 @@ impl<S: Serialize> Done<S> {
         Done { files, said: vec![line], ..Done::in_words(summary, String::new()) }
     }
 
+    /// A comparison that `words` tell of, which made this file, if any, and found this to be wrong.
+    pub fn compared(
+        summary: S,
+        words: String,
+        file: Option<OutputFile>,
+        broken: &[String],
+    ) -> Done<S> {
+        let failure = (!broken.is_empty()).then(|| Error::Comparison(broken.join("; ")));
+        Done { files: Vec::from_iter(file), failure, ..Done::in_words(summary, words) }
+    }
+
     /// Tells of the work of `command`, and puts its outputs in their places.
     ///
     /// # Errors
@@ -98,11 +109,6 @@ impl<S: Serialize> Done<S> {
         said.iter().for_each(|line| run.say(line));
         failure.map_or(Ok(()), Err)
     }
-}
-
-/// The failure of a comparison that found this to be wrong.
-pub fn failed(broken: &[String]) -> Option<Error> {
-    (!broken.is_empty()).then(|| Error::Comparison(broken.join("; ")))
 }
 
 /// What went wrong.

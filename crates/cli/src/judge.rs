@@ -6,7 +6,6 @@ use std::sync::Arc;
 use clap::{Args, ValueEnum};
 use kugelblitz::picture::{Image, read_image, read_rays};
 use kugelblitz::plain::Shown;
-use kugelblitz::rays::Pixels;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Rays, WorldRay};
 use kugelblitz::words::{count, joined};
@@ -19,7 +18,7 @@ use serde::Serialize;
 
 use crate::args::{DeviceArgs, SizeArgs, WholeArgs};
 use crate::compare::{begin_picture, write_picture};
-use crate::head::{Done, On, failed};
+use crate::head::{Done, On};
 use crate::options::number;
 use crate::output::{objects, shell_quoted};
 use crate::picture::{CameraArgs, DataArgs, PictureArgs};
@@ -150,18 +149,7 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<Done<Summary>> {
     let conventions = conventions(args)?;
     let image = read_image(&args.against)?;
     let format = image.format;
-    let (camera, data) = (args.camera.clone(), args.data.clone());
-    let picture = PictureArgs { camera, data, ..PictureArgs::default() };
-    let read = |size| picture.scene(&args.scene, size, run);
-    let (scene, rays) = match &args.rays {
-        Some(rays) => (read(None)?, Rays::List(read_rays(rays, &run.control)?)),
-        None => {
-            let size = size_of(args, &image)?;
-            let scene = read(size)?;
-            let pixels = pixels(args, &scene, size, &image)?;
-            (scene, Rays::Pixels(pixels))
-        }
-    };
+    let (scene, rays) = scene_and_rays(args, &image, run)?;
     let n = rays.len();
     let allowed = args.allow.clone().map_or_else(|| Allowed::of_rays(""), Ok)?;
     let case = Case::new(Arc::clone(&scene), rays, image, conventions, allowed)?;
@@ -190,8 +178,7 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<Done<Summary>> {
         format,
         judged: judged.summary(worst),
     };
-    let (files, failure) = (Vec::from_iter(file), failed(&judged.broken));
-    Ok(Done { files, failure, ..Done::in_words(summary, words) })
+    Ok(Done::compared(summary, words, file, &judged.broken))
 }
 
 fn conventions(args: &JudgeArgs) -> Result<Conventions> {
@@ -222,25 +209,23 @@ fn conventions(args: &JudgeArgs) -> Result<Conventions> {
     })
 }
 
-/// The size of the whole picture that the file is of.
-fn size_of(args: &JudgeArgs, image: &Image) -> Result<Option<[u32; 2]>> {
+/// The scene, and the rays that the file is of.
+fn scene_and_rays(args: &JudgeArgs, image: &Image, run: &Run) -> Result<(Arc<Scene>, Rays)> {
+    let (camera, data) = (args.camera.clone(), args.data.clone());
+    let picture = PictureArgs { camera, data, ..PictureArgs::default() };
+    let read = |size| picture.scene(&args.scene, size, run);
+    if let Some(rays) = &args.rays {
+        return Ok((read(None)?, Rays::List(read_rays(rays, &run.control)?)));
+    }
     let SizeArgs { whole: WholeArgs { size }, crop } = args.size;
-    whole_size(image, size, crop).map_err(|error| match error {
+    let size = whole_size(image, size, crop).map_err(|error| match error {
         Error::Usage(what) => Error::Usage(format!("{}: {what}", args.against.shown())),
         error => error,
-    })
-}
-
-/// The pixels that the file shows.
-fn pixels(
-    args: &JudgeArgs,
-    scene: &Scene,
-    size: Option<[u32; 2]>,
-    image: &Image,
-) -> Result<Pixels> {
-    let crop = args.size.crop;
-    let pixels = SizeArgs { whole: WholeArgs { size }, crop }.pixels(scene, &args.scene)?;
-    if crop.is_some() { Ok(pixels) } else { pixels_of(image, pixels) }
+    })?;
+    let scene = read(size)?;
+    let pixels = SizeArgs { whole: WholeArgs { size }, crop }.pixels(&scene, &args.scene)?;
+    let pixels = if crop.is_some() { pixels } else { pixels_of(image, pixels)? };
+    Ok((scene, Rays::Pixels(pixels)))
 }
 
 /// The command that shows why a ray sees what it sees.

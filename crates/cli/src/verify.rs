@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::Run;
 use crate::args::VerifyArgs;
 use crate::device;
-use crate::head::{Done, On, failed};
+use crate::head::{Done, On};
 use crate::output::objects;
 use crate::progress::Progress;
 use crate::render::size;
@@ -51,7 +51,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<Done<Summary>> {
         objects(&scene),
         device.label()
     );
-    let (words, failure) = (head + &verified.in_words(), failed(&verified.broken()));
+    let (words, broken) = (head + &verified.in_words(), verified.broken());
     let summary = Summary { on: On::from(&device), verified };
-    Ok(Done { failure, ..Done::in_words(summary, words) })
+    Ok(Done::compared(summary, words, None, &broken))
 }

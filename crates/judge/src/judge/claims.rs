@@ -241,6 +241,9 @@ impl Claims {
             ClaimedHit::Color(color) if self.is_like(color, palette[0]) => 0,
             ClaimedHit::Color(_) => NO_OBJECT,
         };
+        if id == 0 {
+            return RayResult { id, t: None, normal: None };
+        }
         let faces = |normal: DVec3| right.normal.is_none_or(|right| normal.dot(right) >= 0.0);
         let turned = |normal: DVec3| match self.conventions.normal_side {
             NormalSide::Outward if is_back => -normal,

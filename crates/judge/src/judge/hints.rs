@@ -1,5 +1,7 @@
 //! Conventions that would make more of the claims right.
 
+use kugelblitz::words::joined;
+
 use super::{
     Case, CaseErrors, Claims, Conventions, Judged, NormalSide, NormalSpace, Quantity, RayError,
 };
@@ -73,15 +75,15 @@ fn others(judged: &Judged) -> Vec<(String, Conventions)> {
         add("--id-offset 1", &|c| c.id_offset = 1);
         add("--id-offset=-1", &|c| c.id_offset = -1);
     }
-    for (from, to) in [(Quantity::Depth, Quantity::Distance), (Quantity::Distance, Quantity::Depth)]
-    {
-        if claims.has(from) {
-            let replaced = |q: Quantity| if q == from { to } else { q };
-            let quantities: Vec<Quantity> = claims.quantities().map(replaced).collect();
-            let names: Vec<&str> = quantities.iter().map(|q| q.name()).collect();
-            let options = format!("--as {}", names.join(","));
-            add(&options, &|c| c.quantities.clone_from(&quantities));
-        }
+    if claims.has(Quantity::Depth) || claims.has(Quantity::Distance) {
+        let other = |quantity| match quantity {
+            Quantity::Depth => Quantity::Distance,
+            Quantity::Distance => Quantity::Depth,
+            same => same,
+        };
+        let quantities: Vec<Quantity> = claims.quantities().map(other).collect();
+        let names = joined(quantities.iter().map(|quantity| quantity.name()), ",");
+        add(&format!("--as {names}"), &|c| c.quantities.clone_from(&quantities));
     }
     if let Some(background) = common_background(judged)
         && conventions.background.is_none()
