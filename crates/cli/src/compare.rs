@@ -36,8 +36,7 @@ pub struct CompareArgs {
 /// Compares two pictures.
 pub fn run(args: &CompareArgs, run: &Run) -> Result<Done<PictureDifference>> {
     let CompareArgs { a: path_a, b: path_b, output, allow } = args;
-    let begin = |output: &PathBuf| begin_picture(output, [path_a, path_b], run);
-    let file = output.as_ref().map(begin).transpose()?;
+    let file = begin_picture(output.as_ref(), [path_a, path_b], run)?;
     let (a, b) = (read_image(path_a)?, read_image(path_b)?);
     run.control.check()?;
     let names = [path_a, path_b].map(|path| path.display().to_string());
@@ -51,16 +50,17 @@ pub fn run(args: &CompareArgs, run: &Run) -> Result<Done<PictureDifference>> {
     Ok(Done::compared(found, words, file.transpose()?, &broken))
 }
 
-/// Begins the file for a picture of errors or differences, before the work.
+/// Begins the file for a picture of errors or differences, where one is asked for, before the work.
 pub fn begin_picture<'p>(
-    output: &PathBuf,
+    output: Option<&PathBuf>,
     inputs: impl IntoIterator<Item = &'p PathBuf>,
     run: &Run,
-) -> Result<OutputFile> {
+) -> Result<Option<OutputFile>> {
+    let Some(output) = output else { return Ok(None) };
     run.refuse_sharing_stdout([(output, "the picture")])?;
     check_ending(output, "png", "this picture is")?;
     output::refuse_overwriting([output], inputs)?;
-    OutputFile::create(output, false)
+    OutputFile::create(output, false).map(Some)
 }
 
 /// Writes a picture that no camera took; it is then whole, but not in its place.

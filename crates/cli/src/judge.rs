@@ -144,8 +144,7 @@ pub struct Summary {
 /// Judges another renderer's results.
 pub fn run(args: &JudgeArgs, run: &Run) -> Result<Done<Summary>> {
     let inputs = [&args.scene, &args.against].into_iter().chain(&args.rays);
-    let begin = |output: &PathBuf| begin_picture(output, inputs, run);
-    let file = args.output.as_ref().map(begin).transpose()?;
+    let file = begin_picture(args.output.as_ref(), inputs, run)?;
     let conventions = conventions(args)?;
     let image = read_image(&args.against)?;
     let format = image.format;

@@ -13,17 +13,14 @@ pub(super) fn hint(judged: &Judged) -> Option<String> {
     let before = faults(errors);
     // What stays wrong anyway is of another scene.
     let most_wrong = (case.rays.len() as f64 * MOST_WRONG).max(LITTLE[0]);
-    let mut best: Option<(Faults, String)> = None;
-    for (options, conventions) in others(judged) {
-        let Ok(claims) = Claims::new(case.image.clone(), &conventions, &case.rays) else {
-            continue;
-        };
+    let tried = others(judged).into_iter().filter_map(|(options, conventions)| {
+        let claims = Claims::new(case.image.clone(), &conventions, &case.rays).ok()?;
         let found = faults(&case.errors(&claims, truth));
-        let is_best = best.as_ref().is_none_or(|(best, _)| is_better(found, *best));
-        if found[0] <= most_wrong && is_best && is_far_better(found, before) {
-            best = Some((found, options));
-        }
-    }
+        (found[0] <= most_wrong && is_far_better(found, before)).then_some((found, options))
+    });
+    // Fewer ids are wrong, or as many and the rest is less so. Numbers that are not negative are ordered as their bits.
+    let best = tried
+        .min_by_key(|&([wrong_ids, t, degrees], _)| [wrong_ids, t + degrees].map(f64::to_bits));
     best.map(|(_, options)| options)
 }
 
@@ -38,8 +35,8 @@ type Faults = [f64; 3];
 
 fn faults(CaseErrors { classes, .. }: &CaseErrors) -> Faults {
     let median = |kind: usize| {
-        let mut spreads = classes.iter().filter_map(|class| class.spreads()[kind]);
-        spreads.next().map_or(0.0, |spread| spread.median)
+        let spread = classes.iter().find_map(|class| class.spreads()[kind]);
+        spread.map_or(0.0, |spread| spread.median)
     };
     let wrong_ids = classes.iter().map(|class| class.wrong_ids as f64).sum();
     [wrong_ids, median(1), median(2)]
@@ -51,11 +48,6 @@ fn is_far_better(now: Faults, before: Faults) -> bool {
     let pairs = || now.into_iter().zip(before).zip(LITTLE);
     pairs().all(|((now, before), little)| now <= before * MUCH + little)
         && pairs().any(|((now, before), little)| before > little && now * MUCH < before)
-}
-
-/// Fewer ids are wrong, or as many and the rest is less so.
-fn is_better([wrong_ids, t, degrees]: Faults, [other_ids, other_t, other_degrees]: Faults) -> bool {
-    (wrong_ids, t + degrees) < (other_ids, other_t + other_degrees)
 }
 
 /// Other conventions, and the options of the command line that say them.
