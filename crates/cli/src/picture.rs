@@ -138,9 +138,8 @@ pub struct DataArgs {
     pub frame: Option<u32>,
 }
 
-/// A value, or the word in its place: `auto` for a height, `none` for light.
-#[derive(Clone, Debug)]
-pub struct ValueOr<T>(Option<T>);
+/// A value, or the word in its place: `auto` for a height, `none` for light. By this name clap takes it for a value.
+type ValueOr<T> = Option<T>;
 
 impl PictureArgs {
     /// The keys of these options for a picture of this size.
@@ -149,28 +148,27 @@ impl PictureArgs {
     /// [`Error::Usage`] where `none` stands beside lights; [`Error::TooLarge`].
     pub fn overrides(&self, size: Option<[u32; 2]>) -> Result<SceneOverrides> {
         let PictureArgs { camera, light, data } = self;
-        if light.light.len() > 1 && light.light.iter().any(|light| light.0.is_none()) {
+        if light.light.len() > 1 && light.light.contains(&None) {
             return wrong_usage("--light none stands alone");
         }
-        let lights = light.light.iter().filter_map(|light| light.0.clone()).collect();
-        let height = camera.height.as_ref().map(|height| height.0);
+        let lights = light.light.iter().flatten().cloned().collect();
         Ok(SceneOverrides {
             view: camera.view,
             margin: camera.margin,
-            is_height_chosen: height == Some(None),
+            is_height_chosen: camera.height == Some(None),
             camera: CameraKeys {
                 position: camera.position,
                 look_at: camera.look_at,
                 up: camera.up,
                 fov: camera.fov,
-                height: height.flatten(),
+                height: camera.height.flatten(),
                 ..CameraKeys::default()
             },
             size: size.map(check_size).transpose()?,
             background: light.background,
             lights: (!light.light.is_empty()).then_some(lights),
-            sky: light.sky.clone().map(|sky| sky.0),
-            ambient: light.ambient.clone().map(|ambient| ambient.0),
+            sky: light.sky.clone(),
+            ambient: light.ambient,
             cloud: data.keys()?,
             ..SceneOverrides::default()
         })
@@ -307,10 +305,9 @@ fn value_or<T: Clone + Send + Sync + 'static>(
 ) -> impl Fn(&str) -> Result<ValueOr<T>, String> + Clone + Send + Sync + 'static {
     move |text| {
         if text == word {
-            return Ok(ValueOr(None));
+            return Ok(None);
         }
-        let value = parse(text).map_err(|help| format!("{help}{usage}; or {word}"))?;
-        Ok(ValueOr(Some(value)))
+        parse(text).map(Some).map_err(|help| format!("{help}{usage}; or {word}"))
     }
 }
 
