@@ -1,6 +1,5 @@
 //! `kugelblitz digest`
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -62,7 +61,7 @@ struct Picture {
     expected: Option<String>,
 }
 
-/// One picture's digest; its text is a line of the file of `--write`.
+/// One picture's digest.
 #[derive(Serialize)]
 pub struct Digested {
     #[serde(flatten)]
@@ -84,14 +83,13 @@ pub enum Summary {
     Many { digests: Vec<Digested> },
 }
 
-impl fmt::Display for Digested {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Digested { scene, size: [width, height], samples, digest, .. } = self;
-        writeln!(f, "{digest}  {width}x{height}  {samples}  {scene}")
-    }
-}
-
 impl Digested {
+    /// A line of the file of `--write`.
+    fn line(&self) -> String {
+        let Digested { scene, size: [width, height], samples, digest, .. } = self;
+        format!("{digest}  {width}x{height}  {samples}  {scene}\n")
+    }
+
     /// What is wrong with it.
     fn fault(&self) -> Option<String> {
         let expected = self.expected.as_ref().filter(|expected| **expected != self.digest)?;
@@ -114,7 +112,7 @@ pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
     };
     let digested = |picture: &Picture| digest(picture, args, output, run);
     let mut digests = pictures.iter().map(digested).collect::<Result<Vec<_>>>()?;
-    let lines: String = digests.iter().map(Digested::to_string).collect();
+    let lines: String = digests.iter().map(Digested::line).collect();
     let text = if args.junit.is_some() { &junit(&digests) } else { &lines };
     let file = file.map(|file| filled(file, text.as_bytes())).transpose()?;
     let faults: Vec<String> = digests.iter().filter_map(Digested::fault).collect();

@@ -103,7 +103,7 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         bytes_device: session.bytes_device(),
         ms_runs,
     };
-    let lines: Vec<String> = summary.legend.iter().flatten().map(LegendEntry::to_string).collect();
+    let lines: Vec<String> = summary.legend.iter().flatten().map(LegendEntry::in_words).collect();
     let line = format!("{}: {}, {}", name(output), size(&pixels), traced_in_words(&session, run));
     let times = format!("note: {}", summary.drawn.ms.in_words());
     let mut done = Done::with_files(summary, begun.beside.into_iter().chain([file]), line);

@@ -1,7 +1,5 @@
 //! `render --show`
 
-use std::fmt;
-
 use clap::builder::PossibleValue;
 use kugelblitz::Result;
 use kugelblitz::picture::{Format, PictureOptions};
@@ -68,17 +66,18 @@ pub fn legend(shown: &ShownPicture) -> Vec<LegendEntry> {
     shown.legend.iter().enumerate().map(entry).collect()
 }
 
-impl fmt::Display for LegendEntry {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+impl LegendEntry {
+    /// The entry as a line for people.
+    pub fn in_words(&self) -> String {
         let LegendEntry { color, meaning, pixels, at } = self;
-        write!(f, "  {color}  {meaning}")?;
+        let mut line = format!("  {color}  {meaning}");
         if let Some(n) = pixels {
-            write!(f, ": {}", count(*n as usize, "pixel"))?;
+            line += &format!(": {}", count(*n as usize, "pixel"));
         }
-        if !(1..=MOST_TOLD).contains(&at.len()) {
-            return Ok(());
+        if (1..=MOST_TOLD).contains(&at.len()) {
+            let places = joined(at.iter().map(|[x, y]| format!("{x},{y}")), " and ");
+            line += &format!(", at {places}");
         }
-        let places = joined(at.iter().map(|[x, y]| format!("{x},{y}")), " and ");
-        write!(f, ", at {places}")
+        line
     }
 }
