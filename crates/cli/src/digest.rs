@@ -110,12 +110,12 @@ pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
         Some(path) => pictures_of(path)?,
         None => args.scenes.iter().cloned().map(picture).collect(),
     };
-    let digested = |picture: &Picture| digest(picture, args, output, run);
-    let mut digests = pictures.iter().map(digested).collect::<Result<Vec<_>>>()?;
+    let digested = |picture| digest(picture, args, output, run);
+    let mut digests = pictures.into_iter().map(digested).collect::<Result<Vec<_>>>()?;
     let lines: String = digests.iter().map(Digested::line).collect();
-    let text = if args.junit.is_some() { &junit(&digests) } else { &lines };
-    let file = file.map(|file| filled(file, text.as_bytes())).transpose()?;
     let faults: Vec<String> = digests.iter().filter_map(Digested::fault).collect();
+    let text = if args.junit.is_some() { &junit(&digests, faults.len()) } else { &lines };
+    let file = file.map(|file| filled(file, text.as_bytes())).transpose()?;
     let (n, n_wrong) = (digests.len(), faults.len());
     let broken = (n_wrong > 0).then(|| format!("{n_wrong} of {n} digests differ"));
     let words = match &args.check {
@@ -164,15 +164,14 @@ fn pictures_of(path: &Path) -> Result<Vec<Picture>> {
 }
 
 fn digest(
-    picture: &Picture,
+    Picture { scene: path, size, samples, expected }: Picture,
     args: &DigestArgs,
     output: Option<&PathBuf>,
     run: &Run,
 ) -> Result<Digested> {
-    let Picture { scene: path, size, samples, expected } = picture;
-    let scene = args.picture.scene(path, size.whole.size, run)?;
-    scene::refuse_overwriting(output, [path], &scene)?;
-    let pixels = size.pixels(&scene, path)?;
+    let scene = args.picture.scene(&path, size.whole.size, run)?;
+    scene::refuse_overwriting(output, [&path], &scene)?;
+    let pixels = size.pixels(&scene, &path)?;
     let samples = samples.or(scene.samples).unwrap_or_default();
     let mut session = device::session(&args.device, Kernel::Certified, &scene, pixels.len(), run)?;
     let n_steps = n_steps(&pixels, samples, scene.is_lit());
@@ -185,21 +184,19 @@ fn digest(
         samples: samples.across(),
         objects: ObjectCounts::of(&scene),
         digest,
-        expected: expected.clone(),
+        expected,
     })
 }
 
-/// A JUnit report: a test case for each picture.
-fn junit(digests: &[Digested]) -> String {
+/// A JUnit report: a test case for each picture, of which so many fail.
+fn junit(digests: &[Digested], n_failed: usize) -> String {
     let case = |digested: &Digested| {
-        let failure = digested
-            .fault()
-            .map_or(String::new(), |fault| format!("<failure message=\"{}\"/>", escaped(&fault)));
+        let failure = |fault: String| format!("<failure message=\"{}\"/>", escaped(&fault));
+        let failure = digested.fault().map(failure).unwrap_or_default();
         let name = escaped(&digested.scene);
         format!("<testcase classname=\"digest\" name=\"{name}\">{failure}</testcase>\n")
     };
     let cases: String = digests.iter().map(case).collect();
-    let n_failed = digests.iter().filter(|digested| digested.fault().is_some()).count();
     document(&format!(
         "<testsuite name=\"kugelblitz digest\" tests=\"{}\" failures=\"{n_failed}\">\n{cases}</testsuite>\n",
         digests.len()

@@ -22,7 +22,7 @@ use serde::Serialize;
 
 use crate::args::RenderArgs;
 use crate::head::{Done, Drawn, Times, Work};
-use crate::output::{is_stdout, name, objects, shell_quoted};
+use crate::output::{is_stdout, objects, shell_quoted};
 use crate::progress::Progress;
 use crate::render::{Begun, size};
 use crate::{Run, wrong_usage};
@@ -187,19 +187,16 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
 /// `out-0001.png … out-0036.png: 36 frames of 1280×720, …, all in 2.1 s`
 fn in_words(frames: &[Frame], pixels: &Pixels, session: &Session, total: Duration) -> String {
     let n_skipped = frames.iter().filter(|frame| frame.skipped).count();
-    let files = match frames {
-        [] => String::new(),
-        [one] => name(Path::new(&one.file)),
-        [first, .., last] => {
-            [&first.file, &last.file].map(|file| Path::new(file).shown()).join(" … ")
-        }
-    };
+    let ends = frames.first().into_iter().chain(frames.last());
+    let mut files: Vec<String> = ends.map(|frame| frame.file.shown()).collect();
+    files.dedup();
     let skipped = match n_skipped {
         0 => String::new(),
         n => format!(", {n} of them there already"),
     };
     format!(
-        "{files}: {} of {}{skipped}, {}, {} on {}, all in {}",
+        "{}: {} of {}{skipped}, {}, {} on {}, all in {}",
+        files.join(" … "),
         count(frames.len(), "frame"),
         size(pixels),
         objects(session.scene()),

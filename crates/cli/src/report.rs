@@ -1,5 +1,6 @@
 //! `kugelblitz report`
 
+use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -11,7 +12,6 @@ use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::{is_cloud_file, read_scene_text};
 use kugelblitz::trace::Kernel;
-use kugelblitz::words::joined;
 use kugelblitz::{Error, Result, memory};
 use kugelblitz_report::{
     AdapterArithmetic, Baseline, Benchmark, Class, Earlier, Environment, Missing, Report,
@@ -41,7 +41,7 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
         }
     }
     let environment = Environment::collect(command_line(), version::COMMIT, adapters);
-    let kernels = if args.kernel.is_empty() { &Kernel::ALL[..] } else { &args.kernel };
+    let kernels = if args.kernel.is_empty() { &Kernel::ALL } else { &*args.kernel };
     let benchmarks = benchmarks(&devices, kernels, &mut missing)?;
 
     let (settings, control) = (&settings, &run.control);
@@ -103,9 +103,8 @@ fn earlier(args: &ReportArgs, settings: &Settings) -> Result<Option<(String, Ear
 }
 
 fn command_line() -> String {
-    let arguments = std::env::args_os().skip(1);
-    let arguments = arguments.map(|argument| argument.to_string_lossy().into_owned());
-    joined(std::iter::once("kugelblitz".into()).chain(arguments), " ")
+    let with = |line, argument: OsString| line + " " + &*argument.to_string_lossy();
+    std::env::args_os().skip(1).fold("kugelblitz".to_owned(), with)
 }
 
 /// The scenes, by their files' names, or by their paths where two files have the same name.
@@ -129,15 +128,17 @@ fn cases(args: &ReportArgs, size: [u32; 2], run: &Run) -> Result<Vec<ReportScene
 }
 
 fn settings(args: &ReportArgs) -> Settings {
-    let mut settings = Settings { seed: args.seed, ..Settings::default() };
-    if !args.scenes.is_empty() {
-        settings.sweeps = false;
-        settings.clouds.clear();
+    let usual = Settings::default();
+    let is_built_in = args.scenes.is_empty();
+    Settings {
+        size: args.size.unwrap_or(usual.size),
+        samples: args.samples.map_or(usual.samples, NonZeroUsize::get),
+        seed: args.seed,
+        rounds: args.rounds.map_or(usual.rounds, NonZeroUsize::get),
+        sweeps: is_built_in,
+        clouds: if is_built_in { usual.clouds } else { Vec::new() },
+        ..usual
     }
-    settings.size = args.size.unwrap_or(settings.size);
-    settings.samples = args.samples.map_or(settings.samples, NonZeroUsize::get);
-    settings.rounds = args.rounds.map_or(settings.rounds, NonZeroUsize::get);
-    settings
 }
 
 /// The devices that --device names; without it every adapter, the best first, and the CPU.
