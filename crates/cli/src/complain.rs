@@ -88,20 +88,23 @@ fn complain_about_scene(error: &SceneError) {
 type Line = [String; 3];
 
 /// The line of an error's place with its number, and the lines before and behind it, in which no place is. Of a place
-/// of several lines, the first one counts. Takes time in proportion to these lines.
+/// of several lines, the first one counts.
 fn lines_around(SceneError { text, span, line, .. }: &SceneError) -> Vec<(usize, Line)> {
     let line_start = text[..span.start].rfind('\n').map_or(0, |newline| newline + 1);
-    let line_end = text[span.start..].find('\n').map_or(text.len(), |n| span.start + n);
-    let behind = &text[span.start..line_end];
-    // As lines end in files from Windows.
-    let behind = behind.strip_suffix('\r').unwrap_or(behind);
-    let place = excerpt(&text[line_start..span.start], behind, span.len());
-    let previous = text[..line_start].lines().next_back();
-    let next = text.get(line_end + 1..).and_then(|text| text.lines().next());
-    let next = next.filter(|line| !line.is_empty());
-    let other = |(number, line)| (number, excerpt("", line, 0));
-    let lines = previous.map(|previous| other((line - 1, previous))).into_iter();
-    lines.chain([(*line, place)]).chain(next.map(|next| other((line + 1, next)))).collect()
+    let before = &text[line_start..span.start];
+    let shown = |(number, whole): (usize, &str)| {
+        if number != *line {
+            return (number, excerpt("", whole, 0));
+        }
+        let behind = whole.get(before.len()..).unwrap_or_default();
+        // As lines end in files from Windows.
+        let behind = behind.strip_suffix('\r').unwrap_or(behind);
+        (number, excerpt(before, behind, span.len()))
+    };
+    // The place may be behind the last line feed.
+    let lines = (1..).zip(text.lines().chain([""])).skip(line.saturating_sub(2));
+    let lines = lines.take_while(|(number, _)| *number <= line + 1);
+    lines.filter(|(number, whole)| number <= line || !whole.is_empty()).map(shown).collect()
 }
 
 /// Columns of a line that are shown.
