@@ -13,7 +13,6 @@ use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::Format;
 use kugelblitz::plain::Shown;
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::render::n_steps;
 use kugelblitz::scene::Camera;
 use kugelblitz::trace::Rays;
 use kugelblitz::words::{count, duration};
@@ -140,8 +139,7 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
 
     let mut session = begun.session(args, run)?;
     let plan = begun.plan()?;
-    let n_steps = n_steps(&begun.pixels, begun.n_samples, begun.scene.is_lit());
-    let progress = Progress::of_frames(run, n_steps, n_left as u64);
+    let progress = Progress::of_frames(run, begun.n_steps, n_left as u64);
     let is_lit = begun.scene.is_lit();
     let mut draw = |frame: u32| -> Result<Drawn> {
         let (start, camera) = (Instant::now(), &cameras[frame as usize - 1]);

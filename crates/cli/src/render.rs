@@ -61,11 +61,7 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     }
     // Again: the scene's numbers have their memory by now.
     let plan = begun.plan()?;
-    let n_steps = match args.show {
-        Show::Color => render::n_steps(&pixels, begun.n_samples, begun.scene.is_lit()),
-        show => show::n_steps(show, &pixels),
-    };
-    let progress = Progress::start(run, n_steps);
+    let progress = Progress::start(run, begun.n_steps);
     let (rendered, shown, file) = match args.show {
         Show::Color => {
             let (rendered, file) = session.draw(&pixels, &plan, file, &run.control)?;
@@ -119,6 +115,10 @@ pub struct Begun {
     pub read: Duration,
     pub pixels: Pixels,
     pub n_samples: Samples,
+    /// What is traced, for the choice of a device.
+    n_rays: usize,
+    /// Steps of drawing it that [`Control`](kugelblitz::control::Control) counts.
+    pub n_steps: u64,
     pub format: Format,
     /// The files of --print-scene and --legend.
     pub beside: Vec<OutputFile>,
@@ -148,15 +148,22 @@ impl Begun {
         if args.epsilon.is_some() && !scene.is_lit() {
             run.warn("--epsilon changes nothing: the scene has no light");
         }
-        let n_samples = match args.show {
-            Show::Color => scene.samples.unwrap_or_default(),
-            _ => Samples::ONE,
+        let n_pixels = pixels.len();
+        let (n_samples, n_rays, n_steps) = match args.show {
+            Show::Color => {
+                let n = scene.samples.unwrap_or_default();
+                let n_steps = render::n_steps(&pixels, n, scene.is_lit());
+                (n, rays_of_picture(&scene, n_pixels, n), n_steps)
+            }
+            show => (Samples::ONE, n_pixels, show::n_steps(show, &pixels)),
         };
         let mut begun = Begun {
             scene,
             read,
             pixels,
             n_samples,
+            n_rays,
+            n_steps,
             format,
             beside: Vec::new(),
             options,
@@ -197,11 +204,7 @@ impl Begun {
     /// # Errors
     /// Those of [`device::session`].
     pub fn session(&self, args: &RenderArgs, run: &Run) -> Result<Session> {
-        let n_rays = match args.show {
-            Show::Color => rays_of_picture(&self.scene, self.pixels.len(), self.n_samples),
-            _ => self.pixels.len(),
-        };
-        device::session(&args.device, args.kernel.kernel, &self.scene, n_rays, run)
+        device::session(&args.device, args.kernel.kernel, &self.scene, self.n_rays, run)
     }
 }
 
