@@ -39,7 +39,7 @@ pub fn run(args: &ManArgs, run: &Run) -> Result<()> {
         return write_all(&program, dir, run);
     }
     match &args.of[..] {
-        [only] if only == SCENE_PAGE => print(&scene_page()?),
+        [only] if only == SCENE_PAGE => print(&scene_page()),
         names => print(&page(find(&program, names)?)?),
     }
 }
@@ -60,13 +60,9 @@ fn find<'a>(program: &'a Command, names: &[String]) -> Result<&'a Command> {
 
 fn write_all(program: &Command, dir: &Path, run: &Run) -> Result<()> {
     std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
-    let mut pages = vec![("kugelblitz-scene.5".to_string(), scene_page()?)];
+    let mut files = vec![written(&dir.join("kugelblitz-scene.5"), &scene_page())?];
     for command in with_subcommands(program) {
-        pages.push((format!("{}.1", title(command)), page(command)?));
-    }
-    let mut files = Vec::new();
-    for (name, text) in pages {
-        files.push(written(&dir.join(name), &text)?);
+        files.push(written(&dir.join(format!("{}.1", title(command))), &page(command)?)?);
     }
     output::commit(files, &run.control)
 }
@@ -107,9 +103,7 @@ fn more_sections(command: &Command) -> Roff {
     if command.get_name() == "kugelblitz" {
         roff.control("SH", ["ENVIRONMENT"]);
         for (name, meaning) in ENVIRONMENT {
-            roff.control("TP", []);
-            roff.text([bold(name)]);
-            roff.text([roman(meaning)]);
+            roff.control("TP", []).text([bold(name)]).text([roman(meaning)]);
         }
     }
     roff.control("SH", ["EXIT STATUS"]);
@@ -122,29 +116,25 @@ fn more_sections(command: &Command) -> Roff {
         paragraph(&mut roff, meaning);
         verbatim(&mut roff, once(*line));
     }
-    roff.control("SH", ["SEE ALSO"]);
-    roff.text([bold("kugelblitz"), roman("(1), "), bold("kugelblitz-scene"), roman("(5)")]);
+    let see = [bold("kugelblitz"), roman("(1), "), bold("kugelblitz-scene"), roman("(5)")];
+    roff.control("SH", ["SEE ALSO"]).text(see);
     roff
 }
 
 fn paragraph(roff: &mut Roff, text: &str) {
-    roff.control("PP", []);
-    roff.text([roman(text)]);
+    roff.control("PP", []).text([roman(text)]);
 }
 
 fn verbatim<'a>(roff: &mut Roff, lines: impl IntoIterator<Item = &'a str>) {
-    roff.control("PP", []);
-    roff.control("RS", ["4"]);
-    roff.control("nf", []);
+    roff.control("PP", []).control("RS", ["4"]).control("nf", []);
     for line in lines {
         roff.text([roman(if line.is_empty() { " " } else { line })]);
     }
-    roff.control("fi", []);
-    roff.control("RE", []);
+    roff.control("fi", []).control("RE", []);
 }
 
 /// The page about scenes.
-fn scene_page() -> Result<Vec<u8>> {
+fn scene_page() -> Vec<u8> {
     let mut roff = Roff::new();
     let source = concat!("kugelblitz ", env!("CARGO_PKG_VERSION"));
     roff.control("TH", ["kugelblitz-scene", "5", "", source, "Kugelblitz"]);
@@ -158,20 +148,17 @@ fn scene_page() -> Result<Vec<u8>> {
         roff.control("SH", [&*title]);
         paragraph(&mut roff, section.meaning);
         for key in section.keys.iter().filter(|key| !key.example.is_empty()) {
-            roff.control("TP", []);
-            roff.text([bold(key.name), roman(" = "), italic(key.example)]);
-            roff.text([roman(key.meaning)]);
+            let line = [bold(key.name), roman(" = "), italic(key.example)];
+            roff.control("TP", []).text(line).text([roman(key.meaning)]);
         }
     }
     roff.control("SH", ["NOTES"]);
     SCENE_NOTES.iter().for_each(|text| paragraph(&mut roff, text));
     roff.control("SH", ["EXAMPLES"]);
     verbatim(&mut roff, SCENE_EXAMPLE.lines());
-    roff.control("SH", ["SEE ALSO"]);
-    roff.text([bold("kugelblitz"), roman("(1), "), bold("kugelblitz-render"), roman("(1)")]);
-    let mut page = Vec::new();
-    roff.to_writer(&mut page).map_err(Error::io(STDOUT))?;
-    Ok(page)
+    let see = [bold("kugelblitz"), roman("(1), "), bold("kugelblitz-render"), roman("(1)")];
+    roff.control("SH", ["SEE ALSO"]).text(see);
+    roff.render().into_bytes()
 }
 
 #[cfg(test)]
