@@ -39,10 +39,11 @@ pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, run: &Run) -> Result<
             gpu.facts.driver,
             duration(start.elapsed())
         ));
+        let line = filter_line(gpu)?;
         if gpu.arithmetic()?.suits_filter() {
-            run.note(&filter_line(gpu)?)
+            run.note(&line)
         } else {
-            run.warn(&format!("{} (see `kugelblitz probe`)", filter_line(gpu)?))
+            run.warn(&format!("{line} (see `kugelblitz probe`)"))
         }
     }
     Ok(device)

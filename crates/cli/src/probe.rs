@@ -93,17 +93,13 @@ fn describe(probed: &Probed) -> String {
         ("workgroups an axis", facts.max_workgroups.to_string()),
         ("texels a side", facts.max_texture_side.to_string()),
     ];
-    match (&probed.arithmetic, &probed.failure) {
-        (Some(Measured { f32, f64, .. }), _) => {
-            lines.push(("certified kernel", f32.filter_in_words().to_string()));
-            lines.push(("f32, measured", f32.to_string()));
-            lines.extend(f64.as_ref().map(|f64| ("f64, measured", f64.to_string())));
-        }
-        (None, failure) => {
-            let failure = failure.as_deref().unwrap_or("?");
-            lines.push(("arithmetic", format!("not measured: {failure}")));
-        }
+    if let Some(Measured { f32, f64, .. }) = &probed.arithmetic {
+        lines.push(("certified kernel", f32.filter_in_words().to_string()));
+        lines.push(("f32, measured", f32.to_string()));
+        lines.extend(f64.as_ref().map(|f64| ("f64, measured", f64.to_string())));
     }
+    let not_measured = |why| ("arithmetic", format!("not measured: {why}"));
+    lines.extend(probed.failure.as_ref().map(not_measured));
     let mut text = format!("{}\n", facts.name);
     for (what, value) in lines {
         let _ = writeln!(text, "  {what:<19} {value}");
