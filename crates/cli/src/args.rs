@@ -14,8 +14,7 @@ use kugelblitz_judge::export::Language;
 use kugelblitz_judge::show::Show;
 
 use crate::options::{
-    DEFAULT_KERNEL, parse_crop, parse_epsilon, parse_number, parse_pixel, parse_ray, parse_size,
-    parser_of,
+    parse_crop, parse_epsilon, parse_number, parse_pixel, parse_ray, parse_size, parser_of,
 };
 use crate::show::name_of_show;
 use crate::{compare, digest, figure, film, info, judge, man, new, picture, version};
@@ -89,7 +88,7 @@ pub struct TalkArgs {
 #[derive(Args)]
 pub struct KernelArgs {
     /// Intersection kernel
-    #[arg(long, default_value = DEFAULT_KERNEL.name(), value_parser = parser_of(Kernel::ALL, Kernel::name))]
+    #[arg(long, default_value = Kernel::Certified.name(), value_parser = parser_of(Kernel::ALL, Kernel::name))]
     pub kernel: Kernel,
 }
 

@@ -27,7 +27,16 @@ pub struct Summary {
 
 /// Makes a cloud.
 pub fn run(args: &GenerateCloudArgs, run: &Run) -> Result<Done<Summary>> {
-    refuse_wrong_outputs(args, run)?;
+    if !is_stdout(&args.output) {
+        check_ending(&args.output, "npy", "a cloud is")?;
+    } else if args.scene.is_some() {
+        return wrong_usage(
+            "--scene needs the name of the cloud's file; write the cloud to a file",
+        );
+    }
+    let outputs = || once(&args.output).chain(&args.scene);
+    run.refuse_sharing_stdout(outputs().map(|output| (output, "a file")))?;
+    output::refuse_overwriting(outputs(), None::<&PathBuf>)?;
     let GenerateCloudArgs { distribution, count: n, seed, .. } = *args;
     let recipe = Recipe { distribution, count: n, seed };
     let create = |path: &PathBuf| OutputFile::create(path, false);
@@ -55,17 +64,4 @@ pub fn run(args: &GenerateCloudArgs, run: &Run) -> Result<Done<Summary>> {
         duration(took)
     );
     Ok(Done::with_files(summary, [file].into_iter().chain(scene), line))
-}
-
-fn refuse_wrong_outputs(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
-    if !is_stdout(&args.output) {
-        check_ending(&args.output, "npy", "a cloud is")?;
-    } else if args.scene.is_some() {
-        return wrong_usage(
-            "--scene needs the name of the cloud's file; write the cloud to a file",
-        );
-    }
-    let outputs = || once(&args.output).chain(&args.scene);
-    run.refuse_sharing_stdout(outputs().map(|output| (output, "a file")))?;
-    output::refuse_overwriting(outputs(), None::<&PathBuf>)
 }

@@ -10,14 +10,11 @@ use clap::value_parser;
 use glam::DVec3;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{MAX_SIDE, Samples, Scene};
-use kugelblitz::trace::{Kernel, WorldRay};
+use kugelblitz::trace::WorldRay;
 use kugelblitz::{Error, Result};
 
 use crate::Run;
 use crate::args::{SceneArgs, SizeArgs, WholeArgs};
-
-/// The kernel without --kernel.
-pub const DEFAULT_KERNEL: Kernel = Kernel::Certified;
 
 /// The picture size where neither the command line nor the scene has one.
 const DEFAULT_SIZE: [u32; 2] = [1280, 720];

@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use kugelblitz::device::Device;
@@ -29,9 +29,13 @@ use crate::{Run, device, version, wrong_usage};
 pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
     let settings = settings(args);
     let cases = cases(args, settings.size, run)?;
-    refuse_overwriting(args, &cases)?;
+    let clouds = cases.iter().flat_map(|case| &case.scene.clouds).map(|cloud| &cloud.path);
+    let inputs = args.scenes.iter().chain(&args.baseline).chain(clouds);
+    output::refuse_overwriting(&args.output, inputs)?;
     let earlier = earlier(args, &settings)?;
-    let outputs = outputs(&args.output)?;
+    // Early, so that a folder that isn't there is told before the work and not after it.
+    let begin = |path: &PathBuf| Ok((OutputFile::create(path, false)?, form(path)?));
+    let outputs = args.output.iter().map(begin).collect::<Result<Vec<_>>>()?;
     let mut missing = Vec::new();
     let devices = devices(args, &mut missing, run)?;
     let mut adapters = Vec::new();
@@ -63,33 +67,21 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
 /// A form in which a report can be written.
 type Form = fn(&Report) -> Result<Vec<u8>>;
 
-/// The files, begun early: a folder that isn't there is told before the work and not after it. Their names' endings
-/// tell the forms.
-fn outputs(paths: &[PathBuf]) -> Result<Vec<(OutputFile, Form)>> {
-    let begin = |path: &PathBuf| {
-        let file = OutputFile::create(path, false)?;
-        let form: Form = match path.extension().and_then(|ending| ending.to_str()) {
-            Some("html") => |report| Ok(page::html(report).into_bytes()),
-            Some("json") => |report| summary(Some("report"), Some(report), None),
-            Some("md") => |report| Ok(text::markdown(report).into_bytes()),
-            Some("svg") => |report| Ok(plot::plane(report).svg().into_bytes()),
-            _ => {
-                return wrong_usage(format!(
-                    "{}: the name's ending tells the form: .html (a page), .json (all figures), .md \
-                     (a short table) or .svg (the main plot)",
-                    path.shown()
-                ));
-            }
-        };
-        Ok((file, form))
-    };
-    paths.iter().map(begin).collect()
-}
-
-fn refuse_overwriting(args: &ReportArgs, cases: &[ReportScene]) -> Result<()> {
-    let clouds = cases.iter().flat_map(|case| &case.scene.clouds).map(|cloud| &cloud.path);
-    let inputs = args.scenes.iter().chain(&args.baseline).chain(clouds);
-    output::refuse_overwriting(&args.output, inputs)
+/// The form that a file's name tells.
+fn form(path: &Path) -> Result<Form> {
+    Ok(match path.extension().and_then(|ending| ending.to_str()) {
+        Some("html") => |report| Ok(page::html(report).into_bytes()),
+        Some("json") => |report| summary(Some("report"), Some(report), None),
+        Some("md") => |report| Ok(text::markdown(report).into_bytes()),
+        Some("svg") => |report| Ok(plot::plane(report).svg().into_bytes()),
+        _ => {
+            return wrong_usage(format!(
+                "{}: the name's ending tells the form: .html (a page), .json (all figures), .md \
+                 (a short table) or .svg (the main plot)",
+                path.shown()
+            ));
+        }
+    })
 }
 
 /// The report of --baseline, with its name.
