@@ -2,9 +2,10 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use clap::{Args, value_parser};
+use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::frames::{
     MAX_FRAMES, check_reach, file_of_frame, pattern_of_files, read_path, turntable,
@@ -13,10 +14,8 @@ use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::Format;
 use kugelblitz::plain::Shown;
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::Camera;
 use kugelblitz::trace::Rays;
 use kugelblitz::words::{count, duration};
-use kugelblitz::{Error, Result, Session};
 use serde::Serialize;
 
 use crate::args::RenderArgs;
@@ -58,13 +57,6 @@ impl FilmArgs {
     /// Pictures around the scene, all of which are to see everything.
     pub fn n_turns(&self) -> u32 {
         self.turntable.unwrap_or(0)
-    }
-
-    fn cameras(&self, camera: &Camera) -> Result<Vec<Camera>> {
-        match &self.camera_path {
-            Some(path) => read_path(path, camera),
-            None => Ok(turntable(camera, self.n_turns())),
-        }
     }
 }
 
@@ -111,7 +103,11 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
              -o out.png for out-0001.png and so on",
         );
     }
-    let cameras = args.film.cameras(begun.scene.require_camera(&args.scene)?)?;
+    let camera = begun.scene.require_camera(&args.scene)?;
+    let cameras = match &args.film.camera_path {
+        Some(path) => read_path(path, camera)?,
+        None => turntable(camera, args.film.n_turns()),
+    };
     check_reach(&cameras, &begun.scene)?;
     // Not more than `MAX_FRAMES`.
     let n_frames = cameras.len() as u32;
@@ -130,7 +126,8 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         let skipped = args.film.resume && fs::metadata(&path).is_ok_and(|found| found.is_file());
         frames.push(Frame { frame, file: path.display().to_string(), skipped, drawn: None });
     }
-    let n_left = frames.iter().filter(|frame| !frame.skipped).count();
+    let n_skipped = frames.iter().filter(|frame| frame.skipped).count();
+    let n_left = frames.len() - n_skipped;
     // So that a folder that isn't there is told before the work and not after it.
     let created = |frame| OutputFile::create(path_of(frame), begun.format.needs_seek());
     if let Some(first) = frames.iter().find(|frame| !frame.skipped) {
@@ -141,50 +138,29 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     let plan = begun.plan()?;
     let progress = Progress::of_frames(run, begun.n_steps, n_left as u64);
     let is_lit = begun.scene.is_lit();
-    let mut draw = |frame: u32| -> Result<Drawn> {
-        let (start, camera) = (Instant::now(), &cameras[frame as usize - 1]);
+    let draw = |frame: &mut Frame| -> Result<()> {
+        let (start, camera) = (Instant::now(), &cameras[frame.frame as usize - 1]);
         session.set_camera(camera.clone());
         let pixels = Pixels { view: View::new(camera), ..begun.pixels };
-        let file = created(frame)?;
+        let file = created(frame.frame)?;
         let making = session.make_ready(&Rays::Pixels(pixels), plan.wants, &run.control)?;
         let (rendered, file) = session.draw(&pixels, &plan, file, &run.control)?;
         run.control.check()?;
         // For each its own: what is put in its place is whole, and the next can still be stopped.
         output::commit([file], &Control::default())?;
-        Ok(Drawn::new(&rendered, making, None, start.elapsed(), is_lit))
+        frame.drawn = Some(Drawn::new(&rendered, making, None, start.elapsed(), is_lit));
+        Ok(())
     };
-    let mut n_done = 0;
-    let done = frames.iter_mut().filter(|frame| !frame.skipped).try_for_each(|frame| {
-        frame.drawn = Some(draw(frame.frame)?);
-        n_done += 1;
-        Ok::<_, Error>(())
-    });
+    let done = frames.iter_mut().filter(|frame| !frame.skipped).try_for_each(draw);
     drop(progress);
+    let n_done = frames.iter().filter(|frame| frame.drawn.is_some()).count();
     if done.is_err() && n_done > 0 {
         let all = count(n_left, "frame");
         run.say(&format!("{n_done} of {all} are whole; --resume goes on with the others"));
     }
     done?;
-    let size = [begun.pixels.width, begun.pixels.height];
-    let ffmpeg = ffmpeg(output, n_frames, begun.format, size);
-    let line = in_words(&frames, &begun.pixels, &session, run.start.elapsed());
-    let as_film = ffmpeg.as_ref().map(|ffmpeg| format!("as a film: {ffmpeg}"));
-    let summary = Summary {
-        work: Work::new(&session, Some((size, begun.n_samples))),
-        n_frames,
-        frames,
-        bytes_device: session.bytes_device(),
-        ms: Times(vec![("read", begun.read), ("total", run.start.elapsed())]),
-        ffmpeg,
-    };
-    let mut done = Done::with_files(summary, begun.beside, line);
-    done.said.extend(as_film);
-    Ok(done)
-}
-
-/// `out-0001.png … out-0036.png: 36 frames of 1280×720, …, all in 2.1 s`
-fn in_words(frames: &[Frame], pixels: &Pixels, session: &Session, total: Duration) -> String {
-    let n_skipped = frames.iter().filter(|frame| frame.skipped).count();
+    let shape = [begun.pixels.width, begun.pixels.height];
+    let ffmpeg = ffmpeg(output, n_frames, begun.format, shape);
     let ends = frames.first().into_iter().chain(frames.last());
     let mut files: Vec<String> = ends.map(|frame| frame.file.shown()).collect();
     files.dedup();
@@ -192,16 +168,29 @@ fn in_words(frames: &[Frame], pixels: &Pixels, session: &Session, total: Duratio
         0 => String::new(),
         n => format!(", {n} of them there already"),
     };
-    format!(
+    let total = run.start.elapsed();
+    let line = format!(
         "{}: {} of {}{skipped}, {}, {} on {}, all in {}",
         files.join(" … "),
         count(frames.len(), "frame"),
-        size(pixels),
-        objects(session.scene()),
+        size(&begun.pixels),
+        objects(&begun.scene),
         session.kernel().name(),
         session.device().label(),
         duration(total)
-    )
+    );
+    let as_film = ffmpeg.as_ref().map(|ffmpeg| format!("as a film: {ffmpeg}"));
+    let summary = Summary {
+        work: Work::new(&session, Some((shape, begun.n_samples))),
+        n_frames,
+        frames,
+        bytes_device: session.bytes_device(),
+        ms: Times(vec![("read", begun.read), ("total", total)]),
+        ffmpeg,
+    };
+    let mut done = Done::with_files(summary, begun.beside, line);
+    done.said.extend(as_film);
+    Ok(done)
 }
 
 /// The command line that makes a film of the frames; `None` for files that ffmpeg does not read.

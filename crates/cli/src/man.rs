@@ -1,7 +1,7 @@
 //! `kugelblitz man`
 
 use std::iter::once;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, Command, CommandFactory};
 use clap_mangen::Man;
@@ -36,7 +36,12 @@ pub fn run(args: &ManArgs, run: &Run) -> Result<()> {
     let mut program = Cli::command().disable_help_subcommand(true);
     program.build();
     if let Some(dir) = &args.dir {
-        return write_all(&program, dir, run);
+        std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
+        let mut files = vec![written(&dir.join("kugelblitz-scene.5"), &scene_page())?];
+        for command in with_subcommands(&program) {
+            files.push(written(&dir.join(format!("{}.1", title(command))), &page(command)?)?);
+        }
+        return output::commit(files, &run.control);
     }
     match &args.of[..] {
         [only] if only == SCENE_PAGE => print(&scene_page()),
@@ -56,15 +61,6 @@ fn find<'a>(program: &'a Command, names: &[String]) -> Result<&'a Command> {
             ))
         })
     })
-}
-
-fn write_all(program: &Command, dir: &Path, run: &Run) -> Result<()> {
-    std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
-    let mut files = vec![written(&dir.join("kugelblitz-scene.5"), &scene_page())?];
-    for command in with_subcommands(program) {
-        files.push(written(&dir.join(format!("{}.1", title(command))), &page(command)?)?);
-    }
-    output::commit(files, &run.control)
 }
 
 /// A command and all below it.
