@@ -5,7 +5,6 @@ use std::fmt::Write;
 use kugelblitz::Result;
 use kugelblitz::cost::{Built, Cost, LightOf, PictureCost};
 use kugelblitz::plain::Shown;
-use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz::words::{bytes, count};
 
@@ -20,12 +19,7 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<Done<Cost>> {
     let pixels = scene.camera.as_ref().map(|_| args.scene.pixels(&scene)).transpose()?;
     let progress = scene::preparing(&scene, Kernel::Certified, run);
     let cost = progress.during(|| Cost::new(&scene, pixels.as_ref(), &run.control))?;
-    let words = in_words(args, &scene, &cost);
-    Ok(Done::in_words(cost, words))
-}
-
-fn in_words(args: &CheckArgs, scene: &Scene, cost: &Cost) -> String {
-    let mut text = format!("{}: {}\n", args.scene.path.shown(), objects(scene));
+    let mut text = format!("{}: {}\n", args.scene.path.shown(), objects(&scene));
     for cloud in &scene.clouds {
         let spheres = count(cloud.n_spheres, "sphere");
         let _ = writeln!(text, "{}: {spheres}, from id {}", cloud.path.shown(), cloud.first_id);
@@ -57,7 +51,7 @@ fn in_words(args: &CheckArgs, scene: &Scene, cost: &Cost) -> String {
         }
         None => text += "no camera: `trace` can use this scene, `render` can't\n",
     }
-    text
+    Ok(Done::in_words(cost, text))
 }
 
 /// `2 lights, a sky of 16 directions`

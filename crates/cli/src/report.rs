@@ -46,7 +46,18 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
     }
     let environment = Environment::collect(command_line(), version::COMMIT, adapters);
     let kernels = if args.kernel.is_empty() { &Kernel::ALL } else { &*args.kernel };
-    let benchmarks = benchmarks(&devices, kernels, &mut missing)?;
+    let mut benchmarks = Vec::new();
+    for device in &devices {
+        for &kernel in kernels {
+            match why_not(kernel, device)? {
+                None => benchmarks.push(Benchmark { kernel, device: device.clone() }),
+                Some(why) => missing.push(Missing {
+                    what: format!("{} on {}", kernel.name(), device.label()),
+                    why,
+                }),
+            }
+        }
+    }
 
     let (settings, control) = (&settings, &run.control);
     let work = Work { cases: &cases, benchmarks: &benchmarks, settings, control };
@@ -160,26 +171,6 @@ fn devices(args: &ReportArgs, missing: &mut Vec<Missing>, run: &Run) -> Result<V
     }
     devices.push(Device::Cpu);
     Ok(devices)
-}
-
-fn benchmarks(
-    devices: &[Device],
-    kernels: &[Kernel],
-    missing: &mut Vec<Missing>,
-) -> Result<Vec<Benchmark>> {
-    let mut benchmarks = Vec::new();
-    for device in devices {
-        for &kernel in kernels {
-            match why_not(kernel, device)? {
-                None => benchmarks.push(Benchmark { kernel, device: device.clone() }),
-                Some(why) => missing.push(Missing {
-                    what: format!("{} on {}", kernel.name(), device.label()),
-                    why,
-                }),
-            }
-        }
-    }
-    Ok(benchmarks)
 }
 
 /// Why a kernel would not run on the device itself.
