@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::args::ExportArgs;
 use crate::head::Done;
-use crate::output::{is_stdout, name, objects, shell_quoted};
+use crate::output::{is_stdout, objects, shell_quoted};
 use crate::picture::read_composed;
 use crate::{Run, scene};
 
@@ -44,9 +44,8 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
     let command = language.command(&shell_quoted(output), size);
     let next =
         if is_stdout(output) { String::new() } else { format!("; render it with: {command}") };
-    let (name, renderer) = (name(output), language.renderer());
-    let line = format!("{name}: {} for {renderer}{next}", objects(&scene));
+    let line = format!("{} for {}{next}", objects(&scene), language.renderer());
     let objects = ObjectCounts::of(&scene);
     let summary = Summary { language: language.name(), size, objects, run: command };
-    Done::with_files(summary, printed.into_iter().chain([file]), line).finish("export", run)
+    Done::with_file(summary, printed, file, &line).finish("export", run)
 }

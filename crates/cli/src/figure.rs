@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::args::{LangArgs, WholeArgs};
 use crate::head::Done;
 use crate::options::parser_of;
-use crate::output::{check_ending, is_stdout, name, written};
+use crate::output::{check_ending, is_stdout, written};
 use crate::picture::PictureArgs;
 use crate::{Run, scene};
 
@@ -76,6 +76,6 @@ pub fn run(args: &FigureArgs, run: &Run) -> Result<Done<Summary>> {
     let file = written(&args.output, drawn.as_bytes())?;
     let (size, number) = ([pixels.width, pixels.height], figure.number());
     let summary = Summary { figure: number, size, object, lang: lang.name() };
-    let line = format!("{}: figure {number} of {}", name(&args.output), path.shown());
-    Ok(Done::with_files(summary, [file], line))
+    let line = format!("figure {number} of {}", path.shown());
+    Ok(Done::with_file(summary, None, file, &line))
 }

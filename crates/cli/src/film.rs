@@ -180,6 +180,7 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         duration(total)
     );
     let as_film = ffmpeg.as_ref().map(|ffmpeg| format!("as a film: {ffmpeg}"));
+    let said = [line].into_iter().chain(as_film).collect();
     let summary = Summary {
         work: Work::new(&session, Some((shape, begun.n_samples))),
         n_frames,
@@ -188,9 +189,7 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         ms: Times(vec![("read", begun.read), ("total", total)]),
         ffmpeg,
     };
-    let mut done = Done::with_files(summary, begun.beside, line);
-    done.said.extend(as_film);
-    Ok(done)
+    Ok(Done { files: begun.beside, said, ..Done::in_words(summary, String::new()) })
 }
 
 /// The command line that makes a film of the frames; `None` for files that ffmpeg does not read.

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::args::GenerateCloudArgs;
 use crate::head::{Done, Times};
-use crate::output::{check_ending, is_stdout, name};
+use crate::output::{check_ending, is_stdout};
 use crate::progress::Progress;
 use crate::{Run, wrong_usage};
 
@@ -57,11 +57,13 @@ pub fn run(args: &GenerateCloudArgs, run: &Run) -> Result<Done<Summary>> {
         ms: Times(vec![("total", took)]),
     };
     let line = format!(
-        "{}: {}, {}, seed {seed}, in {}",
-        name(&args.output),
+        "{}, {}, seed {seed}, in {}",
         count(n as usize, "sphere"),
         distribution.name(),
         duration(took)
     );
-    Ok(Done::with_files(summary, [file].into_iter().chain(scene), line))
+    let mut done = Done::with_file(summary, None, file, &line);
+    // Behind the data that it names.
+    done.files.extend(scene);
+    Ok(done)
 }

@@ -7,6 +7,7 @@ use kugelblitz::cost::ObjectCounts;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::AdapterFacts;
 use kugelblitz::output::{self, OutputFile};
+use kugelblitz::plain::Shown;
 use kugelblitz::scene::Samples;
 use kugelblitz::shade::ColorCounts;
 use kugelblitz::shade::Rendered;
@@ -72,14 +73,16 @@ impl<S: Serialize> Done<S> {
         Done { summary, words, files: Vec::new(), said: Vec::new(), failure: None }
     }
 
-    /// Work that made these files, of which `line` tells.
-    pub fn with_files(
+    /// Work that made this file, of which `line` tells, and those beside it.
+    pub fn with_file(
         summary: S,
-        files: impl IntoIterator<Item = OutputFile>,
-        line: String,
+        beside: impl IntoIterator<Item = OutputFile>,
+        file: OutputFile,
+        line: &str,
     ) -> Done<S> {
-        let files = files.into_iter().collect();
-        Done { files, said: vec![line], ..Done::in_words(summary, String::new()) }
+        let said = vec![format!("{}: {line}", file.path().shown())];
+        let files = beside.into_iter().chain([file]).collect();
+        Done { files, said, ..Done::in_words(summary, String::new()) }
     }
 
     /// A comparison that `words` tell of, which made this file, if any, and found this to be wrong.

@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use kugelblitz::Result;
+use kugelblitz::plain::Shown;
 use serde::Serialize;
 
 use crate::head::Done;
-use crate::output::{check_ending, is_stdout, name, shell_quoted, written};
+use crate::output::{check_ending, is_stdout, shell_quoted, written};
 use crate::{Run, wrong_usage};
 
 /// Write a small lit scene to start from
@@ -31,15 +32,17 @@ pub fn run(args: &NewArgs, run: &Run) -> Result<Done<Summary>> {
     if !is_stdout(path) {
         check_ending(path, "toml", "a scene is")?;
         if path.symlink_metadata().is_ok() {
-            return wrong_usage(format!("{}: it is there already; name another file", name(path)));
+            return wrong_usage(format!(
+                "{}: it is there already; name another file",
+                path.shown()
+            ));
         }
     }
     let file = written(path, SCENE.as_bytes())?;
-    let shown = name(path);
     let line = if is_stdout(path) {
-        format!("{shown}: a scene to start from")
+        "a scene to start from".into()
     } else {
-        format!("{shown}: `kugelblitz render {} -o picture.png` draws it", shell_quoted(path))
+        format!("`kugelblitz render {} -o picture.png` draws it", shell_quoted(path))
     };
-    Ok(Done::with_files(Summary { file: path.display().to_string() }, [file], line))
+    Ok(Done::with_file(Summary { file: path.display().to_string() }, None, file, &line))
 }

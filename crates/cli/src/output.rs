@@ -21,11 +21,6 @@ pub fn is_stdout(output: &Path) -> bool {
     output == Path::new(OutputFile::STDOUT)
 }
 
-/// An output's name for people.
-pub fn name(output: &Path) -> String {
-    if is_stdout(output) { STDOUT.into() } else { output.shown() }
-}
-
 /// Refuses a file whose name does not end as what is written does; `what` is e.g. `a figure is`.
 ///
 /// # Errors

@@ -21,7 +21,7 @@ use kugelblitz_judge::show::{self, Show};
 use crate::args::RenderArgs;
 use crate::device;
 use crate::head::{Done, Drawn, Times, Traced, Work, stages, traced_in_words};
-use crate::output::{check_ending, name, written};
+use crate::output::{check_ending, written};
 use crate::picture::read_composed;
 use crate::progress::Progress;
 use crate::show::{LegendEntry, check, legend};
@@ -100,9 +100,9 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         ms_runs,
     };
     let lines: Vec<String> = summary.legend.iter().flatten().map(LegendEntry::in_words).collect();
-    let line = format!("{}: {}, {}", name(output), size(&pixels), traced_in_words(&session, run));
+    let line = format!("{}, {}", size(&pixels), traced_in_words(&session, run));
     let times = format!("note: {}", summary.drawn.ms.in_words());
-    let mut done = Done::with_files(summary, begun.beside.into_iter().chain([file]), line);
+    let mut done = Done::with_file(summary, begun.beside, file, &line);
     done.said.extend(lines);
     done.said.extend(run.talk.verbose.then_some(times));
     Ok(done)

@@ -15,7 +15,7 @@ use kugelblitz::words::count;
 use crate::args::TraceArgs;
 use crate::device;
 use crate::head::{Done, Drawn, Traced, Work, traced_in_words};
-use crate::output::{check_ending, is_stdout, name};
+use crate::output::{check_ending, is_stdout};
 use crate::picture::PictureArgs;
 use crate::progress::Progress;
 use crate::{Run, scene};
@@ -53,14 +53,10 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<Done<Traced>> {
 
     let (n_hits, counts) = (hits.n_hits(), hits.counts);
     let done = Rendered { hits: n_hits, counts, timing, write, ..Rendered::default() };
-    let line = format!(
-        "{}: {}, {n_hits} hits, {}",
-        name(&args.output),
-        count(n_rays, "ray"),
-        traced_in_words(&session, run)
-    );
+    let line =
+        format!("{}, {n_hits} hits, {}", count(n_rays, "ray"), traced_in_words(&session, run));
     let drawn = Drawn::new(&done, making, Some(read), run.start.elapsed(), false);
     let (work, bytes_device) = (Work::new(&session, None), session.bytes_device());
     let summary = Traced { work, drawn, show: None, legend: None, bytes_device, ms_runs: None };
-    Ok(Done::with_files(summary, [file], line))
+    Ok(Done::with_file(summary, None, file, &line))
 }
