@@ -67,18 +67,13 @@ pub fn text_quoted(text: &str) -> String {
     if !text.contains(is_odd) {
         return format!("'{}'", text.replace('\'', "'\\''"));
     }
-    let mut quoted = String::from("$'");
-    for c in text.chars() {
-        match c {
-            '\\' | '\'' => quoted.extend(['\\', c]),
-            _ if is_odd(c) => {
-                let bytes = c.to_string().into_bytes();
-                quoted.extend(bytes.iter().map(|byte| format!("\\x{byte:02x}")));
-            }
-            _ => quoted.push(c),
-        }
-    }
-    quoted + "'"
+    let quoted = |c: char| match c {
+        '\\' | '\'' => format!("\\{c}"),
+        _ if is_odd(c) => c.to_string().bytes().map(|byte| format!("\\x{byte:02x}")).collect(),
+        _ => c.into(),
+    };
+    let quoted: String = text.chars().map(quoted).collect();
+    format!("$'{quoted}'")
 }
 
 /// Prints data.

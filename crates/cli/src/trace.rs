@@ -32,9 +32,9 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<Done<Traced>> {
     let scene = picture.scene(&args.scene, None, run)?;
     scene::refuse_overwriting([&args.output], [&args.scene, &args.rays], &scene)?;
     let mut file = OutputFile::create(&args.output, false)?;
-    let rays = Progress::of_bytes(run).during(|| read_rays(&args.rays, &run.control))?;
+    let read = || read_rays(&args.rays, &run.control);
+    let rays = Rays::List(Progress::of_bytes(run).during(read)?);
     let n_rays = rays.len();
-    let rays = Rays::List(rays);
     let what = format!("{}: tracing its {n_rays} rays", args.rays.shown());
     memory::require(what, hits_bytes(n_rays as u64, wants), "give the rays in parts")?;
     let read = start.elapsed();
