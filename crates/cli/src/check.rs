@@ -8,16 +8,17 @@ use kugelblitz::plain::Shown;
 use kugelblitz::trace::Kernel;
 use kugelblitz::words::{bytes, count};
 
+use crate::Run;
 use crate::args::CheckArgs;
 use crate::head::Done;
 use crate::output::objects;
-use crate::{Run, scene};
+use crate::progress::Progress;
 
 /// Reads a scene and says what it costs.
 pub fn run(args: &CheckArgs, run: &Run) -> Result<Done<Cost>> {
     let scene = args.scene.scene(run)?;
     let pixels = scene.camera.as_ref().map(|_| args.scene.pixels(&scene)).transpose()?;
-    let progress = scene::preparing(&scene, Kernel::Certified, run);
+    let progress = Progress::of_preparing(run, &scene, Kernel::Certified);
     let cost = progress.during(|| Cost::new(&scene, pixels.as_ref(), &run.control))?;
     let mut text = format!("{}: {}\n", args.scene.path.shown(), objects(&scene));
     for cloud in &scene.clouds {

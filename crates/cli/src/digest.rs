@@ -17,10 +17,10 @@ use serde::Serialize;
 use crate::args::{DeviceArgs, SizeArgs, WholeArgs};
 use crate::head::{Done, On};
 use crate::options::{parse_size, samples_parser};
-use crate::output::filled;
+use crate::output::{filled, refuse_overwriting};
 use crate::picture::PictureArgs;
 use crate::progress::Progress;
-use crate::{Run, device, scene, wrong_usage};
+use crate::{Run, device, wrong_usage};
 
 /// Print one hash of a picture's exact content
 ///
@@ -170,7 +170,7 @@ fn digest(
     run: &Run,
 ) -> Result<Digested> {
     let scene = args.picture.scene(&path, size.whole.size, run)?;
-    scene::refuse_overwriting(output, [&path], &scene)?;
+    refuse_overwriting(output, [&path], &scene)?;
     let pixels = size.pixels(&scene, &path)?;
     let samples = samples.or(scene.samples).unwrap_or_default();
     let mut session = device::session(&args.device, Kernel::Certified, &scene, pixels.len(), run)?;

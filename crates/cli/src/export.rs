@@ -6,11 +6,11 @@ use kugelblitz::{Error, Result};
 use kugelblitz_judge::export;
 use serde::Serialize;
 
+use crate::Run;
 use crate::args::ExportArgs;
 use crate::head::Done;
-use crate::output::{is_stdout, objects, shell_quoted};
+use crate::output::{is_stdout, objects, refuse_overwriting, shell_quoted};
 use crate::picture::read_composed;
-use crate::{Run, scene};
 
 #[derive(Serialize)]
 pub struct Summary {
@@ -34,7 +34,7 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
     let (scene, composed) = read_composed(&args.scene, &overrides, run)?;
     let printed = picture.print(&composed, &scene, &args.scene)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
-    scene::refuse_overwriting([output], [&args.scene], &scene)?;
+    refuse_overwriting([output], [&args.scene], &scene)?;
     let mut file = OutputFile::create(output, false)?;
     let (language, size) = (args.language, [pixels.width, pixels.height]);
     let path = file.path().to_path_buf();

@@ -9,12 +9,12 @@ use kugelblitz::scene::parse_scene;
 use kugelblitz_judge::figure::Figure;
 use serde::Serialize;
 
+use crate::Run;
 use crate::args::{LangArgs, WholeArgs};
 use crate::head::Done;
 use crate::options::parser_of;
-use crate::output::{check_ending, is_stdout, written};
+use crate::output::{check_ending, is_stdout, refuse_overwriting, written};
 use crate::picture::PictureArgs;
-use crate::{Run, scene};
 
 /// Draw one of the lecture's figures 2 to 5 from a scene, as SVG
 ///
@@ -69,7 +69,7 @@ pub fn run(args: &FigureArgs, run: &Run) -> Result<Done<Summary>> {
             (Path::new(name), parse_scene(text, Path::new(name))?.into())
         }
     };
-    scene::refuse_overwriting([&args.output], &args.scene, &scene)?;
+    refuse_overwriting([&args.output], &args.scene, &scene)?;
     let pixels = args.size.pixels(&scene, path)?;
     let object = figure.object(&scene, args.object)?;
     let drawn = figure.draw(&scene, object, &pixels, lang)?;

@@ -31,7 +31,6 @@ mod progress;
 pub mod quiet;
 mod render;
 mod report;
-mod scene;
 mod show;
 mod trace;
 mod verify;

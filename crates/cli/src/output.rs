@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use kugelblitz::output::OutputFile;
+use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::{Shown, plain, plain_json, steers};
 use kugelblitz::scene::Scene;
 use kugelblitz::words::count;
@@ -31,6 +31,19 @@ pub fn check_ending(output: &Path, ending: &str, what: &str) -> Result<()> {
     }
     let name = output.shown();
     wrong_usage(format!("{name}: {what} written as .{ending}; name the file so"))
+}
+
+/// Refuses outputs that would replace what they are made from, the clouds of a scene as well, or each other.
+///
+/// # Errors
+/// [`Error::Usage`]
+pub fn refuse_overwriting<'p>(
+    outputs: impl IntoIterator<Item: AsRef<Path>>,
+    inputs: impl IntoIterator<Item = &'p PathBuf>,
+    scene: &'p Scene,
+) -> Result<()> {
+    let clouds = scene.clouds.iter().map(|cloud| &cloud.path);
+    output::refuse_overwriting(outputs, inputs.into_iter().chain(clouds))
 }
 
 /// A file with these bytes, which is whole but not in its place.

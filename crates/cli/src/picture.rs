@@ -20,9 +20,9 @@ use kugelblitz::{Error, Result};
 
 use crate::args::Cli;
 use crate::options::{check_size, number, parser_of, samples_parser};
-use crate::output::{filled, is_stdout, print, text_quoted};
+use crate::output::{filled, is_stdout, print, refuse_overwriting, text_quoted};
 use crate::progress::Progress;
-use crate::scene::refuse_overwriting;
+
 use crate::{Run, wrong_usage};
 
 /// What a picture shows: the options win over the scene.

@@ -8,6 +8,9 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use kugelblitz::control::Control;
+use kugelblitz::scene::Scene;
+use kugelblitz::trace::Kernel;
+use kugelblitz::words::count;
 
 use crate::Run;
 
@@ -44,8 +47,13 @@ impl Progress {
         Progress::follow(run, "{bytes} of {total_bytes}", |control, _| control.bytes())
     }
 
-    /// Says what goes on, where nobody knows how far it is.
-    pub fn of_step(run: &Run, what: String) -> Progress {
+    /// Says that preparing a scene goes on, which takes a while where it has large clouds.
+    pub fn of_preparing(run: &Run, scene: &Scene, kernel: Kernel) -> Progress {
+        let has_hierarchy = kernel == Kernel::Certified;
+        let what = if has_hierarchy { "building the hierarchy over" } else { "preparing" };
+        let n_spheres = count(scene.spheres.len(), "sphere");
+        let what = format!("{what} {n_spheres}, {}", kernel.name());
+        // Nobody knows how far it is.
         Progress::show(run, "{spinner} {elapsed} {msg}".into(), move |bar| {
             bar.set_message(what.clone());
             bar.tick();

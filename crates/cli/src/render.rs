@@ -21,11 +21,11 @@ use kugelblitz_judge::show::{self, Show};
 use crate::args::RenderArgs;
 use crate::device;
 use crate::head::{Done, Drawn, Times, Traced, Work, stages, traced_in_words};
-use crate::output::{check_ending, written};
+use crate::output::{check_ending, refuse_overwriting, written};
 use crate::picture::read_composed;
 use crate::progress::Progress;
 use crate::show::{LegendEntry, check, legend};
-use crate::{Run, film, scene, wrong_usage};
+use crate::{Run, film, wrong_usage};
 
 /// Renders one picture or several, or only prints the scene.
 pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
@@ -54,7 +54,7 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         Show::Color => begun.plan()?.wants,
         show => show.wants(),
     };
-    let making = scene::preparing(&begun.scene, session.kernel(), run)
+    let making = Progress::of_preparing(run, &begun.scene, session.kernel())
         .during(|| session.make_ready(&Rays::Pixels(pixels), wants, &run.control))?;
     if session.prepared().is_some_and(Prepared::starts_in_f64) {
         run.note("f32 would leave most of these rays open: all begin in f64");
@@ -184,7 +184,7 @@ impl Begun {
     pub fn refuse_overwriting(&self, args: &RenderArgs, output: &Path) -> Result<()> {
         let outputs = [output].into_iter().chain(self.beside.iter().map(OutputFile::path));
         let inputs = [&args.scene].into_iter().chain(&args.film.camera_path);
-        scene::refuse_overwriting(outputs, inputs, &self.scene)
+        refuse_overwriting(outputs, inputs, &self.scene)
     }
 
     /// The bands that fit the memory as it is.

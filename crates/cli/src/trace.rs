@@ -12,13 +12,13 @@ use kugelblitz::shade::Rendered;
 use kugelblitz::trace::{Hits, Rays, Wants};
 use kugelblitz::words::count;
 
+use crate::Run;
 use crate::args::TraceArgs;
 use crate::device;
 use crate::head::{Done, Drawn, Traced, Work, traced_in_words};
-use crate::output::{check_ending, is_stdout};
+use crate::output::{check_ending, is_stdout, refuse_overwriting};
 use crate::picture::PictureArgs;
 use crate::progress::Progress;
-use crate::{Run, scene};
 
 /// Traces a file of rays into a file of hits.
 pub fn run(args: &TraceArgs, run: &Run) -> Result<Done<Traced>> {
@@ -30,7 +30,7 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<Done<Traced>> {
     let start = Instant::now();
     let picture = PictureArgs { data: args.data.clone(), ..PictureArgs::default() };
     let scene = picture.scene(&args.scene, None, run)?;
-    scene::refuse_overwriting([&args.output], [&args.scene, &args.rays], &scene)?;
+    refuse_overwriting([&args.output], [&args.scene, &args.rays], &scene)?;
     let mut file = OutputFile::create(&args.output, false)?;
     let read = || read_rays(&args.rays, &run.control);
     let rays = Rays::List(Progress::of_bytes(run).during(read)?);
@@ -41,7 +41,7 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<Done<Traced>> {
 
     let kernel = args.kernel.kernel;
     let mut session = device::session(&args.device, kernel, &scene, n_rays, run)?;
-    let making = scene::preparing(&scene, kernel, run)
+    let making = Progress::of_preparing(run, &scene, kernel)
         .during(|| session.make_ready(&rays, wants, &run.control))?;
 
     let mut hits = Hits::default();
