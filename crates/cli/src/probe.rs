@@ -38,12 +38,9 @@ struct Measured {
 
 impl Probed {
     fn new(facts: AdapterFacts) -> Probed {
-        let gpu = Gpu::open(&facts.name);
-        let (arithmetic, failure) = match gpu.and_then(|gpu| measure(&gpu)) {
-            Ok(measured) => (Some(measured), None),
-            Err(error) => (None, Some(error.to_string())),
-        };
-        Probed { facts, arithmetic, failure }
+        let measured = Gpu::open(&facts.name).and_then(|gpu| measure(&gpu));
+        let failure = measured.as_ref().err().map(Error::to_string);
+        Probed { facts, arithmetic: measured.ok(), failure }
     }
 }
 
