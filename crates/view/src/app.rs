@@ -390,7 +390,7 @@ impl<'a> App<'a> {
             Event::Explained(explained) => {
                 let (pixel, why) = explained?;
                 if let Some(shown) = &mut self.state.explained
-                    && shown.question.at == pixel
+                    && shown.question.at() == pixel
                 {
                     (self.notify)(&Notice::Explained { pixel, text: &why.text });
                     shown.why = Some(why);
@@ -538,9 +538,8 @@ fn start_reader(
             scene.require_camera(&path)?;
             Ok(Arc::new(scene))
         });
-        if !turn.is_over() {
-            say((path, read));
-        }
+        turn.control.check()?;
+        say((path, read));
         Ok(())
     })
 }

@@ -18,26 +18,23 @@ use super::worker::Worker;
 pub struct Question {
     /// The scene.
     pub scene: Arc<Scene>,
-    /// The whole picture.
-    pub pixels: Pixels,
+    /// The pixel alone, as part of its picture.
+    pub pixel: Pixels,
     /// The kernel that shows the pixel.
     pub kernel: Kernel,
-    /// Column and row.
-    pub at: [u32; 2],
 }
 
 impl Question {
-    /// The pixel alone.
-    pub fn pixel(&self) -> Pixels {
-        let [x, y] = self.at;
-        Pixels { x, y, width: 1, height: 1, ..self.pixels }
+    /// Column and row.
+    pub fn at(&self) -> [u32; 2] {
+        [self.pixel.x, self.pixel.y]
     }
 }
 
 impl PartialEq for Question {
     fn eq(&self, other: &Question) -> bool {
         Arc::ptr_eq(&self.scene, &other.scene)
-            && (self.pixels, self.kernel, self.at) == (other.pixels, other.kernel, other.at)
+            && (self.pixel, self.kernel) == (other.pixel, other.kernel)
     }
 }
 
@@ -68,15 +65,15 @@ pub fn start_hover(
 ) -> Result<Worker<Question>> {
     let mut session = Session::new(Scene::default(), device, Kernel::Certified);
     Worker::start("hover", say, move |question: Question, turn, say| {
-        let Question { scene, pixels, kernel, at: pixel @ [x, y] } = question.clone();
+        let (at, Question { scene, pixel, kernel }) = (question.at(), question);
         session.set_scene(Arc::clone(&scene));
         session.set_kernel(kernel);
         let wants = Wants { surface: true, level: false };
-        let hits = session.hits(&question.pixel(), wants, &turn.control)?;
+        let hits = session.hits(&pixel, wants, &turn.control)?;
         let (id, t) = (hits.id[0], hits.t[0]);
-        let ray = pixels.ray(x, y);
+        let ray = pixel.ray(pixel.x, pixel.y);
         let position = ray.origin + ray.direction * f64::from(t);
-        say(Answer { pixel, view: pixels.view, id, label: label(&scene, id), t, position });
+        say(Answer { pixel: at, view: pixel.view, id, label: label(&scene, id), t, position });
         Ok(())
     })
 }
@@ -106,13 +103,13 @@ pub fn start_explain(
             Err(error) => Why { verdict: error.to_string(), text: String::new() },
             Ok(why) => why,
         };
-        say((question.at, why));
+        say((question.at(), why));
         Ok(())
     })
 }
 
 fn explained(device: &Device, question: &Question, style: &ExplainStyle) -> Result<Why> {
-    let rays = Rays::Pixels(question.pixel());
+    let rays = Rays::Pixels(question.pixel);
     let mut explanation = explain(&question.scene, &rays, style)?;
     let runs = device.kernels();
     let device_of = |kernel| if runs.contains(&kernel) { device } else { &Device::Cpu };
@@ -135,9 +132,10 @@ mod tests {
         let (send, answers) = channel();
         let say = move |answer: Result<_>| send.send(answer.expect("words")).unwrap();
         let mut explain = start_explain(Device::Cpu, Lang::German, say).unwrap();
-        let mut ask = |at| {
-            let scene = Arc::clone(&scene);
-            explain.ask(Question { scene, pixels, kernel: Kernel::Certified, at });
+        let mut ask = |at @ [x, y]: [u32; 2]| {
+            let (scene, kernel) = (Arc::clone(&scene), Kernel::Certified);
+            let pixel = Pixels { x, y, width: 1, height: 1, ..pixels };
+            explain.ask(Question { scene, pixel, kernel });
             let (pixel, why) = answers.recv().unwrap();
             assert_eq!(pixel, at);
             why

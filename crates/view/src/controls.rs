@@ -97,10 +97,7 @@ fn press(ui: &Ui, key: Key, shift: bool, state: &mut State) {
         Key::V => state.show = state.show.step(!shift),
         Key::L => state.has_light = !state.has_light,
         Key::N => state.step_samples(!shift),
-        Key::T => ui.ctx().set_theme(match ui.ctx().theme() {
-            Theme::Dark => Theme::Light,
-            Theme::Light => Theme::Dark,
-        }),
+        Key::T => ui.ctx().set_theme(Theme::from_dark_mode(!ui.visuals().dark_mode)),
         Key::O => state.has_panels = !state.has_panels,
         Key::H | Key::Questionmark => state.has_help = !state.has_help,
         Key::Escape if state.has_help => state.has_help = false,
@@ -328,11 +325,11 @@ mod tests {
             _ => None,
         });
         let asked = asked.expect("a question");
-        let [whole, pixel] = [asked.pixels, asked.pixel()].map(Rays::Pixels);
+        let [whole, pixel] = [asked.pixel.picture(), asked.pixel].map(Rays::Pixels);
         let prepared = Prepared::new(Arc::clone(&asked.scene), asked.kernel, &whole).unwrap();
         prepared.check(&pixel).expect("a pixel of its own picture");
         assert!(Arc::ptr_eq(&asked.scene, &scene));
-        assert_eq!(asked.pixels, pixels);
+        assert_eq!(asked.pixel.picture(), pixels);
     }
     /// A whole drag in one frame turns the camera as far as one whose moves have a frame each.
     #[test]

@@ -34,17 +34,18 @@ const AROUND: Vec2 = vec2(14.0, 44.0);
 /// Marks the pixel that is explained, and shows why it is as it is.
 pub fn explanation(ui: &Ui, rect: Rect, state: &mut State) {
     let Some(Explained { question, why }) = &state.explained else { return };
-    let is_there = state.pixels() == question.pixels;
-    let at = state.area.of_pixel(question.at);
+    let pixel = question.at();
+    let is_there = state.pixels() == question.pixel.picture();
+    let at = state.area.of_pixel(pixel);
     if is_there {
         overlay::mark(&ui.painter_at(rect), at);
     }
     let place = beside(rect.shrink(INSET), rect.clamp(at));
     let mut is_open = true;
-    let [x, y] = question.at;
+    let [x, y] = pixel;
     egui::Window::new(format!("Why pixel {x}, {y}?"))
         // Each pixel has a place of its own.
-        .id(egui::Id::unique("explanation").with(question.at))
+        .id(egui::Id::unique("explanation").with(pixel))
         .open(&mut is_open)
         .collapsible(false)
         .default_rect(Rect::from_min_size(place.min, place.size() - AROUND))

@@ -112,7 +112,12 @@ struct Artist {
 }
 
 impl Artist {
-    fn work(&mut self, order: Order, turn: &Turn<Order>, say: &dyn Fn(DrawnFrame)) -> Result<()> {
+    fn work(
+        &mut self,
+        order: Order,
+        turn: &mut Turn<Order>,
+        say: &dyn Fn(DrawnFrame),
+    ) -> Result<()> {
         let new = || Session::new(Arc::clone(&order.scene), self.device.clone(), Kernel::Certified);
         self.sessions.resize_with(order.kernels.len(), new);
         for (session, &kernel) in self.sessions.iter_mut().zip(&order.kernels) {

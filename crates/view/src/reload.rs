@@ -32,7 +32,7 @@ fn stamp(path: &Path) -> Stamp {
 /// [`kugelblitz::Error::Io`] when the system has no thread to give.
 pub fn watch(path: PathBuf, mut look: impl FnMut(bool) + Send + 'static) -> Result<Worker<()>> {
     let mut known = stamp(&path);
-    let work = move |(), turn: &Turn<()>, _: &dyn Fn(())| {
+    let work = move |(), turn: &mut Turn<()>, _: &dyn Fn(())| {
         let mut changes = false;
         while turn.rest(if changes { REST } else { INTERVAL }) {
             let now = stamp(&path);

@@ -396,9 +396,10 @@ impl State {
     }
 
     /// A question about a pixel as it is now: whatever changes later, it stays the same.
-    pub fn question(&self, at: [u32; 2]) -> Question {
-        let kernel = self.shown_kernels()[self.place_at(at[0])];
-        Question { scene: Arc::clone(&self.scene), pixels: self.pixels(), kernel, at }
+    pub fn question(&self, [x, y]: [u32; 2]) -> Question {
+        let kernel = self.shown_kernels()[self.place_at(x)];
+        let pixel = Pixels { x, y, width: 1, height: 1, ..self.pixels() };
+        Question { scene: Arc::clone(&self.scene), pixel, kernel }
     }
 
     /// Width over height.

@@ -1,6 +1,5 @@
 //! A thread that does the newest of the jobs that it is given, and skips what came between.
 
-use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
@@ -24,7 +23,7 @@ pub struct Worker<J> {
 /// The link from a job at work to those that came after it.
 pub struct Turn<'a, J> {
     jobs: &'a Receiver<Job<J>>,
-    next: RefCell<Option<Job<J>>>,
+    next: Option<Job<J>>,
     /// Cancelled when a newer job waits, and at the end.
     pub control: Arc<Control>,
     /// Cancelled at the end alone.
@@ -32,16 +31,11 @@ pub struct Turn<'a, J> {
 }
 
 impl<J> Turn<'_, J> {
-    /// True when a newer job waits.
-    pub fn is_over(&self) -> bool {
-        self.control.is_cancelled()
-    }
-
     /// Waits; gives `false` at once when a newer job comes.
-    pub fn rest(&self, time: Duration) -> bool {
+    pub fn rest(&mut self, time: Duration) -> bool {
         let next = self.jobs.recv_timeout(time);
         let has_rested = matches!(next, Err(RecvTimeoutError::Timeout));
-        self.next.replace(next.ok());
+        self.next = next.ok();
         has_rested
     }
 }
@@ -55,7 +49,7 @@ impl<J: Send + 'static> Worker<J> {
     pub fn start<A>(
         name: &str,
         say: impl Fn(Result<A>) + Send + 'static,
-        mut work: impl FnMut(J, &Turn<J>, &dyn Fn(A)) -> Result<()> + Send + 'static,
+        mut work: impl FnMut(J, &mut Turn<J>, &dyn Fn(A)) -> Result<()> + Send + 'static,
     ) -> Result<Worker<J>> {
         let (sender, jobs) = channel::<Job<J>>();
         let closing = Arc::<Control>::default();
@@ -64,13 +58,12 @@ impl<J: Send + 'static> Worker<J> {
             let mut next = None;
             while let Some(job) = next.take().or_else(|| jobs.recv().ok()) {
                 let (job, control) = jobs.try_iter().last().unwrap_or(job);
-                let next_job = RefCell::default();
-                let turn = Turn { jobs: &jobs, next: next_job, control, closing: &is_closing };
-                match work(job, &turn, &|answer| say(Ok(answer))) {
+                let mut turn = Turn { jobs: &jobs, next: None, control, closing: &is_closing };
+                match work(job, &mut turn, &|answer| say(Ok(answer))) {
                     Ok(()) | Err(Error::Interrupted) => {}
                     Err(error) => say(Err(error)),
                 }
-                next = turn.next.into_inner();
+                next = turn.next;
             }
         };
         let thread = std::thread::Builder::new().name(name.into()).spawn(run);
@@ -113,7 +106,7 @@ mod tests {
         let mut worker = Worker::start("test", say, move |job: u32, turn, say| {
             started.send(job).unwrap();
             may_go.recv().unwrap();
-            say((job, turn.is_over()));
+            say((job, turn.control.is_cancelled()));
             Ok(())
         })
         .unwrap();
