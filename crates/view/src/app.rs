@@ -453,7 +453,6 @@ impl<'a> App<'a> {
                 self.state.explained = Some(Explained { question: question.clone(), why: None });
                 self.explain.ask(question);
             }
-            Command::Quit => self.teller.context.send_viewport_cmd(ViewportCommand::Close),
         }
     }
 

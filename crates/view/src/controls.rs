@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use eframe::egui;
 use egui::{
-    Align2, Color32, CursorIcon, Event, Key, Modifiers, MouseWheelUnit, PointerButton, Rect,
-    Response, Sense, Theme, Ui, pos2,
+    Align2, Color32, CursorIcon, Event, Key, MouseWheelUnit, PointerButton, Rect, Response, Sense,
+    Theme, Ui, ViewportCommand, pos2,
 };
 use glam::{DVec2, DVec3, Vec2};
 use kugelblitz_judge::show::Show;
@@ -41,16 +41,12 @@ const APART: f32 = 17.0;
 /// All keys. A key counts with what was held when it was pressed: it may be free again by now.
 pub fn keys(ui: &Ui, state: &mut State) {
     state.is_moving = false;
-    let pressed: Vec<(Key, Modifiers)> = ui.input(|input| {
-        let keys = input.events.iter().filter_map(|event| match event {
-            Event::Key { key, pressed: true, repeat: false, modifiers, .. } => {
-                Some((*key, *modifiers))
-            }
-            _ => None,
-        });
-        keys.collect()
-    });
-    for &(key, modifiers) in &pressed {
+    let mut begins = false;
+    for event in ui.input(|input| input.events.clone()) {
+        let Event::Key { key, pressed: true, repeat: false, modifiers, .. } = event else {
+            continue;
+        };
+        begins = true;
         match key {
             _ if !modifiers.command => {
                 state.flying.push(key);
@@ -61,17 +57,11 @@ pub fn keys(ui: &Ui, state: &mut State) {
             Key::Z if modifiers.shift => state.redo(),
             Key::Y => state.redo(),
             Key::Z => state.undo(),
-            Key::Q => state.commands.push(Command::Quit),
+            Key::Q => ui.ctx().send_viewport_cmd(ViewportCommand::Close),
             _ => {}
         }
     }
-    let copies = ui.input(|input| input.events.contains(&Event::Copy));
-    if let Some(why) = state.explained.as_ref().and_then(|shown| shown.why.as_ref())
-        && copies
-    {
-        ui.ctx().copy_text(why.text.clone());
-    }
-    fly(ui, !pressed.is_empty(), state);
+    fly(ui, begins, state);
     state.flying.retain(|&key| ui.input(|input| input.key_down(key)));
 }
 
@@ -218,14 +208,9 @@ fn wheel(ui: &Ui, at: DVec2, pixel: [u32; 2], state: &mut State) {
     state.rig.zoom(across, depth, ZOOM_STEP.powf(steps));
 }
 
-/// Where the line between two kernels is in the window: between two columns of pixels.
-fn divider_at(state: &State) -> f32 {
-    state.area.point([f64::from(state.divider_px()), 0.0]).x
-}
-
 /// Moves the line between two kernels.
 fn divide(ui: &Ui, rect: Rect, state: &mut State) -> Response {
-    let x = divider_at(state);
+    let x = state.divider_x();
     let grip = Rect::from_min_max(pos2(x - GRIP, rect.top()), pos2(x + GRIP, rect.bottom()));
     let response = ui
         .interact(grip, egui::Id::unique("divider"), Sense::drag())
@@ -239,7 +224,7 @@ fn divide(ui: &Ui, rect: Rect, state: &mut State) -> Response {
 }
 
 fn draw_divider(ui: &Ui, rect: Rect, state: &State, is_held: bool) {
-    let (painter, x) = (ui.painter_at(rect), divider_at(state));
+    let (painter, x) = (ui.painter_at(rect), state.divider_x());
     let ends = [rect.top(), rect.bottom()].map(|y| pos2(x, y));
     let alpha = if is_held { 255 } else { 200 };
     overlay::line(&painter, ends, 1.0, Color32::from_white_alpha(alpha));
@@ -257,7 +242,7 @@ mod tests {
     use std::path::Path;
     use std::sync::Arc;
 
-    use egui::{Pos2, RawInput};
+    use egui::{Modifiers, Pos2, RawInput};
     use kugelblitz::device::Device;
     use kugelblitz::prepare::Prepared;
     use kugelblitz::scene::parse_scene;

@@ -2,7 +2,9 @@
 
 use eframe::egui;
 use egui::text::{LayoutJob, TextFormat};
-use egui::{Align, Align2, FontId, Label, Pos2, Rect, RichText, ScrollArea, Ui, Vec2, pos2, vec2};
+use egui::{
+    Align, Align2, Event, FontId, Label, Pos2, Rect, RichText, ScrollArea, Ui, Vec2, pos2, vec2,
+};
 use kugelblitz_judge::explain::text::WIDTH;
 
 use super::ask::Why;
@@ -58,7 +60,8 @@ pub fn explanation(ui: &Ui, rect: Rect, state: &mut State) {
             };
             ui.add(Label::new(RichText::new(verdict.trim_end()).monospace().strong()).wrap());
             ui.horizontal_wrapped(|ui| {
-                if ui.button("copy").on_hover_text("Ctrl+C").clicked() {
+                let copy = ui.button("copy").on_hover_text("Ctrl+C");
+                if copy.clicked() || ui.input(|input| input.events.contains(&Event::Copy)) {
                     ui.ctx().copy_text(text.clone());
                 }
                 if !is_there {

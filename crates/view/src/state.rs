@@ -65,6 +65,11 @@ impl Area {
         DVec2::new(self.width.into(), self.height.into())
     }
 
+    /// The rectangle in points of the window.
+    fn rect(self) -> Rect {
+        Rect::from_min_max(self.point([0.0; 2]), self.point(self.size().into()))
+    }
+
     /// The place in the picture, pixels from its top left corner, of one in points of the window; `None` beside it.
     pub fn place(self, at: Pos2) -> Option<DVec2> {
         let corner = DVec2::new(self.left.into(), self.top.into());
@@ -95,8 +100,6 @@ pub enum Command {
     Open(PathBuf),
     /// Explain a pixel.
     Explain(Question),
-    /// Close the window.
-    Quit,
 }
 
 /// The text of `explain` for a pixel.
@@ -290,20 +293,16 @@ impl State {
 
     /// Draws the picture, of two kernels each on its side of the divider.
     pub fn paint(&self, painter: &Painter) {
-        let Area { width, height, .. } = self.area;
-        let rect = |left: u32, right: u32| {
-            let at = |x: u32, y: u32| self.area.point([x, y].map(f64::from));
-            Rect::from_min_max(at(left, 0), at(right, height))
-        };
+        let whole = self.area.rect();
         let Some(DrawnFrame { images, .. }) = &self.frame else {
-            painter.rect_filled(rect(0, width), 0.0, Color32::BLACK);
+            painter.rect_filled(whole, 0.0, Color32::BLACK);
             return;
         };
-        let split = if images.len() > 1 { self.divider_px() } else { width };
-        for (image, ends) in images.iter().zip([(0, split), (split, width)]) {
-            let side = painter.with_clip_rect(rect(ends.0, ends.1));
+        let split = if images.len() > 1 { self.divider_x() } else { whole.right() };
+        let (left, right) = whole.split_left_right_at_x(split);
+        for (image, side) in images.iter().zip([left, right]) {
             let presented = Presented(Arc::clone(image));
-            side.add(Callback::new_paint_callback(rect(0, width), presented));
+            painter.with_clip_rect(side).add(Callback::new_paint_callback(whole, presented));
         }
     }
 
@@ -386,8 +385,13 @@ impl State {
     }
 
     /// Columns left of the divider.
-    pub fn divider_px(&self) -> u32 {
+    fn divider_px(&self) -> u32 {
         (f64::from(self.divider) * f64::from(self.area.width)).round() as u32
+    }
+
+    /// Where the divider is in the window: between two columns of pixels.
+    pub fn divider_x(&self) -> f32 {
+        self.area.point([f64::from(self.divider_px()), 0.0]).x
     }
 
     /// The pixels that the window has room for.
@@ -469,8 +473,7 @@ fn without_light(scene: &Arc<Scene>) -> Arc<Scene> {
     if !scene.is_lit() {
         return Arc::clone(scene);
     }
-    let scene = Scene::clone(scene);
-    Arc::new(Scene { lights: Vec::new(), sky: None, ambient: None, ..scene })
+    Arc::new(Scene { lights: Vec::new(), sky: None, ambient: None, ..Scene::clone(scene) })
 }
 
 /// `(1, 2, 3)`, to six digits.
