@@ -22,8 +22,18 @@ pub fn bar(ui: &mut Ui, state: &mut State) {
         if compare.on_hover_text("Two kernels side by side (C)").clicked() {
             state.toggle_compare();
         }
-        show_menu(ui, state);
-        light(ui, state);
+        choice(ui, "show", state.show.name(), "What is shown (V, shift + V)", |ui| {
+            for (i, show) in Show::ALL.into_iter().enumerate() {
+                let name = format!("{}   F{}", show.name(), i + 1);
+                ui.selectable_value(&mut state.show, show, name).on_hover_text(show.explanation());
+            }
+        });
+        let is_lit = state.scene.is_lit();
+        let light = ui.add_enabled(is_lit, toggle("light", state.has_light && is_lit));
+        let light = light.on_hover_text("The scene's light on or off (L)");
+        if light.on_disabled_hover_text("The scene has no light").clicked() {
+            state.has_light = !state.has_light;
+        }
         let chosen = samples_text(state.n_samples);
         choice(ui, "samples", &chosen, "Samples a pixel (N, shift + N)", |ui| {
             for n in SAMPLES {
@@ -56,24 +66,6 @@ fn kernel_menu(ui: &mut Ui, kernel: &mut Kernel, device: &Device) {
             ui.selectable_value(kernel, known, known.name());
         }
     });
-}
-
-fn show_menu(ui: &mut Ui, state: &mut State) {
-    choice(ui, "show", state.show.name(), "What is shown (V, shift + V)", |ui| {
-        for (i, show) in Show::ALL.into_iter().enumerate() {
-            let name = format!("{}   F{}", show.name(), i + 1);
-            ui.selectable_value(&mut state.show, show, name).on_hover_text(show.explanation());
-        }
-    });
-}
-
-fn light(ui: &mut Ui, state: &mut State) {
-    let is_lit = state.scene.is_lit();
-    let light = ui.add_enabled(is_lit, toggle("light", state.has_light && is_lit));
-    let light = light.on_hover_text("The scene's light on or off (L)");
-    if light.on_disabled_hover_text("The scene has no light").clicked() {
-        state.has_light = !state.has_light;
-    }
 }
 
 fn samples_text(samples: Samples) -> String {

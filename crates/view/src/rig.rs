@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec2, DVec3};
 use kugelblitz::rays::{Lens, View};
-use kugelblitz::scene::{Camera, Object, Projection, Scene};
+use kugelblitz::scene::{Camera, Projection, Scene};
 
 /// How close to straight up or down orbiting comes, radians: there "up" in the picture would turn
 /// around.
@@ -30,12 +30,12 @@ pub struct BoundingSphere {
 impl BoundingSphere {
     /// Around the spheres; planes have no end, so they count only where there is nothing else.
     pub fn new(scene: &Scene) -> BoundingSphere {
-        let has_end = |object: &Object| object.extent().1 > 0.0;
-        let objects = scene.objects().map(|(_, object)| object);
-        let counted = objects.filter(|object| scene.spheres.is_empty() || has_end(object));
-        let balls: Vec<(DVec3, f64)> = counted.map(Object::extent).collect();
-        let low = balls.iter().map(|(c, r)| *c - *r).reduce(DVec3::min).unwrap_or(DVec3::ZERO);
-        let high = balls.iter().map(|(c, r)| *c + *r).reduce(DVec3::max).unwrap_or(DVec3::ZERO);
+        let balls = scene.objects().map(|(_, object)| object.extent());
+        let counts = |ball: &(DVec3, f64)| scene.spheres.is_empty() || ball.1 > 0.0;
+        let balls: Vec<(DVec3, f64)> = balls.filter(counts).collect();
+        let boxes = balls.iter().map(|&(c, r)| (c - r, c + r));
+        let both = boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let (low, high) = both.unwrap_or_default();
         let center = low / 2.0 + high / 2.0;
         let radius = balls.iter().map(|(c, r)| c.distance(center) + r).fold(0.0, f64::max);
         BoundingSphere { center, radius: if radius > 0.0 { radius } else { 1.0 } }
