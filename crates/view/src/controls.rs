@@ -211,14 +211,14 @@ fn wheel(ui: &Ui, at: DVec2, pixel: [u32; 2], state: &mut State) {
 /// Moves the line between two kernels.
 fn divide(ui: &Ui, rect: Rect, state: &mut State) -> Response {
     let x = state.divider_x();
-    let grip = Rect::from_min_max(pos2(x - GRIP, rect.top()), pos2(x + GRIP, rect.bottom()));
+    let grip = Rect::from_x_y_ranges(x - GRIP..=x + GRIP, rect.y_range());
     let response = ui
         .interact(grip, egui::Id::unique("divider"), Sense::drag())
         .on_hover_and_drag_cursor(CursorIcon::ResizeHorizontal);
     if let Some(at) = response.interact_pointer_pos()
         && (response.dragged() || response.drag_stopped())
     {
-        state.divider = ((at.x - rect.left()) / rect.width().max(1.0)).clamp(0.0, 1.0);
+        state.divider = egui::remap_clamp(at.x, rect.x_range(), 0.0..=1.0);
     }
     response
 }

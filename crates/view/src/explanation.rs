@@ -2,9 +2,7 @@
 
 use eframe::egui;
 use egui::text::{LayoutJob, TextFormat};
-use egui::{
-    Align, Align2, Event, FontId, Label, Pos2, Rect, RichText, ScrollArea, Ui, Vec2, pos2, vec2,
-};
+use egui::{Align, Align2, Event, FontId, Label, Pos2, Rect, RichText, ScrollArea, Ui, Vec2, vec2};
 use kugelblitz_judge::explain::text::WIDTH;
 
 use super::ask::Why;
@@ -83,13 +81,12 @@ pub fn explanation(ui: &Ui, rect: Rect, state: &mut State) {
 
 /// The panel's place in `rect`: where the most room is beside a point, and away from that.
 fn beside(rect: Rect, at: Pos2) -> Rect {
-    let Rect { min, max } = rect;
     let (high, wide) = (vec2(MOST, 1.0), vec2(1.0, MOST));
     let sides = [
-        (Rect::from_min_max(pos2(at.x + APART, min.y), max), Align2::RIGHT_TOP, high),
-        (Rect::from_min_max(min, pos2(at.x - APART, max.y)), Align2::LEFT_TOP, high),
-        (Rect::from_min_max(pos2(min.x, at.y + APART), max), Align2::LEFT_BOTTOM, wide),
-        (Rect::from_min_max(min, pos2(max.x, at.y - APART)), Align2::LEFT_TOP, wide),
+        (rect.with_min_x(at.x + APART), Align2::RIGHT_TOP, high),
+        (rect.with_max_x(at.x - APART), Align2::LEFT_TOP, high),
+        (rect.with_min_y(at.y + APART), Align2::LEFT_BOTTOM, wide),
+        (rect.with_max_y(at.y - APART), Align2::LEFT_TOP, wide),
     ];
     let places = sides.map(|(side, align, most)| {
         let size = side.size().max(Vec2::ZERO).min(LARGEST).min(rect.size() * most);
@@ -130,6 +127,8 @@ fn subscript(c: char) -> Option<char> {
 
 #[cfg(test)]
 mod tests {
+    use egui::pos2;
+
     use super::*;
 
     #[test]

@@ -1,7 +1,7 @@
 //! What is drawn over the picture: marks of pixels, and guides while the camera moves.
 
 use eframe::egui;
-use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Ui, vec2};
+use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Ui, Vec2, vec2};
 use glam::DVec3;
 
 use super::state::State;
@@ -44,7 +44,7 @@ pub fn text(painter: &Painter, at: Pos2, align: Align2, words: &str, color: Colo
 /// Marks the pixel that is explained: nothing lies over the pixel itself.
 pub fn mark(painter: &Painter, at: Pos2) {
     ring(painter, at, RING, Color32::WHITE);
-    for side in [vec2(1.0, 0.0), vec2(-1.0, 0.0), vec2(0.0, 1.0), vec2(0.0, -1.0)] {
+    for side in [Vec2::RIGHT, Vec2::LEFT, Vec2::DOWN, Vec2::UP] {
         let ends = [at + side * RING, at + side * (RING + TICK)];
         line(painter, ends, 1.5, Color32::WHITE);
     }
@@ -68,10 +68,7 @@ pub fn few(ui: &Ui, rect: Rect, state: &State) {
 pub fn guides(ui: &Ui, rect: Rect, state: &State) {
     let painter = ui.painter_at(rect);
     let (pixels, pivot) = (state.pixels(), state.rig.pivot);
-    let point = |at: DVec3| {
-        let at = pixels.seen_at(at)?;
-        Some(state.area.point(at.to_array()))
-    };
+    let point = |at: DVec3| pixels.seen_at(at).map(|at| state.area.point(at));
     let Some(middle) = point(pivot) else { return };
     let length = AXIS * 2.0 * pixels.view.h * state.rig.pivot_depth();
     for (name, axis, color) in AXES {

@@ -67,7 +67,7 @@ impl Area {
 
     /// The rectangle in points of the window.
     fn rect(self) -> Rect {
-        Rect::from_min_max(self.point([0.0; 2]), self.point(self.size().into()))
+        Rect::from_min_max(self.point(DVec2::ZERO), self.point(self.size()))
     }
 
     /// The place in the picture, pixels from its top left corner, of one in points of the window; `None` beside it.
@@ -78,14 +78,14 @@ impl Area {
     }
 
     /// A place in the picture, pixels from its top left corner, in points of the window.
-    pub fn point(self, at: [f64; 2]) -> Pos2 {
-        let [x, y] = at.map(|px| px as f32);
+    pub fn point(self, at: DVec2) -> Pos2 {
+        let Vec2 { x, y } = at.as_vec2();
         pos2(self.left as f32 + x, self.top as f32 + y) / self.scale
     }
 
     /// The middle of a pixel of the picture, in points of the window.
     pub fn of_pixel(self, [x, y]: [u32; 2]) -> Pos2 {
-        self.point([x, y].map(|px| f64::from(px) + 0.5))
+        self.point(DVec2::new(x.into(), y.into()) + 0.5)
     }
 }
 
@@ -391,7 +391,7 @@ impl State {
 
     /// Where the divider is in the window: between two columns of pixels.
     pub fn divider_x(&self) -> f32 {
-        self.area.point([f64::from(self.divider_px()), 0.0]).x
+        self.area.point(DVec2::new(self.divider_px().into(), 0.0)).x
     }
 
     /// The pixels that the window has room for.
