@@ -6,13 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Required
 
-from ._drawings import Drawing as Drawing
-from ._drawings import Tinted as Tinted
-from ._hits import Hits as Hits
-from ._verdicts import Difference as Difference
-from ._verdicts import Judgement as Judgement
-from ._verdicts import Verdict as Verdict
-from ._verdicts import Verification as Verification
+from ._drawings import Drawing, Tinted
+from ._hits import Hits
+from ._verdicts import Difference, Judgement, Verdict, Verification
 
 __version__: str
 __all__ = [
@@ -414,12 +410,8 @@ def figure(
 ) -> Drawing:
     """Draws one of the lecture's figures, 3 and 4 as the camera sees them, 2 and 5 as plans."""
 
-def generate(
-    count: int,
-    distribution: Literal["uniform", "lattice", "packing"] = "uniform",
-    *,
-    seed: int = 0,
-) -> Scene: ...
+generate = Scene.generate
+
 def info(path: _Path) -> dict[str, Any]:
     """What a picture's file says of itself."""
 

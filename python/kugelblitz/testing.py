@@ -93,11 +93,12 @@ def assert_picture(
 
 def _split(allow: str | None) -> tuple[str, str | None]:
     """What is allowed of colours, and of the rest where anything is."""
-    parts = [part.strip() for part in allow.split(",")] if allow else []
-    is_of_colors = [part.partition("=")[0].strip() in OF_COLORS for part in parts]
-    of_colors = ",".join(part for part, is_so in zip(parts, is_of_colors) if is_so)
-    of_hits = ",".join(part for part, is_so in zip(parts, is_of_colors) if not is_so)
-    return of_colors, of_hits or None
+    of_colors: list[str] = []
+    of_hits: list[str] = []
+    for part in (allow or "").split(","):
+        is_of_colors = part.partition("=")[0].strip() in OF_COLORS
+        (of_colors if is_of_colors else of_hits).append(part.strip())
+    return ",".join(of_colors), ",".join(of_hits) or None
 
 
 def _about_colors(
