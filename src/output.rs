@@ -64,6 +64,15 @@ impl OutputFile {
         Ok(OutputFile { path, place })
     }
 
+    /// Writes all that the file is to hold; it is then whole, but not in its place.
+    ///
+    /// # Errors
+    /// [`Error::Io`]
+    pub fn filled(mut self, bytes: &[u8]) -> Result<OutputFile> {
+        self.write_all(bytes).map_err(Error::io(&self.path))?;
+        Ok(self)
+    }
+
     /// Writes a header and then rows, of which `append` puts some behind the bytes that it is given. `control`
     /// counts the bytes.
     ///

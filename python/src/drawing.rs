@@ -1,6 +1,5 @@
 //! Drawings and pictures that no camera took, see `_drawings.py`.
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -52,8 +51,7 @@ pub fn png<'py>(py: Python<'py>, size: [u32; 2], colors: &[u8]) -> PyResult<Boun
 #[pyfunction]
 pub fn write(py: Python<'_>, path: PathBuf, content: &[u8]) -> PyResult<()> {
     work::run(py, |control| {
-        let mut file = OutputFile::create(&path, false)?;
-        file.write_all(content).map_err(Error::io(&path))?;
+        let file = OutputFile::create(&path, false)?.filled(content)?;
         output::commit([file], control)
     })
 }

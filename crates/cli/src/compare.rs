@@ -10,7 +10,7 @@ use kugelblitz_judge::compare::{Allowed, PictureDifference, compare_pictures};
 
 use crate::Run;
 use crate::head::Done;
-use crate::output::{check_ending, filled};
+use crate::output::check_ending;
 
 /// Compare two pictures, channel by channel
 ///
@@ -66,5 +66,5 @@ pub fn begin_picture<'p>(
 /// Writes a picture that no camera took; it is then whole, but not in its place.
 pub fn write_picture(file: OutputFile, size: [u32; 2], pixels: &[[u8; 3]]) -> Result<OutputFile> {
     let bytes = rgb8_file(size, pixels).map_err(Error::io(file.path()))?;
-    filled(file, &bytes)
+    file.filled(&bytes)
 }

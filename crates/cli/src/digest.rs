@@ -17,7 +17,7 @@ use serde::Serialize;
 use crate::args::{DeviceArgs, SizeArgs, WholeArgs};
 use crate::head::{Done, On};
 use crate::options::{parse_size, samples_parser};
-use crate::output::{filled, refuse_overwriting};
+use crate::output::refuse_overwriting;
 use crate::picture::PictureArgs;
 use crate::progress::Progress;
 use crate::{Run, device, wrong_usage};
@@ -115,7 +115,7 @@ pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
     let lines: String = digests.iter().map(Digested::line).collect();
     let faults: Vec<String> = digests.iter().filter_map(Digested::fault).collect();
     let text = if args.junit.is_some() { &junit(&digests, faults.len()) } else { &lines };
-    let file = file.map(|file| filled(file, text.as_bytes())).transpose()?;
+    let file = file.map(|file| file.filled(text.as_bytes())).transpose()?;
     let (n, n_wrong) = (digests.len(), faults.len());
     let broken = (n_wrong > 0).then(|| format!("{n_wrong} of {n} digests differ"));
     let words = match &args.check {

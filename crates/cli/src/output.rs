@@ -49,18 +49,9 @@ pub fn refuse_overwriting<'p>(
 /// A file with these bytes, which is whole but not in its place.
 ///
 /// # Errors
-/// Those of [`OutputFile::create`] and of writing.
+/// Those of [`OutputFile::create`] and [`OutputFile::filled`].
 pub fn written(path: &Path, bytes: &[u8]) -> Result<OutputFile> {
-    filled(OutputFile::create(path, false)?, bytes)
-}
-
-/// Fills a file that is there already with these bytes; it is then whole, but not in its place.
-///
-/// # Errors
-/// [`Error::Io`]
-pub fn filled(mut file: OutputFile, bytes: &[u8]) -> Result<OutputFile> {
-    file.write_all(bytes).map_err(|error| Error::io(file.path())(error))?;
-    Ok(file)
+    OutputFile::create(path, false)?.filled(bytes)
 }
 
 /// A path as a shell takes it.

@@ -20,7 +20,7 @@ use kugelblitz::{Error, Result};
 
 use crate::args::Cli;
 use crate::options::{check_size, number, parser_of, samples_parser};
-use crate::output::{filled, is_stdout, print, refuse_overwriting, text_quoted};
+use crate::output::{is_stdout, print, refuse_overwriting, text_quoted};
 use crate::progress::Progress;
 
 use crate::{Run, wrong_usage};
@@ -270,7 +270,7 @@ impl DrawArgs {
         }
         refuse_overwriting([place], [input], scene)?;
         let file = OutputFile::create(place, false)?;
-        filled(file, composed.text(Some(place))?.as_bytes()).map(Some)
+        file.filled(composed.text(Some(place))?.as_bytes()).map(Some)
     }
 }
 

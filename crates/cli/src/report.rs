@@ -20,7 +20,6 @@ use kugelblitz_report::{
 
 use crate::args::ReportArgs;
 use crate::head::{Done, summary};
-use crate::output::filled;
 use crate::progress::Progress;
 use crate::quiet::{self, quietly};
 use crate::{Run, device, version, wrong_usage};
@@ -66,7 +65,7 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
     report.missing.extend(missing);
     report.baseline = earlier.map(|(file, earlier)| Baseline::new(file, &earlier, &report));
 
-    let write = |(file, form): (OutputFile, Form)| filled(file, &form(&report)?);
+    let write = |(file, form): (OutputFile, Form)| file.filled(&form(&report)?);
     let files = outputs.into_iter().map(write).collect::<Result<_>>()?;
     if let Some(warning) = report.noise.warning().filter(|_| run.talk.json) {
         run.warn(&warning);

@@ -1,7 +1,6 @@
 //! The files that were opened last, kept from one window to the next: a path a line, the newest first.
 
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use kugelblitz::control::Control;
@@ -35,10 +34,8 @@ pub fn add_recent(list: &Path, path: &Path) -> Result<Vec<PathBuf>> {
     if let Some(folder) = list.parent() {
         fs::create_dir_all(folder).map_err(Error::io(folder))?;
     }
-    let mut file = OutputFile::create(list, false)?;
-    for path in &paths {
-        writeln!(file, "{}", path.display()).map_err(Error::io(list))?;
-    }
+    let lines: String = paths.iter().map(|path| format!("{}\n", path.display())).collect();
+    let file = OutputFile::create(list, false)?.filled(lines.as_bytes())?;
     commit([file], &Control::default())?;
     Ok(paths)
 }

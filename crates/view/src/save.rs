@@ -1,6 +1,5 @@
 //! Saving what is shown, as `render` would draw it.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -40,12 +39,12 @@ impl Saving {
             _ => ([session.kernel(); 2], 0.0),
         };
         let pixels = session.pixels(width, height)?;
-        let mut file = OutputFile::create(path, false)?;
+        let file = OutputFile::create(path, false)?;
         let parts = (kernels, (f64::from(divider) * f64::from(width)).round() as u32);
         let n_samples = session.scene().samples.unwrap_or_default();
         let colors = show::side_by_side(&mut session, show, &pixels, parts, n_samples, &control)?;
-        let png = rgb8_file([width, height], &colors).and_then(|png| file.write_all(&png));
-        png.map_err(Error::io(path))?;
+        let png = rgb8_file([width, height], &colors).map_err(Error::io(path))?;
+        let file = file.filled(&png)?;
         // A control of its own: the program's is for all that the window does.
         control.check()?;
         commit([file], &Control::default())
