@@ -2,7 +2,7 @@
 
 use std::mem;
 
-use kugelblitz::scene::{Color, Coloring, Scene, Spheres, schema};
+use kugelblitz::scene::{Coloring, Scene, Spheres, linear_of_bytes, schema};
 use numpy::PyReadonlyArray2;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -96,8 +96,7 @@ pub fn colored(py: Python<'_>, rows: &[[f64; 4]], colors: Option<Colors<'_>>) ->
             spheres.with_colors(in_rows::<_, _, 3>(&rows)?.iter().copied())
         }
         Some(Colors::Bytes(rows)) => {
-            let linear = |byte| Color::from_srgb8([byte as u8; 3]).0[0];
-            let linear: [f64; 256] = std::array::from_fn(linear);
+            let linear = linear_of_bytes();
             let row = |row: &[u8; 3]| row.map(|byte| linear[usize::from(byte)]);
             spheres.with_colors(in_rows(&rows)?.iter().map(row))
         }

@@ -90,6 +90,11 @@ pub fn linear_from_srgb(encoded: f64) -> f64 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
 }
 
+/// The linear parts of all bytes in sRGB.
+pub fn linear_of_bytes() -> [f64; 256] {
+    std::array::from_fn(|byte| linear_from_srgb(byte as f64 / 255.0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

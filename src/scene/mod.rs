@@ -29,7 +29,7 @@ use glam::DVec3;
 use crate::error::{Result, SceneError};
 
 pub use clouds::is_cloud_file;
-pub use color::{Color, hex, linear_from_srgb, srgb_from_linear};
+pub use color::{Color, hex, linear_from_srgb, linear_of_bytes, srgb_from_linear};
 pub use colormap::ColorMap;
 pub use compose::{Composed, compose_scene, place_camera, recompose_scene};
 pub(crate) use document::seen_from;

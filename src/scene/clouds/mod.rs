@@ -37,7 +37,7 @@ use super::places::quoted;
 use super::schema::{CloudKeys, Section};
 use super::spheres::{Problem, problem_of};
 use super::table::Checked;
-use super::{Cloud, Color, Coloring, MAX_OBJECTS, Scene, Sphere, hex};
+use super::{Cloud, Color, Coloring, MAX_OBJECTS, Scene, Sphere, hex, linear_of_bytes};
 use crate::error::{Error, Result, SceneError};
 use crate::memory::Available;
 use crate::plain::Shown;
@@ -374,8 +374,7 @@ impl Reading<'_> {
             }
             _ => {}
         }
-        let grey = |byte: usize| Color::from_srgb8([byte as u8; 3]).0[0];
-        let linear: [f64; 256] = std::array::from_fn(grey);
+        let linear = linear_of_bytes();
         for Color(parts) in &mut self.colors {
             *parts = parts.map(|part| linear[usize::from(part as u8)]);
         }
