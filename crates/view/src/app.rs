@@ -301,8 +301,7 @@ impl<'a> App<'a> {
             None => Device::Cpu,
         };
         let (path, scene) = (options.path.clone(), Arc::clone(&options.scene));
-        let mut state = State::new(path, scene, device.clone(), options.kernel)?;
-        state.recent = options.recent.as_deref().map(recent).unwrap_or_default();
+        let state = State::new(path, scene, device.clone(), options.kernel)?;
         let (to_window, events) = channel();
         let teller = Teller { to_window, context };
         Ok(App {
@@ -471,15 +470,14 @@ impl<'a> App<'a> {
         }
     }
 
-    /// Keeps that the scene was opened.
+    /// Looks up which files were opened before the scene, and keeps that it was.
     fn remember(&mut self) {
         let Some(list) = &self.options.recent else { return };
-        match add_recent(list, &self.state.path) {
-            Ok(recent) => self.state.recent = recent,
-            Err(error) => {
-                let message = format!("Recent files can't be kept: {error}");
-                (self.notify)(&Notice::Trouble { message: &message });
-            }
+        let path = &self.state.path;
+        self.state.recent = recent(list, path);
+        if let Err(error) = add_recent(list, path, &self.state.recent) {
+            let message = format!("Recent files can't be kept: {error}");
+            (self.notify)(&Notice::Trouble { message: &message });
         }
     }
 

@@ -78,21 +78,20 @@ fn item(ui: &mut Ui, name: &str, key: &str, is_there: bool) -> bool {
 }
 
 fn file_menu(ui: &mut Ui, state: &mut State) {
-    let others = state.other_scenes();
-    if item(ui, "the scene before", "Ctrl+O", !others.is_empty()) {
+    if item(ui, "the scene before", "Ctrl+O", !state.recent.is_empty()) {
         state.open_previous();
     }
     if item(ui, "save what is shown", "Ctrl+S", true) {
         state.commands.push(Command::Save);
     }
-    if !others.is_empty() {
+    if !state.recent.is_empty() {
         ui.separator();
         ui.weak("recent");
     }
-    for path in others {
+    for path in &state.recent {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
         if ui.button(name).on_hover_text(path.shown()).clicked() {
-            state.commands.push(Command::Open(path));
+            state.commands.push(Command::Open(path.clone()));
         }
     }
 }

@@ -138,7 +138,7 @@ pub struct State {
     pub flying: Vec<egui::Key>,
     pub has_panels: bool,
     pub has_help: bool,
-    /// The files that were opened last.
+    /// The files that were opened before this one, the newest first.
     pub recent: Vec<PathBuf>,
     /// Where the picture is.
     pub area: Area,
@@ -234,15 +234,9 @@ impl State {
         }
     }
 
-    /// The files that were opened last but this one, the newest first.
-    pub fn other_scenes(&self) -> Vec<PathBuf> {
-        let path = std::path::absolute(&self.path).ok();
-        self.recent.iter().filter(|other| Some(*other) != path.as_ref()).cloned().collect()
-    }
-
     /// Orders the scene that was opened before this one.
     pub fn open_previous(&mut self) {
-        self.commands.extend(self.other_scenes().into_iter().next().map(Command::Open));
+        self.commands.extend(self.recent.first().cloned().map(Command::Open));
     }
 
     /// The kernels that are shown, from left to right.
@@ -589,13 +583,5 @@ mod tests {
         assert_eq!(area, Area { left: 10, top: 36, width: 100, height: 80, scale: 1.0 });
         assert_eq!(area.of_pixel([0, 0]), pos2(10.5, 36.5));
         assert_eq!(Area { scale: 2.0, ..area }.of_pixel([5, 3]), pos2(7.75, 19.75));
-    }
-
-    #[test]
-    fn the_scene_that_is_shown_is_none_of_the_others() {
-        let mut state = state();
-        let paths = ["figure1.toml", "other.toml"].map(std::path::absolute);
-        state.recent = paths.into_iter().collect::<Result<_, _>>().unwrap();
-        assert_eq!(state.other_scenes(), state.recent[1..]);
     }
 }
