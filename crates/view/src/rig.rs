@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec2, DVec3};
 use kugelblitz::rays::{Lens, View};
-use kugelblitz::scene::{Camera, Projection, Scene};
+use kugelblitz::scene::{Camera, Projection, Scene, Sphere};
 
 /// How close to straight up or down orbiting comes, radians: there "up" in the picture would turn
 /// around.
@@ -18,28 +18,18 @@ const SMALLEST_HEIGHT: f64 = 1e-100;
 /// Room around what is framed.
 const FRAME_MARGIN: f64 = 1.08;
 
-/// A scene's size and place: a ball around all spheres, or around the planes' points.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BoundingSphere {
-    /// The ball's centre, world units.
-    pub center: DVec3,
-    /// The ball's radius, world units; more than 0.
-    pub radius: f64,
-}
-
-impl BoundingSphere {
-    /// Around the spheres; planes have no end, so they count only where there is nothing else.
-    pub fn new(scene: &Scene) -> BoundingSphere {
-        let balls = scene.objects().map(|(_, object)| object.extent());
-        let counts = |ball: &(DVec3, f64)| scene.spheres.is_empty() || ball.1 > 0.0;
-        let balls: Vec<(DVec3, f64)> = balls.filter(counts).collect();
-        let boxes = balls.iter().map(|&(c, r)| (c - r, c + r));
-        let both = boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
-        let (low, high) = both.unwrap_or_default();
-        let center = low / 2.0 + high / 2.0;
-        let radius = balls.iter().map(|(c, r)| c.distance(center) + r).fold(0.0, f64::max);
-        BoundingSphere { center, radius: if radius > 0.0 { radius } else { 1.0 } }
-    }
+/// The ball around all spheres of a scene, whose radius is above 0; planes have no end, so their points count only where
+/// there is nothing else.
+pub fn bounding_sphere(scene: &Scene) -> Sphere {
+    let balls = scene.objects().map(|(_, object)| object.extent());
+    let counts = |ball: &(DVec3, f64)| scene.spheres.is_empty() || ball.1 > 0.0;
+    let balls: Vec<(DVec3, f64)> = balls.filter(counts).collect();
+    let boxes = balls.iter().map(|&(c, r)| (c - r, c + r));
+    let both = boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+    let (low, high) = both.unwrap_or_default();
+    let center = low / 2.0 + high / 2.0;
+    let radius = balls.iter().map(|(c, r)| c.distance(center) + r).fold(0.0, f64::max);
+    Sphere { center, radius: if radius > 0.0 { radius } else { 1.0 } }
 }
 
 /// The sides that a scene is looked at from along an axis, in the order of the keys 1 to 6: the name, and the
@@ -148,7 +138,7 @@ impl Rig {
     }
 
     /// Looks at all of `extent` from where it looks now; `aspect` is width over height.
-    pub fn frame(&mut self, extent: BoundingSphere, aspect: f64) {
+    pub fn frame(&mut self, extent: Sphere, aspect: f64) {
         let View { forward, h, .. } = self.view();
         let radius = FRAME_MARGIN * extent.radius;
         let distance = match &mut self.camera.projection {
@@ -165,7 +155,7 @@ impl Rig {
     }
 
     /// Looks at all of `extent` from the side of a unit vector.
-    pub fn look_from(&mut self, to_eye: DVec3, extent: BoundingSphere, aspect: f64) {
+    pub fn look_from(&mut self, to_eye: DVec3, extent: Sphere, aspect: f64) {
         let forward = -to_eye;
         let is_steep = forward.dot(self.vertical).abs() > STEEPEST.sin();
         // Seen from above, what lay farther away is up in the picture.
@@ -188,7 +178,7 @@ impl Rig {
 mod tests {
     use std::path::Path;
 
-    use kugelblitz::scene::{Color, Plane, Sphere, parse_scene};
+    use kugelblitz::scene::{Color, Plane, parse_scene};
 
     use super::*;
 
@@ -304,7 +294,7 @@ mod tests {
     #[test]
     fn an_orthographic_camera_frames() {
         let mut rig = orthographic_rig();
-        let extent = BoundingSphere { center: DVec3::new(1.0, 2.0, 3.0), radius: 4.0 };
+        let extent = Sphere { center: DVec3::new(1.0, 2.0, 3.0), radius: 4.0 };
         for aspect in [1.5, 0.5] {
             rig.frame(extent, aspect);
             let View { position, forward, h, .. } = rig.view();
@@ -330,7 +320,7 @@ mod tests {
     #[test]
     fn everything_is_in_the_frame_and_fills_it() {
         let spheres = vec![sphere(DVec3::new(-3.0, 0.0, 2.0), 1.0), sphere(DVec3::X * 5.0, 2.0)];
-        let extent = BoundingSphere::new(&scene(spheres.clone(), Vec::new()));
+        let extent = bounding_sphere(&scene(spheres.clone(), Vec::new()));
         for aspect in [SIZE.x / SIZE.y, 0.5] {
             let size = DVec2::new(SIZE.y * aspect, SIZE.y);
             let mut rig = rig();
@@ -354,7 +344,7 @@ mod tests {
 
     #[test]
     fn axes_look_along_themselves() {
-        let extent = BoundingSphere { center: DVec3::new(1.0, 2.0, 3.0), radius: 4.0 };
+        let extent = Sphere { center: DVec3::new(1.0, 2.0, 3.0), radius: 4.0 };
         for (name, to_eye) in SIDES {
             let mut rig = rig();
             rig.look_from(to_eye, extent, 1.5);
@@ -373,11 +363,11 @@ mod tests {
         let plane = |point| Plane { name: None, point, normal: DVec3::Y, color: Color::BLACK };
         let ball = sphere(DVec3::X, 2.0);
         let far = vec![plane(DVec3::ZERO), plane(DVec3::Z * 8.0)];
-        let extent = BoundingSphere::new(&scene(vec![ball], far.clone()));
+        let extent = bounding_sphere(&scene(vec![ball], far.clone()));
         assert_eq!((extent.center, extent.radius), (DVec3::X, 2.0));
-        let extent = BoundingSphere::new(&scene(Vec::new(), far));
+        let extent = bounding_sphere(&scene(Vec::new(), far));
         assert_eq!((extent.center, extent.radius), (DVec3::Z * 4.0, 4.0));
-        assert_eq!(BoundingSphere::new(&scene(Vec::new(), Vec::new())).radius, 1.0);
+        assert_eq!(bounding_sphere(&scene(Vec::new(), Vec::new())).radius, 1.0);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3, Vec2};
 use kugelblitz::Result;
 use kugelblitz::device::Device;
 use kugelblitz::rays::Pixels;
-use kugelblitz::scene::{Samples, Scene};
+use kugelblitz::scene::{Samples, Scene, Sphere};
 use kugelblitz::trace::Kernel;
 use kugelblitz_judge::explain::six_digits;
 use kugelblitz_judge::show::{Entry, Show, Tally};
@@ -20,7 +20,7 @@ use kugelblitz_judge::show::{Entry, Show, Tally};
 use super::ask::{Answer, Question, Why};
 use super::picture::{DrawnFrame, Order};
 use super::present::Presented;
-use super::rig::{BoundingSphere, Rig};
+use super::rig::{Rig, bounding_sphere};
 
 /// A movement of the camera ends where it rests this long, seconds.
 pub const PAUSE: f32 = 0.6;
@@ -116,7 +116,7 @@ pub struct State {
     pub scene: Arc<Scene>,
     /// The scene without its light; the same one where it has none.
     unlit: Arc<Scene>,
-    pub extent: BoundingSphere,
+    pub extent: Sphere,
     /// What the user wants and nobody has carried out yet.
     pub commands: Vec<Command>,
     pub rig: Rig,
@@ -171,7 +171,7 @@ impl State {
         let rig = Rig::new(scene.require_camera(&path)?);
         Ok(State {
             path,
-            extent: BoundingSphere::new(&scene),
+            extent: bounding_sphere(&scene),
             history: history(&rig),
             is_moving: false,
             commands: Vec::new(),
@@ -212,7 +212,7 @@ impl State {
         if self.scene.samples != before.samples {
             self.n_samples = self.scene.samples.unwrap_or_default();
         }
-        self.extent = BoundingSphere::new(&self.scene);
+        self.extent = bounding_sphere(&self.scene);
         self.unlit = without_light(&self.scene);
         self.scene_error = None;
         self.hover = None;
