@@ -61,6 +61,9 @@ impl Notation {
         let translated = |c: char| match c {
             '·' => r" \cdot ".into(),
             '×' => r" \times ".into(),
+            '±' => r"\pm".into(),
+            '−' => "-".into(),
+            '²' => "^2".into(),
             'ω' => r"\vec{\omega}".into(),
             '₁' => "_1".into(),
             '₂' => "_2".into(),

@@ -327,32 +327,29 @@ impl Writer<'_> {
             }
             _ => {}
         }
-        let latex = self.is_latex();
+        let [times, minus, square] = ["·", "−", "²"].map(|sign| self.notation.formula(sign));
         let (op, [x, y]) = parts(value, self.numbers.is_none());
         let (x, y) = (&*x, &*y);
         match op {
             Op::Given => self.number(&value[0].value()),
             Op::Neg => match self.standing(x) {
                 Some(root) => self.number(&root.negated()),
-                None => (self.minus().to_owned() + &self.within(x, Product), Sum),
+                None => (minus + &self.within(x, Product), Sum),
             },
             Op::Sqrt => (self.root(x), Whole),
             Op::Add | Op::Sub => (self.sum(x, y, op == Op::Sub), Sum),
-            Op::Dot => (self.within(x, Factor) + self.times() + &self.within(y, Factor), Factor),
-            Op::Mul if x == y => {
-                let square = if latex { "^2" } else { "²" };
-                (self.within(x, Whole) + square, Factor)
-            }
+            Op::Dot => (self.within(x, Factor) + &times + &self.within(y, Factor), Factor),
+            Op::Mul if x == y => (self.within(x, Whole) + &square, Factor),
             Op::Mul => {
                 let (left, right) = (self.within(x, Product), self.within(y, Factor));
                 let times = match self.numbers {
-                    None if latex && right.len() > 1 => r"\,",
-                    None if latex => "",
-                    _ => self.times(),
+                    None if self.is_latex() && right.len() > 1 => r"\,",
+                    None if self.is_latex() => "",
+                    _ => &times,
                 };
                 (left + times + &right, Product)
             }
-            Op::Div if latex => {
+            Op::Div if self.is_latex() => {
                 (format!(r"\frac{{{}}}{{{}}}", self.written(x), self.written(y)), Product)
             }
             Op::Div => {
@@ -360,14 +357,6 @@ impl Writer<'_> {
                 (self.within(x, rank) + " / " + &self.within(y, Whole), Product)
             }
         }
-    }
-
-    fn times(&self) -> &'static str {
-        if self.is_latex() { r" \cdot " } else { "·" }
-    }
-
-    fn minus(&self) -> &'static str {
-        if self.is_latex() { "-" } else { "−" }
     }
 
     /// A square root; in letters that of a square is a length.
@@ -382,19 +371,17 @@ impl Writer<'_> {
     /// A sum or a difference. The one with a root is that of the quadratic formula, and stands for both.
     fn sum(&self, x: &[Step], y: &[Step], is_difference: bool) -> String {
         let left = self.within(x, Sum);
-        if let Some(root) = self.standing(y) {
-            let is_negative = root.signum() < 0;
-            let sign = if is_negative != is_difference { self.minus() } else { "+" };
-            let magnitude = if is_negative { root.negated() } else { root };
-            return format!("{left} {sign} {}", self.number(&magnitude).0);
-        }
-        let sign = match (is_difference, parts(y, false).0, self.is_latex()) {
-            (false, ..) => "+",
-            (true, Op::Sqrt, true) => r"\pm",
-            (true, Op::Sqrt, false) => "±",
-            (true, ..) => self.minus(),
+        let (sign, right) = match self.standing(y) {
+            Some(root) => {
+                let is_negative = root.signum() < 0;
+                let magnitude = if is_negative { root.negated() } else { root };
+                let sign = if is_negative != is_difference { "−" } else { "+" };
+                (sign, self.number(&magnitude).0)
+            }
+            None if !is_difference => ("+", self.within(y, Sum)),
+            None if parts(y, false).0 == Op::Sqrt => ("±", self.within(y, Product)),
+            None => ("−", self.within(y, Product)),
         };
-        let rank = if is_difference { Product } else { Sum };
-        format!("{left} {sign} {}", self.within(y, rank))
+        format!("{left} {} {right}", self.notation.formula(sign))
     }
 }
