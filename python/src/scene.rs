@@ -477,10 +477,8 @@ impl Scene {
         let (shown, colors) = self.run(py, on, (progress, n_steps), |session, control| {
             show::keep(session, show, &pixels, control)
         })?;
-        let entry = |(i, entry): (usize, &Entry)| {
-            (scene::hex(entry.color), entry.meaning.clone(), shown.tally.count(i))
-        };
-        let legend = shown.legend.iter().enumerate().map(entry).collect();
+        let entry = |entry: Entry| (scene::hex(entry.color), entry.meaning, entry.pixels);
+        let legend = shown.legend.into_iter().map(entry).collect();
         tinted(py, [pixels.width, pixels.height], &colors, legend)
     }
 

@@ -14,10 +14,10 @@ use kugelblitz::shade::Rendered;
 use kugelblitz::trace::StageCounts;
 use kugelblitz::words::{duration, joined};
 use kugelblitz::{Error, Making, Result, Session};
+use kugelblitz_judge::show::Entry;
 use serde::{Serialize, Serializer};
 
 use crate::output::{json, ms, objects, print, print_text};
-use crate::show::LegendEntry;
 use crate::{CommandLine, Run};
 
 /// The version of `docs/json.md`; a report has its own.
@@ -318,7 +318,7 @@ pub struct Traced {
     pub show: Option<&'static str>,
     /// What the colours mean.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub legend: Option<Vec<LegendEntry>>,
+    pub legend: Option<Vec<Entry>>,
     pub bytes_device: u64,
     /// Times of the `--repeat` runs, in order.
     #[serde(skip_serializing_if = "Option::is_none")]

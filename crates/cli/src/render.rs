@@ -16,7 +16,7 @@ use kugelblitz::scene::{Samples, Scene, SceneOverrides};
 use kugelblitz::trace::{Kernel, Rays};
 use kugelblitz::{Error, Result, Session};
 use kugelblitz_judge::figure::legend_svg;
-use kugelblitz_judge::show::{self, Show};
+use kugelblitz_judge::show::{self, Entry, Show};
 
 use crate::args::RenderArgs;
 use crate::device;
@@ -24,7 +24,7 @@ use crate::head::{Done, Drawn, Times, Traced, Work, stages, traced_in_words};
 use crate::output::{check_ending, refuse_overwriting, written};
 use crate::picture::read_composed;
 use crate::progress::Progress;
-use crate::show::{LegendEntry, check, legend};
+use crate::show::check;
 use crate::{Run, film, wrong_usage};
 
 /// Renders one picture or several, or only prints the scene.
@@ -95,11 +95,11 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         work: Work::new(&session, Some(([pixels.width, pixels.height], begun.n_samples))),
         drawn,
         show: shown.as_ref().map(|_| args.show.name()),
-        legend: shown.as_ref().map(legend),
+        legend: shown.map(|shown| shown.legend),
         bytes_device: session.bytes_device(),
         ms_runs,
     };
-    let lines: Vec<String> = summary.legend.iter().flatten().map(LegendEntry::in_words).collect();
+    let lines: Vec<String> = summary.legend.iter().flatten().map(Entry::to_string).collect();
     let line = format!("{}, {}", size(&pixels), traced_in_words(&session, run));
     let times = format!("note: {}", summary.drawn.ms.in_words());
     let mut done = Done::with_file(summary, begun.beside, file, &line);

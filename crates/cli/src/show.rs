@@ -3,16 +3,10 @@
 use clap::builder::PossibleValue;
 use kugelblitz::Result;
 use kugelblitz::picture::{Format, PictureOptions};
-use kugelblitz::scene::hex;
-use kugelblitz::words::{count, joined};
-use kugelblitz_judge::show::{Entry, Show, ShownPicture};
-use serde::Serialize;
+use kugelblitz_judge::show::Show;
 
 use crate::args::RenderArgs;
 use crate::wrong_usage;
-
-/// Most pixels of a meaning that are told one by one.
-const MOST_TOLD: usize = 4;
 
 /// The name on the command line.
 pub fn name_of_show(show: Show) -> PossibleValue {
@@ -39,45 +33,5 @@ pub fn check(args: &RenderArgs, format: Format, options: PictureOptions) -> Resu
             "--show {show} looks along the ray through each pixel's centre, without light; leave \
              {option} out"
         )),
-    }
-}
-
-/// An entry of the legend.
-#[derive(Serialize)]
-pub struct LegendEntry {
-    color: String,
-    meaning: String,
-    /// How many pixels have this meaning, where they are counted.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pixels: Option<u64>,
-    /// Column and row of each, where they are few.
-    #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    at: Vec<[u32; 2]>,
-}
-
-/// The legend.
-pub fn legend(shown: &ShownPicture) -> Vec<LegendEntry> {
-    let entry = |(i, entry): (usize, &Entry)| LegendEntry {
-        color: hex(entry.color),
-        meaning: entry.meaning.clone(),
-        pixels: shown.tally.count(i),
-        at: shown.tally.few(i).to_vec(),
-    };
-    shown.legend.iter().enumerate().map(entry).collect()
-}
-
-impl LegendEntry {
-    /// The entry as a line for people.
-    pub fn in_words(&self) -> String {
-        let LegendEntry { color, meaning, pixels, at } = self;
-        let mut line = format!("  {color}  {meaning}");
-        if let Some(n) = pixels {
-            line += &format!(": {}", count(*n as usize, "pixel"));
-        }
-        if (1..=MOST_TOLD).contains(&at.len()) {
-            let places = joined(at.iter().map(|[x, y]| format!("{x},{y}")), " and ");
-            line += &format!(", at {places}");
-        }
-        line
     }
 }

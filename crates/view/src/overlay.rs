@@ -53,10 +53,10 @@ pub fn mark(painter: &Painter, at: Pos2) {
 /// Rings around pixels of a meaning that so few have that nobody would find them.
 pub fn few(ui: &Ui, rect: Rect, state: &State) {
     let painter = ui.painter_at(rect);
-    for (place, tally) in state.tallies().iter().enumerate() {
-        for (i, entry) in state.legend().iter().enumerate() {
+    for (place, legend) in state.legends().iter().enumerate() {
+        for entry in legend {
             let [r, g, b] = entry.color;
-            for &at in tally.few(i).iter().filter(|[x, _]| state.place_at(*x) == place) {
+            for &at in entry.at.iter().filter(|[x, _]| state.place_at(*x) == place) {
                 let at = state.area.of_pixel(at);
                 ring(&painter, at, RING - 2.0, Color32::from_rgb(r, g, b));
             }

@@ -6,7 +6,7 @@ use egui::{
     Ui, vec2,
 };
 use kugelblitz_judge::explain::six_digits;
-use kugelblitz_judge::show::Show;
+use kugelblitz_judge::show::{Entry, Show};
 
 use super::bar::bar;
 use super::controls;
@@ -204,7 +204,8 @@ fn swatch(ui: &mut Ui, color: Color32) {
 
 /// `2 pixels`, or of two kernels `0 | 2 pixels`; `None` where they aren't counted.
 fn counts_text(state: &State, entry: usize) -> Option<String> {
-    let counts = state.tallies().iter().map(|tally| tally.count(entry).map(|n| n.to_string()));
+    let counted = |legend: &Vec<Entry>| Some(legend.get(entry)?.pixels?.to_string());
+    let counts = state.legends().iter().map(counted);
     let counts = counts.collect::<Option<Vec<String>>>().filter(|counts| !counts.is_empty())?;
     let pixels = if counts == ["1"] { "pixel" } else { "pixels" };
     Some(format!("{} {pixels}", counts.join(" | ")))

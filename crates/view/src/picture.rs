@@ -11,7 +11,7 @@ use kugelblitz::rays::Pixels;
 use kugelblitz::render::sampled_band_rows;
 use kugelblitz::scene::{Samples, Scene};
 use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants};
-use kugelblitz_judge::show::{self, Show, ShownPicture, Tally};
+use kugelblitz_judge::show::{self, Entry, Show, ShownPicture};
 
 use super::present::WindowImage;
 use super::worker::{Turn, Worker};
@@ -86,8 +86,8 @@ pub struct DrawnFrame {
     pub share: f32,
     /// The smallest and the largest `t` of all kernels' pictures, for the depth.
     pub range: Option<[f32; 2]>,
-    /// The pixels of each meaning, of each kernel, once all are drawn.
-    pub tallies: Vec<Tally>,
+    /// The legends with the pixels of each meaning, of each kernel, once all are drawn.
+    pub legends: Vec<Vec<Entry>>,
 }
 
 /// Starts the thread.
@@ -159,8 +159,8 @@ impl Artist {
             let colors = hits.id.iter().map(|&id| palette[id as usize]);
             images.push(WindowImage::new([pixels.width, pixels.height], colors));
         }
-        let (share, tallies) = (if order.takes_long() { 0.0 } else { 1.0 }, Vec::new());
-        Ok(DrawnFrame { order, images, time, counts, share, range: None, tallies })
+        let (share, legends) = (if order.takes_long() { 0.0 } else { 1.0 }, Vec::new());
+        Ok(DrawnFrame { order, images, time, counts, share, range: None, legends })
     }
 
     /// What takes long: in bands from the top, and colours first with one sample a pixel where there are none yet.
@@ -216,7 +216,7 @@ impl Artist {
             }
         }
         frame.share = 1.0;
-        frame.tallies = shown.into_iter().map(|shown| shown.tally).collect();
+        frame.legends = shown.into_iter().map(|shown| shown.legend).collect();
         say(frame.clone());
         Ok(())
     }
@@ -279,7 +279,7 @@ mod tests {
                 );
                 assert!(**image == expected.unwrap()[..], "{show} {} {n}", kernel.name());
             }
-            let is_counted = frame.tallies.iter().any(|tally| tally.count(0).is_some());
+            let is_counted = frame.legends.iter().flatten().any(|entry| entry.pixels.is_some());
             assert_eq!(is_counted, show == Show::Error);
         }
     }

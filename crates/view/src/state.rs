@@ -15,7 +15,7 @@ use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Samples, Scene, Sphere};
 use kugelblitz::trace::Kernel;
 use kugelblitz_judge::explain::six_digits;
-use kugelblitz_judge::show::{Entry, Show, Tally};
+use kugelblitz_judge::show::{Entry, Show};
 
 use super::ask::{Answer, Question, Why};
 use super::picture::{DrawnFrame, Order};
@@ -305,9 +305,9 @@ impl State {
         Entry::all(self.show, self.shown().and_then(|frame| frame.range))
     }
 
-    /// How many pixels each meaning has, of each kernel; nothing until all are drawn.
-    pub fn tallies(&self) -> &[Tally] {
-        self.shown().map_or(&[], |frame| &frame.tallies)
+    /// The legends with the pixels of each meaning, of each kernel; nothing until all are drawn.
+    pub fn legends(&self) -> &[Vec<Entry>] {
+        self.shown().map_or(&[], |frame| &frame.legends)
     }
 
     /// The newest picture where it is the one that was ordered last.

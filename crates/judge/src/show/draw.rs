@@ -13,17 +13,15 @@ use kugelblitz::shade::{Colors, Encoding, Framebuffer, Pixel, Rendered, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::{Result, Session};
 
-use super::{Entry, Rgb, Show, Tally, tints};
+use super::{Entry, Rgb, Show, tints};
 
 /// What a mode shows of a picture, as far as it is painted: band by band, by [`ShownPicture::paint`].
 #[derive(Clone, Debug)]
 pub struct ShownPicture {
     /// Rays, hits and times.
     pub rendered: Rendered,
-    /// What the colours mean.
+    /// What the colours mean, and the pixels of each meaning.
     pub legend: Vec<Entry>,
-    /// The pixels of each meaning.
-    pub tally: Tally,
     show: Show,
     range: Option<[f32; 2]>,
     /// The last band, whose colours [`draw`] has.
@@ -33,9 +31,8 @@ pub struct ShownPicture {
 impl ShownPicture {
     /// Nothing yet of a picture whose `t` have this range.
     pub fn new(show: Show, range: Option<[f32; 2]>) -> ShownPicture {
-        let (rendered, tally) = Default::default();
-        let rows = Framebuffer::new(Encoding::Srgb8);
-        ShownPicture { rendered, legend: Entry::all(show, range), tally, show, range, rows }
+        let (rendered, legend) = (Rendered::default(), Entry::all(show, range));
+        ShownPicture { rendered, legend, show, range, rows: Framebuffer::new(Encoding::Srgb8) }
     }
 
     /// The colours of a band; those of [`Show::Color`] are the objects' own, without light.
@@ -49,7 +46,7 @@ impl ShownPicture {
         control: &Control,
     ) -> Result<Vec<Rgb>> {
         control.check()?;
-        let ShownPicture { rendered, tally, rows: Framebuffer { hits, .. }, .. } = self;
+        let ShownPicture { rendered, legend, rows: Framebuffer { hits, .. }, .. } = self;
         let timing = session.trace(&Rays::Pixels(*band), self.show.wants(), control, hits)?;
         rendered.timing.add(timing);
         rendered.counts.add(hits.counts);
@@ -59,7 +56,7 @@ impl ShownPicture {
             Some(prepared) => tints(self.show, prepared, band, hits, self.range, control)?,
             None => Vec::new(),
         };
-        tally.add(band, &tints);
+        Entry::count(legend, band, &tints);
         let colors = tints.into_iter().map(|tint| tint.color).collect();
         rendered.shade += start.elapsed();
         Ok(colors)
@@ -265,7 +262,7 @@ mod tests {
             let (colors, shown) = drawn(&mut session, show, &whole, 60);
             let (in_bands, again) = drawn(&mut session, show, &whole, 7);
             assert!(colors == in_bands, "{show}");
-            assert_eq!((&shown.legend, &shown.tally), (&again.legend, &again.tally), "{show}");
+            assert_eq!(shown.legend, again.legend, "{show}");
             let (of_part, _) = drawn(&mut session, show, &part, 9);
             let at = |i: usize| colors[(11 + i / 40) * 96 + 20 + i % 40];
             assert!((0..of_part.len()).all(|i| of_part[i] == at(i)), "{show}");

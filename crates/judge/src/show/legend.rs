@@ -1,23 +1,50 @@
 //! What the colours mean, and how many pixels have each meaning.
 
+use std::fmt;
+
 use kugelblitz::rays::Pixels;
+use kugelblitz::scene::hex;
+use kugelblitz::words::{count, joined};
+use serde::{Serialize, Serializer};
 
 use super::{Rgb, Show, Tint, tint};
 
-/// A colour with its meaning.
-#[derive(Clone, Debug, PartialEq)]
+/// A colour with its meaning, and the pixels that have it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Entry {
     /// sRGB.
+    #[serde(serialize_with = "as_hex")]
     pub color: Rgb,
     /// In words.
     pub meaning: String,
+    /// How many pixels have this meaning; `None` where they aren't counted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pixels: Option<u64>,
+    /// Picture column and row of each, from the top, where they are so few that nobody would find them.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    pub at: Vec<[u32; 2]>,
 }
 
+fn as_hex<S: Serializer>(color: &Rgb, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&hex(*color))
+}
+
+/// Most pixels of an entry that have their places kept.
+const MOST_PLACES: usize = 64;
+
+/// Most pixels of a meaning that are told one by one.
+const MOST_TOLD: usize = 4;
+
 impl Entry {
-    /// The legend of `show`; empty where the names of the objects say it. `range` is that of `t`, where it
-    /// is known.
+    /// The legend of `show`, without pixels yet; empty where the names of the objects say it. `range` is that of `t`, where
+    /// it is known.
     pub fn all(show: Show, range: Option<[f32; 2]>) -> Vec<Entry> {
-        let entry = |&(color, meaning): &tint::Swatch| Entry { color, meaning: meaning.into() };
+        // Colours of these lie between those of the legend.
+        let pixels = (!matches!(show, Show::Depth | Show::Normal)).then_some(0);
+        let entry = |&(color, meaning): &tint::Swatch| {
+            let (meaning, at) = (meaning.into(), Vec::new());
+            Entry { color, meaning, pixels, at }
+        };
         let mut entries: Vec<Entry> = tint::swatches(show).iter().map(entry).collect();
         if let (Show::Depth, Some(range)) = (show, range) {
             for (end, t) in entries.iter_mut().zip(range) {
@@ -26,47 +53,35 @@ impl Entry {
         }
         entries
     }
-}
 
-/// The pixels of each entry of a legend.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Tally {
-    /// How many there are of each, and picture column and row of each pixel, from the top; without those after
-    /// [`MOST_PLACES`].
-    entries: Vec<(u64, Vec<[u32; 2]>)>,
-}
-
-/// Places that are kept of an entry.
-const MOST_PLACES: usize = 64;
-
-impl Tally {
-    /// Counts the pixels of a band, from left to right and from the top.
-    pub fn add(&mut self, pixels: &Pixels, tints: &[Tint]) {
+    /// Counts the pixels of a band, from left to right and from the top, in a legend.
+    pub(super) fn count(legend: &mut [Entry], pixels: &Pixels, tints: &[Tint]) {
         for (index, tint) in tints.iter().enumerate() {
-            let Some(entry) = tint.entry.map(usize::from) else { continue };
-            if entry >= self.entries.len() {
-                self.entries.resize_with(entry + 1, Default::default);
-            }
-            let (count, places) = &mut self.entries[entry];
-            *count += 1;
-            if places.len() < MOST_PLACES {
-                places.push(pixels.xy(index).into());
+            let Some(entry) = tint.entry else { continue };
+            let Entry { pixels: n, at, .. } = &mut legend[usize::from(entry)];
+            let n = n.get_or_insert_default();
+            *n += 1;
+            if *n <= MOST_PLACES as u64 {
+                at.push(pixels.xy(index).into());
+            } else {
+                at.clear();
             }
         }
     }
+}
 
-    /// How many pixels an entry has; `None` where pixels aren't counted.
-    pub fn count(&self, entry: usize) -> Option<u64> {
-        let count = || self.entries.get(entry).map_or(0, |(count, _)| *count);
-        (!self.entries.is_empty()).then(count)
-    }
-
-    /// All pixels of an entry that has so few that nobody would find them.
-    pub fn few(&self, entry: usize) -> &[[u32; 2]] {
-        match self.entries.get(entry) {
-            Some((count, places)) if *count == places.len() as u64 => places,
-            _ => &[],
+impl fmt::Display for Entry {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Entry { color, meaning, pixels, at } = self;
+        write!(f, "  {}  {meaning}", hex(*color))?;
+        if let Some(n) = pixels {
+            write!(f, ": {}", count(*n as usize, "pixel"))?;
         }
+        if !(1..=MOST_TOLD).contains(&at.len()) {
+            return Ok(());
+        }
+        let places = joined(at.iter().map(|[x, y]| format!("{x},{y}")), " and ");
+        write!(f, ", at {places}")
     }
 }
 
@@ -86,13 +101,13 @@ mod tests {
         let mut tints = vec![tint(Some(0)); 40 * 10];
         tints[43] = tint(Some(2));
         tints[9] = tint(None);
-        let mut tally = Tally::default();
-        tally.add(&whole.rows(0, 10), &tints);
-        tally.add(&whole.rows(10, 10), &tints);
-        assert_eq!([0, 1, 2].map(|entry| tally.count(entry)), [796, 0, 2].map(Some));
-        assert_eq!(tally.few(2), [[3, 1], [3, 11]]);
-        assert_eq!((tally.few(0).len(), tally.few(1).len(), tally.few(9).len()), (0, 0, 0));
-        assert_eq!((tally.count(1), tally.count(7)), (Some(0), Some(0)));
-        assert_eq!(Tally::default().count(0), None);
+        let mut legend = Entry::all(Show::Stage, None);
+        Entry::count(&mut legend, &whole.rows(0, 10), &tints);
+        Entry::count(&mut legend, &whole.rows(10, 10), &tints);
+        let counted = |show| Entry::all(show, None).into_iter().map(|entry| entry.pixels);
+        assert!(legend.iter().map(|entry| entry.pixels).eq([796, 0, 2].map(Some)));
+        assert_eq!(legend[2].at, [[3, 1], [3, 11]]);
+        assert_eq!((legend[0].at.len(), legend[1].at.len()), (0, 0));
+        assert!(counted(Show::Stage).eq([Some(0); 3]) && counted(Show::Depth).eq([None; 2]));
     }
 }

@@ -9,7 +9,7 @@ mod tint;
 use std::fmt;
 
 pub use draw::{ShownPicture, draw, keep, n_steps, range_of_t, side_by_side};
-pub use legend::{Entry, Tally};
+pub use legend::Entry;
 pub use tint::{Rgb, Tint, palette, tints};
 
 use kugelblitz::Result;
