@@ -75,11 +75,6 @@ impl ExactHit<'_> {
         self.root.to_f64().max(f64::from_bits(1))
     }
 
-    /// `t` in decimal, see [`Root::to_decimal`].
-    pub fn t_decimal(&self, digits: usize) -> String {
-        self.root.to_decimal(digits)
-    }
-
     /// The unit normal that faces the ray, each component exactly and so without any bound to
     /// prove. `None` where it can't be: a number that is not
     /// finite, a radius or normal of 0.

@@ -65,7 +65,7 @@ fn decimals() {
     let ray = list(dvec3(-2.0, 0.0, 0.0), dvec3(1.0, 1.0, 0.0));
     let sphere = sphere(dvec3(0.0, 2.0, 0.0), 2.0);
     let hit = nearest(&ray, [(1, Object::Sphere(&sphere))]).unwrap();
-    assert_eq!(hit.t_decimal(20), "0.5857864376269049512");
+    assert_eq!(hit.root.to_decimal(20), "0.5857864376269049512");
     let numbers = sphere_numbers(&ray, &sphere).unwrap();
     assert_eq!(numbers.discriminant.to_decimal(20), "32", "D = 4·(4² − 2·4)");
 }

@@ -363,7 +363,7 @@ fn winner(numbers: &RayNumbers) -> Option<Winner> {
     Some(Winner {
         id: hit.id,
         label: numbers.label(hit.id),
-        t: hit.t_decimal(numbers::DIGITS),
+        t: hit.root.to_decimal(numbers::DIGITS),
         t_f32: hit.t_f32(),
         normal: normal.map(|component| component.to_decimal(numbers::DIGITS)),
         side: match hit.side {

@@ -275,26 +275,27 @@ impl<'a> RayNumbers<'a> {
     /// `f(p)` of the object that a kernel sees, in its arithmetic: that of `lecture`, `stable` or `double`,
     /// in this order.
     pub fn residual(&self, kernel: usize, seen: &PlainPoint) -> Option<f64> {
-        let (p, way) = (V3(seen.at.map(|x| x as f32)), self.direction * seen.t);
-        let (ray, way_of_stable) = (&self.stable, self.stable.ray.direction * seen.t as f32);
-        let of_kernels = match self.scene.object(seen.id)? {
+        let object = self.scene.object(seen.id)?;
+        let (at, _) = object.extent();
+        let lecture = V3(seen.at.map(|x| x as f32)) - V3::lit(at);
+        let double = V3::<f64>::lit((self.origin - at) + self.direction * seen.t);
+        let (ray, way) = (&self.stable, self.stable.ray.direction * seen.t as f32);
+        let of_kernels = match object {
             Object::Sphere(sphere) => {
                 let stable = SphereStable::new(sphere, self.reference_of_stable);
-                let way = V3::lit((self.origin - sphere.center) + way);
                 [
-                    off_sphere(p - V3::lit(sphere.center), sphere.radius as f32).into(),
-                    off_sphere(way_of_stable - stable.offset(ray), stable.radius).into(),
-                    off_sphere(way, sphere.radius),
+                    off_sphere(lecture, sphere.radius as f32).into(),
+                    off_sphere(way - stable.offset(ray), stable.radius).into(),
+                    off_sphere(double, sphere.radius),
                 ]
             }
             Object::Plane(plane) => {
                 let stable = PlaneStable::new(plane, self.reference_of_stable);
-                let along = way_of_stable.dot(V3(stable.normal)) - stable.n_offset(ray);
-                let way = V3::<f64>::lit((self.origin - plane.point) + way);
+                let along = way.dot(V3(stable.normal)) - stable.n_offset(ray);
                 [
-                    (p - V3::lit(plane.point)).dot(V3::lit(plane.normal)).into(),
+                    lecture.dot(V3::lit(plane.normal)).into(),
                     scaled(along, exponent_of(plane.normal)),
-                    way.dot(V3::lit(plane.normal)),
+                    double.dot(V3::lit(plane.normal)),
                 ]
             }
         };

@@ -60,29 +60,27 @@ fn section(section: &TextSection, note: &str, words: &Words) -> String {
 }
 
 /// A row of the table, right-aligned; columns that are blank at the end leave no blanks behind.
-fn line(symbol: &str, [lecture, stable, double, exact]: [String; 4]) -> String {
+fn line(symbol: &str, [lecture, stable, double]: [String; 3], exact: &str) -> String {
     let row = format!("  {symbol:<7} {lecture:>16} {stable:>16} {double:>25} {exact:>28}");
     format!("{}\n", row.trim_end())
 }
 
 fn table(quantities: &[FormulaNumber], words: &Words) -> String {
-    let [lecture, stable, double] = COLUMNS;
-    let mut text = line("", [lecture, stable, double, words.exact].map(str::to_owned));
+    let mut text = line("", COLUMNS.map(str::to_owned), words.exact);
     for row in quantities {
         let columns = row.columns();
-        let value = |entry: Option<Approximation>, decimal: fn(f64) -> String| match entry {
+        let value = |column: usize| match columns[column].map(|entry| entry.value) {
             None => String::new(),
-            Some(Approximation { value, .. }) => value.map_or(words.none.into(), decimal),
+            Some(None) => words.none.into(),
+            Some(Some(x)) if column < 2 => decimal_f32(x),
+            Some(Some(x)) => decimal_f64(x),
         };
-        let [lecture, stable] = [columns[0], columns[1]].map(|entry| value(entry, decimal_f32));
-        let double = value(columns[2], decimal_f64);
-        let exact = row.exact.as_ref().map_or(words.none.into(), |exact| exact.decimal.clone());
-        text += &line(words.symbol(row.symbol), [lecture, stable, double, exact]);
+        let exact = row.exact.as_ref().map_or(words.none, |exact| &exact.decimal);
+        text += &line(words.symbol(row.symbol), [0, 1, 2].map(value), exact);
         let error = |entry: Approximation| error(&entry, row.exact.is_some(), words);
         let errors = columns.map(|entry| entry.map_or(String::new(), error));
         if errors.iter().any(|error| !error.is_empty() && error != words.exact) {
-            let [lecture, stable, double] = errors;
-            text += &line("", [lecture, stable, double, String::new()]);
+            text += &line("", errors, "");
         }
     }
     text
@@ -138,12 +136,9 @@ fn seen(explanation: &Explanation, words: &Words) -> String {
 
 fn of_seen(seen: &KernelResult, words: &Words) -> String {
     let label = shortened(&seen.label, 25);
-    let mut shown = [String::new(), String::new()];
-    if seen.id != 0 {
-        let normal = seen.normal.map(|component| format!("{component:.4}"));
-        shown = [decimal_f32(seen.t.into()), normal.join(" ")];
-    }
-    let [t, normal] = shown;
+    let normal = || seen.normal.map(|component| format!("{component:.4}")).join(" ");
+    let shown = (seen.id != 0).then(|| (decimal_f32(seen.t.into()), normal()));
+    let (t, normal) = shown.unwrap_or_default();
     let error = match (seen.right, seen.t_error_ulp) {
         (false, _) => words.wrong.into(),
         (true, Some(error)) if error.is_infinite() => "∞".into(),

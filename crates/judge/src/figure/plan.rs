@@ -7,6 +7,7 @@ use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::exact::Root;
 use kugelblitz::kernel::lecture::{plane_quotient, quadratic, quadratic_roots};
+use kugelblitz::num::{Real as _, V3};
 use kugelblitz::rays::{View, WorldRay};
 use kugelblitz::scene::{Framing, Object, Plane, Projection, Sphere};
 
@@ -14,8 +15,9 @@ use super::axes;
 use super::drawing::{Drawing, HIDDEN, VISIBLE, pieces};
 use super::sphere::outline;
 use super::words::round_step;
+use crate::explain::DEFAULT_DIGITS;
 use crate::explain::numbers::Short;
-use crate::explain::{DEFAULT_DIGITS, step};
+use crate::explain::step::{self, Step};
 
 /// Rays between the edges of the picture: an even number, so that none is on the axis.
 const N_RAYS: u64 = 6;
@@ -153,12 +155,10 @@ fn told(number: &Root) -> String {
 /// The number that decides whether the line of a ray meets an object, `D` or `d·n`, and where it does, exactly.
 fn meeting(ray: &WorldRay, object: Object) -> (Root, Vec<Root>) {
     step::begin();
-    let vector = |v: DVec3| step::vector_of_scene("", v);
-    let [o, d] = [ray.origin, ray.direction].map(vector);
+    let [o, d] = [ray.origin, ray.direction].map(V3::<Step>::lit);
     let (deciding, roots) = match object {
         Object::Sphere(sphere) => {
-            let radius = step::of_scene("", sphere.radius);
-            let equation = quadratic(o, d, vector(sphere.center), radius);
+            let equation = quadratic(o, d, V3::lit(sphere.center), Step::lit(sphere.radius));
             let roots = match equation.discriminant.signum() {
                 -1 => Vec::new(),
                 sign => quadratic_roots(equation)[..=sign as usize].to_vec(),
@@ -167,7 +167,7 @@ fn meeting(ray: &WorldRay, object: Object) -> (Root, Vec<Root>) {
         }
         Object::Plane(plane) => {
             let [numerator, denominator] =
-                plane_quotient(o, d, vector(plane.point), vector(plane.normal));
+                plane_quotient(o, d, V3::lit(plane.point), V3::lit(plane.normal));
             let is_met = denominator.signum() != 0;
             (denominator, is_met.then(|| numerator / denominator).into_iter().collect())
         }

@@ -93,8 +93,5 @@ impl<'a> Discriminants<'a> {
 
 /// The sign; −1 of what is no number.
 fn sign(discriminant: f64) -> i32 {
-    if discriminant == 0.0 {
-        return 0;
-    }
-    if discriminant > 0.0 { 1 } else { -1 }
+    discriminant.partial_cmp(&0.0).map_or(-1, |order| order as i32)
 }
