@@ -67,7 +67,7 @@ fn object(explanation: &Explanation, id: u32) -> &ObjectExplanation {
 }
 
 fn row<'a>(object: &'a ObjectExplanation, symbol: &str) -> &'a FormulaNumber {
-    object.quantities.iter().find(|row| row.symbol == symbol).unwrap()
+    object.derivation.quantities.iter().find(|row| row.symbol == symbol).unwrap()
 }
 
 fn exact<'a>(object: &'a ObjectExplanation, symbol: &str) -> Option<&'a str> {
@@ -185,7 +185,7 @@ fn the_numbers_shown_are_the_kernels_own() {
             Rays::List(rays) => rays[0],
         };
         let components = [ray.origin.to_array(), ray.direction.to_array()].concat();
-        for (row, component) in explanation.ray.iter().zip(components) {
+        for (row, component) in explanation.ray.quantities.iter().zip(components) {
             let exact: f64 = row.exact.as_ref().unwrap().decimal.parse().unwrap();
             let largest = ray.origin.length() + ray.direction.length();
             assert!((component - exact).abs() < 1e-14 * largest, "round {round}: {row:?}");
@@ -197,7 +197,8 @@ fn the_numbers_shown_are_the_kernels_own() {
             let mut objects: Vec<_> = explanation.objects.iter().collect();
             objects.sort_by_key(|object| object.id);
             for object in objects {
-                let roots = object.quantities.iter().filter(|row| row.symbol.starts_with('t'));
+                let roots = object.derivation.quantities.iter();
+                let roots = roots.filter(|row| row.symbol.starts_with('t'));
                 let mut values = roots.filter_map(column).filter_map(|entry| entry.value);
                 if let Some(t) = values.find(|&t| t > 0.0)
                     && t < expected.1

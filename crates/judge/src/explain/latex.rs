@@ -28,8 +28,8 @@ fn written(explanation: &Explanation, paragraph: fn(&str, Vec<String>) -> String
             remarks.iter().map(|remark| remark.written(Notation::Latex)).collect::<Vec<_>>()
         });
         text += &paragraph(&subject.join(", "), why);
-        if !section.lines.is_empty() {
-            text += &align(&latex_of(section.lines));
+        if let Some(derivation) = section.derivation.filter(|of| !of.lines.is_empty()) {
+            text += &align(&latex_of(&derivation.lines));
         }
     }
     text

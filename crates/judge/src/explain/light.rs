@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::line::Line;
-use super::numbers::{Exact, FormulaNumber};
+use super::line::Derivation;
+use super::numbers::Exact;
 use super::words::Remark;
 
 /// How the point that a ray sees is lit, and the colour that comes of it.
@@ -19,17 +19,6 @@ pub struct Shading {
     pub mean: Option<MeanExplanation>,
 }
 
-/// The point where a ray meets its object.
-#[derive(Clone, Debug, Serialize)]
-pub struct PointExplanation {
-    /// The coordinates, `f(p)`, which is 0, and the unit normal that faces the ray. `stable` has its
-    /// points relative to the camera, so it has no number for `p`. The column of f64 is the kernel
-    /// `double`, here and for all that follows.
-    pub quantities: Vec<FormulaNumber>,
-    #[serde(skip)]
-    pub(super) lines: Vec<Line>,
-}
-
 /// A light as it falls on the point.
 #[derive(Clone, Debug, Serialize)]
 pub struct LightExplanation {
@@ -42,9 +31,8 @@ pub struct LightExplanation {
     /// The verdict in words, and what else is worth a remark.
     pub why: Vec<Remark>,
     /// `w`, `n·ω`, `s` of what is in its way, and what it gives.
-    pub quantities: Vec<FormulaNumber>,
-    #[serde(skip)]
-    pub(super) lines: Vec<Line>,
+    #[serde(flatten)]
+    pub derivation: Derivation,
 }
 
 /// Whether a light counts.
@@ -78,7 +66,8 @@ pub struct SkyExplanation {
     /// Suns that something hides from the point.
     pub hidden: usize,
     /// How many count, and what they give together.
-    pub quantities: Vec<FormulaNumber>,
+    #[serde(flatten)]
+    pub derivation: Derivation,
 }
 
 /// A linear colour and its bytes.
@@ -86,13 +75,11 @@ pub struct SkyExplanation {
 pub struct ColorExplanation {
     /// Red, green and blue.
     pub channels: [ChannelByte; 3],
-    /// The channels in each arithmetic.
-    pub quantities: Vec<FormulaNumber>,
+    /// The channels in each arithmetic; how they come about, where light falls on what is seen.
+    #[serde(flatten)]
+    pub derivation: Derivation,
     /// What is worth a remark.
     pub why: Vec<Remark>,
-    /// How the channels come about, where light falls on what is seen.
-    #[serde(skip)]
-    pub(super) lines: Vec<Line>,
 }
 
 /// A channel and its byte.

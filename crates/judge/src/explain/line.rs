@@ -6,11 +6,12 @@
 use Notation::{Latex, Text};
 use kugelblitz::exact::Root;
 use kugelblitz::num::V3;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
-use super::numbers::{Columns, FormulaNumber, MANY_DIGITS, Short, row};
+use super::numbers::{Approximation, Columns, Exact, FormulaNumber, MANY_DIGITS, Short, error_ulp};
 use super::step::{self, Rounding, Step};
 use super::text::WIDTH;
+use crate::compare::Precision;
 use crate::markup::wrapped;
 
 /// A way to write formulas.
@@ -135,15 +136,14 @@ impl Line {
         self.push(|notation| step::written(notation, value, numbers));
     }
 
+    /// The whole line in plain text.
+    pub fn text(&self) -> String {
+        self.pieces(Text).concat()
+    }
+
     /// Columns that the line takes in text.
     fn columns(&self) -> usize {
         self.pieces(Text).iter().map(|piece| columns(piece)).sum()
-    }
-}
-
-impl Serialize for Line {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(&self.pieces(Text).concat())
     }
 }
 
@@ -158,30 +158,52 @@ pub enum LineDetail {
     Addends,
 }
 
-/// A derivation, line by line, and the table of its numbers. One at a time on a thread.
+/// A derivation, line by line, and the table of its numbers. One at a time is written on a thread.
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Derivation {
     /// Digits of the results.
+    #[serde(skip)]
     digits: usize,
     /// The lines.
-    pub lines: Vec<Line>,
-    /// The rows of the table.
-    pub rows: Vec<FormulaNumber>,
+    #[serde(skip)]
+    pub(super) lines: Vec<Line>,
+    /// The numbers in each arithmetic, as rows of the table.
+    pub quantities: Vec<FormulaNumber>,
 }
 
 impl Derivation {
     /// Begins one.
-    pub fn new(digits: usize) -> Derivation {
+    pub(super) fn new(digits: usize) -> Derivation {
         step::begin();
-        Derivation { digits, lines: Vec::new(), rows: Vec::new() }
+        Derivation { digits, ..Derivation::default() }
     }
 
-    /// A row of the table.
-    pub fn row(&mut self, symbol: &'static str, columns: Columns, exact: impl Into<Option<Root>>) {
-        self.rows.push(row(symbol, columns, exact));
+    /// Adds a row to the table, with errors against the exact number.
+    pub(super) fn row(
+        &mut self,
+        symbol: &'static str,
+        columns: Columns,
+        exact: impl Into<Option<Root>>,
+    ) {
+        let exact = exact.into().map(Exact::from);
+        let precisions = [Precision::Single, Precision::Single, Precision::Double];
+        let entry = |column: usize| {
+            let value = columns[column]?;
+            let both = value.zip(exact.as_ref());
+            Some(Approximation {
+                value,
+                error_ulp: both.map(|(x, exact)| error_ulp(x, &exact.root, precisions[column])),
+                wrong_sign: both.is_some_and(|(x, exact)| {
+                    i32::from(x > 0.0) - i32::from(x < 0.0) != exact.signum
+                }),
+            })
+        };
+        let [lecture, stable, f64] = [0, 1, 2].map(entry);
+        self.quantities.push(FormulaNumber { symbol, lecture, stable, f64, exact });
     }
 
     /// The rows of a vector, each against the exact component.
-    pub fn rows_of_vector(
+    pub(super) fn rows_of_vector(
         &mut self,
         symbols: [&'static str; 3],
         exact: V3<Step>,
@@ -208,7 +230,7 @@ impl Derivation {
     }
 
     /// A line with a number of the scene, or three, as someone has written them.
-    pub fn of_scene<const N: usize>(
+    pub(super) fn of_scene<const N: usize>(
         &mut self,
         letter: &'static str,
         numbers: [f64; N],
@@ -219,20 +241,20 @@ impl Derivation {
     }
 
     /// A line with nothing but a number, or three, that come from elsewhere.
-    pub fn given(&mut self, letter: &'static str, value: &[Step]) {
+    pub(super) fn given(&mut self, letter: &'static str, value: &[Step]) {
         let numbers: Vec<Short> = value.iter().map(|&step| self.short(step)).collect();
         self.tell(letter, value, &numbers);
     }
 
     /// A line with the formula of a number or vector; without a letter, the formula stands for itself.
-    pub fn line(&mut self, letter: &'static str, value: &[Step], shown: LineDetail) {
+    pub(super) fn line(&mut self, letter: &'static str, value: &[Step], shown: LineDetail) {
         let mut line = Line::of(letter, value.len() > 1);
         line.push_expression(value, None);
         self.end(line, letter, value, shown);
     }
 
     /// A line with a formula in words.
-    pub fn said(&mut self, name: [&str; 2], formula: [&str; 2], value: Step) {
+    pub(super) fn said(&mut self, name: [&str; 2], formula: [&str; 2], value: Step) {
         let mut line = Line::default();
         for words in [name, formula] {
             line.push(|notation| (words[notation as usize].to_owned(), false));
@@ -241,7 +263,7 @@ impl Derivation {
     }
 
     /// The line with the formula of two roots, and theirs.
-    pub fn roots(&mut self, [near, far]: [Step; 2]) {
+    pub(super) fn roots(&mut self, [near, far]: [Step; 2]) {
         let mut line = Line::of("t", false);
         line.push_expression(&[near], None);
         if near.value() == far.value() {
@@ -254,7 +276,7 @@ impl Derivation {
     }
 
     /// Says in LaTeX what the sign of the last result is.
-    pub fn say_sign(&mut self, sign: i32) {
+    pub(super) fn say_sign(&mut self, sign: i32) {
         let sign = match sign {
             1 => " > 0",
             -1 => " < 0",

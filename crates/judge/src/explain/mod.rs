@@ -19,12 +19,13 @@ mod words;
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 pub use light::{
-    ChannelByte, ColorExplanation, LightExplanation, LightVerdict, MeanExplanation,
-    PointExplanation, Shading, SkyExplanation,
+    ChannelByte, ColorExplanation, LightExplanation, LightVerdict, MeanExplanation, Shading,
+    SkyExplanation,
 };
+pub use line::Derivation;
 pub use numbers::{Approximation, Exact, FormulaNumber, six_digits};
 pub use words::{Lang, Remark};
 
@@ -41,7 +42,6 @@ use kugelblitz::trace::{Hits, Kernel, Level, Rays, Wants};
 
 use crate::compare::Precision;
 use crate::wrong_usage;
-use line::Line;
 use numbers::error_ulp;
 use ray::RayNumbers;
 use words::Words;
@@ -92,9 +92,8 @@ pub struct Explanation {
     pub pixel: Option<PixelOf>,
     /// `o` and `d`, six numbers. `stable` takes the origin in f64 or in two parts, so it has no
     /// number for `o`.
-    pub ray: Vec<FormulaNumber>,
-    #[serde(skip)]
-    ray_lines: Vec<Line>,
+    #[serde(serialize_with = "quantities_alone")]
+    pub ray: Derivation,
     /// The objects: those that the ray hits, the nearest first, then those that it misses, the
     /// ones that it passes nearest first.
     pub objects: Vec<ObjectExplanation>,
@@ -104,8 +103,10 @@ pub struct Explanation {
     pub left_out: LeftOut,
     /// The object that the ray sees, exactly; `None` for the background.
     pub winner: Option<Winner>,
-    /// The point where the ray meets it; `None` for the background.
-    pub point: Option<PointExplanation>,
+    /// The point where the ray meets it: the coordinates, `f(p)`, which is 0, and the unit normal that
+    /// faces the ray; `None` for the background. `stable` has its points relative to the camera, so it has
+    /// no number for `p`. The column of f64 is the kernel `double`, here and for all that follows.
+    pub point: Option<Derivation>,
     /// The light on what the ray sees, and its colour; `None` for a scene without light and pixels of
     /// one sample.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -114,6 +115,13 @@ pub struct Explanation {
     pub level: &'static str,
     /// The results of each kernel, on the CPU and then on the device, where there is one.
     pub seen: Vec<KernelResult>,
+}
+
+fn quantities_alone<S: Serializer>(
+    ray: &Derivation,
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    ray.quantities.serialize(serializer)
 }
 
 /// A pixel of a picture.
@@ -139,10 +147,10 @@ pub struct ObjectExplanation {
     /// `sphere` or `plane`.
     pub shape: &'static str,
     /// The lecture's formulas with the exact numbers put in.
-    #[serde(rename = "formulas")]
-    lines: Vec<Line>,
+    pub formulas: Vec<String>,
     /// The numbers of the formula in each arithmetic.
-    pub quantities: Vec<FormulaNumber>,
+    #[serde(flatten)]
+    pub derivation: Derivation,
     /// Why the object won or lost, exactly.
     pub reason: Reason,
     /// The reason in words, and what else is worth a remark.
@@ -262,14 +270,12 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<
 
     let pixel =
         |p: &Pixels| PixelOf { x: p.x, y: p.y, width: p.image_width, height: p.image_height };
-    let ray = numbers.ray();
     let (of_point, point) = numbers.point().unzip();
     let mut explanation = Explanation {
         lang,
         digits,
         pixel: rays.pixels().map(pixel),
-        ray: ray.rows,
-        ray_lines: ray.lines,
+        ray: numbers.ray(),
         objects,
         n_objects,
         left_out,

@@ -147,28 +147,6 @@ pub fn in_all(lecture: f32, stable: f64, double: f64) -> Columns {
     [f64::from(lecture), stable, double].map(|x| Some(Some(x)))
 }
 
-/// A row, with errors against the exact number.
-pub fn row(
-    symbol: &'static str,
-    columns: Columns,
-    exact: impl Into<Option<Root>>,
-) -> FormulaNumber {
-    let exact = exact.into().map(Exact::from);
-    let precisions = [Precision::Single, Precision::Single, Precision::Double];
-    let entry = |column: usize| {
-        let value = columns[column]?;
-        let both = value.zip(exact.as_ref());
-        Some(Approximation {
-            value,
-            error_ulp: both.map(|(x, exact)| error_ulp(x, &exact.root, precisions[column])),
-            wrong_sign: both
-                .is_some_and(|(x, exact)| i32::from(x > 0.0) - i32::from(x < 0.0) != exact.signum),
-        })
-    };
-    let [lecture, stable, f64] = [0, 1, 2].map(entry);
-    FormulaNumber { symbol, lecture, stable, f64, exact }
-}
-
 /// The shortest decimal that gives this f32 back. A number beyond f32's range, which stands for
 /// one of a scaled direction, has 24 bits as well: nine digits tell it.
 pub fn decimal_f32(x: f64) -> String {

@@ -16,8 +16,8 @@ use kugelblitz::scene::{Object, Plane, Scene, Sphere};
 use kugelblitz::shade::{Lighting, PlainPoint};
 use kugelblitz::trace::{Kernel, Rays, WorldRay};
 
-use super::line::Derivation;
 use super::line::LineDetail::{Addends, Numbers};
+use super::line::{Derivation, Line};
 use super::numbers::{in_all, scaled};
 use super::shading::lighting;
 use super::step::{Step, vector};
@@ -179,8 +179,8 @@ impl<'a> RayNumbers<'a> {
             id,
             label: self.label(id),
             shape: object.shape(),
-            lines: told.lines,
-            quantities: told.rows,
+            formulas: told.lines.iter().map(Line::text).collect(),
+            derivation: told,
             reason: Reason::Degenerate,
             why: Vec::new(),
             gap: rank.root.is_none().then_some(gap),

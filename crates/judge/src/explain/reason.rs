@@ -12,7 +12,7 @@ use super::{ObjectExplanation, Reason};
 impl ObjectExplanation {
     /// The rows of the roots, the near one first.
     fn roots(&self) -> impl Iterator<Item = &FormulaNumber> {
-        self.quantities.iter().filter(|quantity| quantity.symbol.starts_with('t'))
+        self.derivation.quantities.iter().filter(|quantity| quantity.symbol.starts_with('t'))
     }
 
     /// The signs of the roots, as far as there are any.
@@ -22,7 +22,7 @@ impl ObjectExplanation {
 
     /// The sign of the number that has this symbol.
     fn sign(&self, symbol: &str) -> Option<i32> {
-        let row = self.quantities.iter().find(|row| row.symbol == symbol)?;
+        let row = self.derivation.quantities.iter().find(|row| row.symbol == symbol)?;
         row.exact.as_ref().map(|exact| exact.signum)
     }
 

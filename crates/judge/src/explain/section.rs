@@ -1,7 +1,7 @@
 //! An [`Explanation`] as what text and LaTeX have to write: of each thing what it is, what is to be said of it, and its numbers.
 
-use super::line::Line;
-use super::numbers::{FormulaNumber, six_digits};
+use super::line::Derivation;
+use super::numbers::six_digits;
 use super::words::{Remark, Words};
 use super::{ChannelByte, ColorExplanation, Explanation, ObjectExplanation};
 
@@ -11,10 +11,8 @@ pub struct TextSection<'a> {
     pub subject: Vec<Remark>,
     /// What is to be said of it.
     pub why: Vec<Remark>,
-    /// How its numbers come about.
-    pub lines: &'a [Line],
-    /// The numbers in each arithmetic.
-    pub quantities: &'a [FormulaNumber],
+    /// Its numbers, and how they come about.
+    pub derivation: Option<&'a Derivation>,
 }
 
 impl Explanation {
@@ -25,8 +23,7 @@ impl Explanation {
             Some(p) => Remark::of(words.pixel, [p.x, p.y, p.width, p.height]),
             None => words.ray.into(),
         };
-        let (subject, why) = (vec![subject], Vec::new());
-        TextSection { subject, why, lines: &self.ray_lines, quantities: &self.ray }
+        TextSection { subject: vec![subject], why: Vec::new(), derivation: Some(&self.ray) }
     }
 
     /// What the ray sees, and the point where it does, with so many digits of `t`.
@@ -40,11 +37,8 @@ impl Explanation {
                 (Remark::of(words.sees, [&winner.label, &t]), Some(side.into()))
             }
         };
-        let (lines, quantities) = match &self.point {
-            Some(point) => (&*point.lines, &*point.quantities),
-            None => Default::default(),
-        };
-        TextSection { subject: vec![sees], why: Vec::from_iter(side), lines, quantities }
+        let (subject, why) = (vec![sees], Vec::from_iter(side));
+        TextSection { subject, why, derivation: self.point.as_ref() }
     }
 
     /// The light that falls on it, and the colours that come of it.
@@ -53,14 +47,12 @@ impl Explanation {
         let lights = shading.lights.iter().map(|light| TextSection {
             subject: vec![Remark::name(&light.name), light.place.clone()],
             why: light.why.clone(),
-            lines: &light.lines,
-            quantities: &light.quantities,
+            derivation: Some(&light.derivation),
         });
         let sky = shading.sky.iter().map(|sky| TextSection {
             subject: vec![Remark::of(words.sky, [sky.counting, sky.directions])],
             why: vec![Remark::of(words.sky_counts, [sky.counting, sky.behind, sky.hidden])],
-            lines: &[],
-            quantities: &sky.quantities,
+            derivation: Some(&sky.derivation),
         });
         let of_ray = shading.color.section(words.color_of_ray.into(), words);
         let of_pixel = shading.mean.iter().map(|mean| {
@@ -76,8 +68,7 @@ impl ObjectExplanation {
         TextSection {
             subject: vec![Remark::name(&self.label)],
             why: self.why.clone(),
-            lines: &self.lines,
-            quantities: &self.quantities,
+            derivation: Some(&self.derivation),
         }
     }
 }
@@ -99,8 +90,7 @@ impl ColorExplanation {
             Remark::of(phrase, parts)
         };
         let bytes = self.channels.iter().zip(words.channels).map(byte);
-        let (lines, quantities) = (&self.lines, &self.quantities);
         let why = bytes.chain(self.why.iter().cloned()).collect();
-        TextSection { subject: vec![subject], why, lines, quantities }
+        TextSection { subject: vec![subject], why, derivation: Some(&self.derivation) }
     }
 }

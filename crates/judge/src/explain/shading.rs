@@ -9,12 +9,12 @@ use kugelblitz::shade::{ExactMean, Lamp, Lighting, PlainPoint, PlainWay};
 use rayon::prelude::*;
 
 use super::light::{
-    ChannelByte, ColorExplanation, LightExplanation, LightVerdict, MeanExplanation,
-    PointExplanation, Shading, SkyExplanation,
+    ChannelByte, ColorExplanation, LightExplanation, LightVerdict, MeanExplanation, Shading,
+    SkyExplanation,
 };
 use super::line::Derivation;
 use super::line::LineDetail::{self, Numbers};
-use super::numbers::{COLUMNS, Columns, Exact, Short, decimal_f64, enclosed, row, zero};
+use super::numbers::{COLUMNS, Columns, Exact, Short, decimal_f64, enclosed, zero};
 use super::ray::{RayNumbers, off_sphere};
 use super::step::{self, number, of_scene, vector, vector_of_scene};
 use super::words::Remark;
@@ -76,7 +76,7 @@ impl RayNumbers<'_> {
             let sum = number("Σ", sum_of(&ways, channel));
             told.said(names, [self.words.channel_formula, formula], c * (a + sum));
         }
-        color.lines = told.lines;
+        color.derivation.lines = told.lines;
         let light = |(index, light): (usize, &Light)| {
             let way = ways.iter().find(|way| way.lamp.light == Some(index));
             let name = format!("{} {}", self.words.light, index + 1);
@@ -93,7 +93,7 @@ impl RayNumbers<'_> {
     }
 
     /// The point that the ray sees, what the formulas say of it, and itself.
-    pub fn point(&self) -> Option<(PointExplanation, Point<'_>)> {
+    pub fn point(&self) -> Option<(Derivation, Point<'_>)> {
         let hit = self.hit.as_ref()?;
         let lit = LitPoint::new(&self.exact, hit, &self.near);
         let (mut told, [o, d]) = self.derivation();
@@ -129,9 +129,8 @@ impl RayNumbers<'_> {
         told.rows_of_vector(["n.x", "n.y", "n.z"], normal, |axis| {
             self.columns(|_, plain| plain.normal[axis])
         });
-        let explanation = PointExplanation { quantities: told.rows, lines: told.lines };
         let [at, normal] = [p, normal].map(|v| v.0.map(|x| x.value()));
-        Some((explanation, Point { lit, at, normal }))
+        Some((told, Point { lit, at, normal }))
     }
 
     /// How a light falls on the point; without a way to it, it gives none.
@@ -147,8 +146,7 @@ impl RayNumbers<'_> {
             place: self.place_of(source),
             verdict: LightVerdict::Dark,
             why: vec![self.words.dark.into()],
-            quantities: Vec::new(),
-            lines: Vec::new(),
+            derivation: Derivation::default(),
         };
         let Some(way) = way else { return dark };
         let (mut told, [o, d]) = self.derivation();
@@ -189,7 +187,7 @@ impl RayNumbers<'_> {
             told.row(symbol, given, way.gives(channel));
         }
         let (verdict, why) = (way.verdict.clone(), self.why(way, is_at_point));
-        LightExplanation { verdict, why, quantities: told.rows, lines: told.lines, ..dark }
+        LightExplanation { verdict, why, derivation: told, ..dark }
     }
 
     /// Why a light counts or not, and which kernel has it otherwise.
@@ -239,15 +237,15 @@ impl RayNumbers<'_> {
                 _ => f64::from(each.map(|given| given as f32).sum::<f32>()),
             }
         });
+        let mut derivation = Derivation::default();
+        derivation.row("suns", n_plain, Root::from(integer(counting as i64)));
+        derivation.row("ΣI·n·ω", given, sum_of(ways, 0));
         Some(SkyExplanation {
             directions: sky.directions as usize,
             counting,
             behind: ways.len() - counting - hidden,
             hidden,
-            quantities: vec![
-                row("suns", n_plain, Root::from(integer(counting as i64))),
-                row("ΣI·n·ω", given, sum_of(ways, 0)),
-            ],
+            derivation,
         })
     }
 
@@ -263,8 +261,8 @@ impl RayNumbers<'_> {
 
     /// A colour, with what the kernels make of it, if it is that of a point in the light.
     fn color(&self, mean: &ExactMean, is_lit: bool) -> ColorExplanation {
-        let mut why = Vec::new();
-        let channel = |channel: usize| {
+        let (mut derivation, mut why) = (Derivation::default(), Vec::new());
+        let channels = [0, 1, 2].map(|channel: usize| {
             let value = enclosed(|n_bits| Some(mean.enclosed(channel, n_bits)));
             let byte = ChannelByte::new(mean, channel, &value);
             let color = |_, plain: &PlainPoint| {
@@ -279,15 +277,10 @@ impl RayNumbers<'_> {
                     why.push(Remark::of(self.words.wrong_byte, parts));
                 }
             }
-            (byte, row(CHANNELS[channel], columns, value))
-        };
-        let [red, green, blue] = [0, 1, 2].map(channel);
-        ColorExplanation {
-            channels: [red.0, green.0, blue.0],
-            quantities: vec![red.1, green.1, blue.1],
-            why,
-            lines: Vec::new(),
-        }
+            derivation.row(CHANNELS[channel], columns, value);
+            byte
+        });
+        ColorExplanation { channels, derivation, why }
     }
 
     /// The colour of the pixel that has so many samples across.

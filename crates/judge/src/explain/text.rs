@@ -1,6 +1,6 @@
 //! An [`Explanation`] as plain text of at most [`WIDTH`] columns.
 
-use super::line::text_of;
+use super::line::{Derivation, text_of};
 use super::numbers::{COLUMNS, decimal_f32, decimal_f64};
 use super::section::TextSection;
 use super::words::{Remark, Words};
@@ -42,7 +42,7 @@ pub fn text(explanation: &Explanation) -> String {
 
 /// What the ray sees, in one or two lines.
 pub fn verdict(explanation: &Explanation) -> String {
-    let bare = TextSection { lines: &[], quantities: &[], ..explanation.of_point(numbers::DIGITS) };
+    let bare = TextSection { derivation: None, ..explanation.of_point(numbers::DIGITS) };
     section(&bare, "", explanation.lang.words())
 }
 
@@ -51,10 +51,11 @@ fn section(section: &TextSection, note: &str, words: &Words) -> String {
     let subject: Vec<String> = section.subject.iter().map(Remark::to_string).collect();
     let mut text = subject.join(", ") + "\n";
     text.extend(section.why.iter().map(|why| format!("  → {why}\n")));
-    text.extend(text_of(section.lines).iter().map(|line| format!("{line}\n")));
+    let Some(Derivation { lines, quantities, .. }) = section.derivation else { return text };
+    text.extend(text_of(lines).iter().map(|line| format!("{line}\n")));
     text += note;
-    if !section.quantities.is_empty() {
-        text += &table(section.quantities, words);
+    if !quantities.is_empty() {
+        text += &table(quantities, words);
     }
     text
 }
