@@ -200,7 +200,8 @@ impl Root {
         f64::from_bits(nearest) * f64::from(self.signum())
     }
 
-    fn magnitude(&self) -> Root {
+    /// The number without its sign.
+    pub fn magnitude(&self) -> Root {
         if self.signum() < 0 { self.clone().negated() } else { self.clone() }
     }
 

@@ -262,6 +262,8 @@ pub struct PlainWay {
     pub cosine: f64,
     /// The first object in the way, and its `s`.
     pub in_the_way: Option<(u32, f64)>,
+    /// What the lamp gives.
+    pub given: [f64; 3],
 }
 
 impl PlainPoint {
@@ -292,11 +294,14 @@ fn point<F: Float, S: Plain<Float = F>, P: Plain<Float = F>>(
     }
     let normal = lists.normals(&ray, &hit);
     let to_f64 = |v: V3<Lanes<F, 1>>| v.0.map(|x| x.0[0].to_f64());
-    let way = |lamp| {
+    let zero = Lanes::lit(0.0);
+    let way = |lamp: &Lamp| {
         let Way { way, cosine, first, is_blocked } = scene.way_to(&ray, &hit, normal, lamp);
         let first = (first.id.0[0].to_id(), first.t.0[0].to_f64());
         let in_the_way = is_blocked.any().then_some(first);
-        PlainWay { way: to_f64(way), cosine: cosine.0[0].to_f64(), in_the_way }
+        let given = V3(lamp.weight.map(|weight| Lanes::lit(weight) * cosine));
+        let given = to_f64(V3::select(zero.lt(cosine) & !is_blocked, given, V3([zero; 3])));
+        PlainWay { way: to_f64(way), cosine: cosine.0[0].to_f64(), in_the_way, given }
     };
     Some(PlainPoint {
         id,

@@ -331,10 +331,9 @@ fn rounds_to(value: &Root, printed: &str, digits: usize) -> bool {
     let n_digits = leading.chars().filter(char::is_ascii_digit).count() as isize;
     let power = exponent.parse().unwrap_or(0) - n_behind + n_digits - 1 - digits as isize;
     let (half_unit, printed) = (Root::read(&format!("5e{power}")), Root::read(printed));
-    half_unit.zip(printed).is_some_and(|(half_unit, printed)| {
-        let error = value.plus(&printed.negated());
-        error <= half_unit && error.negated() <= half_unit
-    })
+    half_unit
+        .zip(printed)
+        .is_some_and(|(half_unit, printed)| value.plus(&printed.negated()).magnitude() <= half_unit)
 }
 
 /// The lines in plain text of at most [`WIDTH`] columns.

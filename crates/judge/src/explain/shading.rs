@@ -183,7 +183,7 @@ impl RayNumbers<'_> {
         let [red, green, blue] = way.lamp.weight;
         let shown = if red == green && green == blue { &["I·n·ω"][..] } else { &CHANNELS };
         for (channel, symbol) in shown.iter().enumerate() {
-            let given = self.columns(|kernel, plain| way.gives_plainly(kernel, plain, channel));
+            let given = self.columns(|_, plain| way.plain(plain).given[channel]);
             told.row(symbol, given, way.gives(channel));
         }
         let (verdict, why) = (way.verdict.clone(), self.why(way, is_at_point));
@@ -231,7 +231,7 @@ impl RayNumbers<'_> {
             ways.iter().filter(|way| counts_plainly(way.plain(plain))).count() as f64
         });
         let given = self.columns(|kernel, plain| {
-            let each = ways.iter().map(|way| way.gives_plainly(kernel, plain, 0));
+            let each = ways.iter().map(|way| way.plain(plain).given[0]);
             match kernel {
                 2 => each.sum(),
                 _ => f64::from(each.map(|given| given as f32).sum::<f32>()),
@@ -299,10 +299,7 @@ impl ChannelByte {
     fn new(mean: &ExactMean, channel: usize, value: &Root) -> ChannelByte {
         let byte = mean.pixel::<u8>()[channel];
         let (low, high) = Edges::srgb8().range(byte.into());
-        let distance = |end: f64| {
-            let away = value.plus(&Root::from(-real(end)?));
-            Some(if away.signum() < 0 { away.negated() } else { away })
-        };
+        let distance = |end: f64| Some(value.plus(&Root::from(-real(end)?)).magnitude());
         let from_edge = [low, high].into_iter().filter_map(distance).min();
         ChannelByte {
             name: CHANNELS[channel],
@@ -372,16 +369,6 @@ impl<'a> ExactWay<'a> {
     /// The way as a kernel has it.
     fn plain<'p>(&self, plain: &'p PlainPoint) -> &'p PlainWay {
         &plain.ways[self.index]
-    }
-
-    /// A channel of what the lamp gives in a kernel's arithmetic.
-    fn gives_plainly(&self, kernel: usize, plain: &PlainPoint, channel: usize) -> f64 {
-        let (way, weight) = (self.plain(plain), self.lamp.weight[channel]);
-        match (counts_plainly(way), kernel) {
-            (false, _) => 0.0,
-            (true, 2) => weight * way.cosine,
-            (true, _) => f64::from(weight as f32 * way.cosine as f32),
-        }
     }
 }
 

@@ -374,9 +374,8 @@ impl Writer<'_> {
         let (sign, right) = match self.standing(y) {
             Some(root) => {
                 let is_negative = root.signum() < 0;
-                let magnitude = if is_negative { root.negated() } else { root };
                 let sign = if is_negative != is_difference { "−" } else { "+" };
-                (sign, self.number(&magnitude).0)
+                (sign, self.number(&root.magnitude()).0)
             }
             None if !is_difference => ("+", self.within(y, Sum)),
             None if parts(y, false).0 == Op::Sqrt => ("±", self.within(y, Product)),
