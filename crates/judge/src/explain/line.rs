@@ -5,7 +5,7 @@
 
 use Notation::{Latex, Text};
 use kugelblitz::exact::Root;
-use kugelblitz::num::V3;
+use kugelblitz::num::Real as _;
 use serde::Serialize;
 
 use super::numbers::{Approximation, Columns, Exact, FormulaNumber, MANY_DIGITS, Short, error_ulp};
@@ -202,15 +202,15 @@ impl Derivation {
         self.quantities.push(FormulaNumber { symbol, lecture, stable, f64, exact });
     }
 
-    /// The rows of a vector, each against the exact component.
-    pub(super) fn rows_of_vector(
+    /// Adds the rows of several numbers, each against its exact one.
+    pub(super) fn rows<const N: usize>(
         &mut self,
-        symbols: [&'static str; 3],
-        exact: V3<Step>,
+        symbols: [&'static str; N],
+        exact: [Step; N],
         columns: impl Fn(usize) -> Columns,
     ) {
-        for (axis, symbol) in symbols.into_iter().enumerate() {
-            self.row(symbol, columns(axis), exact.0[axis].value());
+        for (i, symbol) in symbols.into_iter().enumerate() {
+            self.row(symbol, columns(i), exact[i].value());
         }
     }
 
@@ -235,7 +235,7 @@ impl Derivation {
         letter: &'static str,
         numbers: [f64; N],
     ) -> [Step; N] {
-        let steps = numbers.map(|x| step::of_scene(letter, x));
+        let steps = numbers.map(Step::lit);
         self.tell(letter, &steps, &numbers.map(Short::given));
         steps
     }

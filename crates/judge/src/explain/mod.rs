@@ -394,10 +394,7 @@ fn ranked(numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, LeftOut) {
     let rank = |id: u32| {
         let object = scene.object(id)?;
         let root = numbers.root(id);
-        let key = match &root {
-            Some(root) => root.to_f64(),
-            None => numbers.gap(object).0,
-        };
+        let key = root.as_ref().map_or_else(|| numbers.gap(object).0, Root::to_f64);
         Some(Rank { id, root: root.map(Box::new), key })
     };
     let ids = 1..=scene.n_objects() as u32;
@@ -420,10 +417,7 @@ fn ranked(numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, LeftOut) {
 
 fn left_out(numbers: &RayNumbers, ranks: &[Rank]) -> LeftOut {
     let hit = ranks.iter().filter(|rank| rank.root.is_some()).count();
-    let is_behind = |rank: &&Rank| {
-        let object = numbers.scene.object(rank.id).filter(|_| rank.root.is_none());
-        object.and_then(|object| numbers.line_meets(object)) == Some(true)
-    };
+    let is_behind = |rank: &&Rank| rank.root.is_none() && numbers.line_meets(rank.id) == Some(true);
     let behind = ranks.par_iter().filter(is_behind).count();
     LeftOut { hit, behind, missed: ranks.len() - hit - behind }
 }

@@ -114,9 +114,9 @@ impl<'a> RayNumbers<'a> {
     }
 
     /// Whether the ray's whole line meets an object.
-    pub fn line_meets(&self, object: Object) -> Option<bool> {
-        Some(match object {
-            _ if is_clearly_missed(&self.near, &object) => false,
+    pub fn line_meets(&self, id: u32) -> Option<bool> {
+        Some(match self.scene.object(id)? {
+            object if is_clearly_missed(&self.near, &object) => false,
             Object::Sphere(sphere) => signum_of_discriminant(&self.exact, sphere)? >= 0,
             Object::Plane(plane) => plane_numbers(&self.exact, plane)?.denominator.signum() != 0,
         })
@@ -156,10 +156,10 @@ impl<'a> RayNumbers<'a> {
         told.given("o", &o.0);
         told.given("d", &d.0);
         let num::Ray { origin, direction, .. } = self.lecture;
-        told.rows_of_vector(["o.x", "o.y", "o.z"], o, |axis| {
+        told.rows(["o.x", "o.y", "o.z"], o.0, |axis| {
             [Some(Some(origin.0[axis].into())), None, Some(Some(self.origin[axis]))]
         });
-        told.rows_of_vector(["d.x", "d.y", "d.z"], d, |axis| {
+        told.rows(["d.x", "d.y", "d.z"], d.0, |axis| {
             let stable = scaled(self.stable.ray.direction.0[axis], self.exponent);
             in_all(direction.0[axis], stable, self.direction[axis])
         });
@@ -259,11 +259,9 @@ impl<'a> RayNumbers<'a> {
         let slope = self.stable.ray.direction.dot(V3(of_stable.normal));
         let stable = [of_stable.n_offset(&self.stable), slope];
         let (e, of_normal) = (self.exponent, exponent_of(plane.normal));
-        let rows = [("(a−o)·n", of_normal), ("d·n", of_normal + e)];
-        for (i, (symbol, exponent)) in rows.into_iter().enumerate() {
-            let columns = in_all(single[i], scaled(stable[i], exponent), double[i]);
-            told.row(symbol, columns, exact[i].value());
-        }
+        told.rows(["(a−o)·n", "d·n"], exact, |i| {
+            in_all(single[i], scaled(stable[i], of_normal + [0, e][i]), double[i])
+        });
         let t_of_stable = self.t_of_stable(stable[0] / stable[1]);
         let t = in_all(single[0] / single[1], t_of_stable, double[0] / double[1]);
         // A quotient by 0 is an infinity or NaN: no root.

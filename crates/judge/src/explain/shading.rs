@@ -118,7 +118,7 @@ impl RayNumbers<'_> {
         let normal = if hit.side == Side::Back { -outward } else { outward };
         told.line(letter, &normal.0, Numbers);
 
-        told.rows_of_vector(["p.x", "p.y", "p.z"], p, |axis| {
+        told.rows(["p.x", "p.y", "p.z"], p.0, |axis| {
             let origin = |kernel| if kernel == 2 { self.reference[axis] } else { 0.0 };
             let world = |kernel, plain: &PlainPoint| origin(kernel) + plain.at[axis];
             let [lecture, _, double] = self.columns(world);
@@ -126,7 +126,7 @@ impl RayNumbers<'_> {
         });
         let residual = self.columns(|kernel, plain| self.residual(kernel, plain));
         told.row("f(p)", residual, off.value());
-        told.rows_of_vector(["n.x", "n.y", "n.z"], normal, |axis| {
+        told.rows(["n.x", "n.y", "n.z"], normal.0, |axis| {
             self.columns(|_, plain| plain.normal[axis])
         });
         let [at, normal] = [p, normal].map(|v| v.0.map(|x| x.value()));
@@ -171,7 +171,7 @@ impl RayNumbers<'_> {
             told.line("", &(vector("I", way.strength.clone()) * cosine).0, Numbers);
         }
 
-        told.rows_of_vector(["w.x", "w.y", "w.z"], w, |axis| {
+        told.rows(["w.x", "w.y", "w.z"], w.0, |axis| {
             self.columns(|_, plain| way.plain(plain).way[axis])
         });
         let cosines = self.columns(|_, plain| way.plain(plain).cosine);
