@@ -30,7 +30,7 @@ fn as_hex<S: Serializer>(color: &Rgb, serializer: S) -> Result<S::Ok, S::Error> 
 }
 
 /// Most pixels of an entry that have their places kept.
-const MOST_PLACES: usize = 64;
+const MOST_PLACES: u64 = 64;
 
 /// Most pixels of a meaning that are told one by one.
 const MOST_TOLD: usize = 4;
@@ -61,7 +61,7 @@ impl Entry {
             let Entry { pixels: n, at, .. } = &mut legend[usize::from(entry)];
             let n = n.get_or_insert_default();
             *n += 1;
-            if *n <= MOST_PLACES as u64 {
+            if *n <= MOST_PLACES {
                 at.push(pixels.xy(index).into());
             } else {
                 at.clear();
