@@ -12,6 +12,12 @@ impl From<[f64; 3]> for Color {
     }
 }
 
+impl From<[f32; 3]> for Color {
+    fn from(linear: [f32; 3]) -> Color {
+        Color(linear.map(f64::from))
+    }
+}
+
 /// The names of CSS Color Module Level 4 in lower case, in their order, each with its colour.
 const NAMES: &str = include_str!("css_colors.txt");
 

@@ -348,7 +348,7 @@ mod tests {
         assert!(few.contains("2 colours for 3 spheres"), "{few}");
         let wrong = text(spheres.clone().with_colors([[0.0; 3], [0.0, 1.5, 0.0], [2.0; 3]]));
         assert!(wrong.contains("row 1 ") && wrong.contains("(0.0, 1.5, 0.0)"), "{wrong}");
-        let one = text(spheres.with_color([f64::NAN, 0.0, 0.0]));
+        let one = text(spheres.with_color([f32::NAN, 0.0, 0.0]));
         assert!(one.contains("(NaN, 0.0, 0.0)"), "{one}");
     }
 
