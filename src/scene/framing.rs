@@ -172,7 +172,7 @@ struct Limits {
 }
 
 impl Limits {
-    /// Those of a picture of which so much can be used.
+    /// The limits of a picture of which so much can be used.
     fn new(
         framing: &Framing,
         view: View,

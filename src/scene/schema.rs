@@ -282,7 +282,7 @@ fn lines(keys: &[(&'static str, String)]) -> String {
 }
 
 impl CloudKeys {
-    /// Those of a file at this path, as a scene can name it.
+    /// The keys of a file at this path, as a scene can name it.
     ///
     /// # Errors
     /// [`Error::Usage`](crate::Error::Usage) for a path that is not UTF-8.

@@ -80,7 +80,8 @@ mod tests {
         // As it is given, from the folder in which the tests run.
         let [own, other] = ["Cargo.toml", "src/lib.rs"].map(std::path::absolute);
         let [own, other] = [own.unwrap(), other.unwrap()];
-        fs::write(&list, format!("{}\n{}\n", own.display(), other.display())).unwrap();
+        let lines = [&own, &other].map(|path| format!("{}\n", path.to_str().unwrap()));
+        fs::write(&list, lines.concat()).unwrap();
         assert_eq!(recent(&list, Path::new("Cargo.toml")), [other]);
     }
 

@@ -11,7 +11,7 @@ pub struct TextSection<'a> {
     pub subject: Vec<Remark>,
     /// What is to be said of it.
     pub why: Vec<Remark>,
-    /// Its numbers, and how they come about.
+    /// The numbers of it, and how they come about.
     pub derivation: Option<&'a Derivation>,
 }
 

@@ -102,9 +102,9 @@ pub struct Chart<'a> {
 
 /// A row in a panel.
 struct Mark<'a> {
-    /// Its line's index.
+    /// The index of the line.
     line: usize,
-    /// Its index in the line.
+    /// The index in the line.
     index: usize,
     row: &'a Row,
     /// The place, and the ends of a bar: where repeated measurements went.
