@@ -259,14 +259,14 @@ impl Walk {
         self.begin(beam);
         let mut from = from.iter();
         loop {
-            let (node, first) = match from.next() {
-                Some(node) => (node, 0),
-                None => match self.next(visitor) {
-                    Some(at) => (&bvh.nodes[at as usize], self.stack.len()),
-                    None => break,
-                },
+            let (node, (enter, leaves)) = if let Some(node) = from.next() {
+                (node, self.look(node, 0, visitor))
+            } else if let Some(at) = self.next(visitor) {
+                let node = &bvh.nodes[at as usize];
+                (node, self.look_ahead(bvh, node, visitor))
+            } else {
+                break;
             };
-            let (enter, leaves) = self.look(bvh, node, first, visitor);
             if leaves != 0 {
                 visitor.visit(node, leaves, &enter);
             }
@@ -283,8 +283,7 @@ impl Walk {
         }
         let next = self.next(visitor);
         if let Some(at) = next {
-            let node = &bvh.nodes[at as usize];
-            let (enter, leaves) = self.look(bvh, node, self.stack.len(), visitor);
+            let (enter, leaves) = self.look_ahead(bvh, &bvh.nodes[at as usize], visitor);
             self.awaited = (at, leaves);
             self.enter = enter;
         }
@@ -302,16 +301,24 @@ impl Walk {
         None
     }
 
-    /// Notes the nodes below that are met, in order among those from `first` on; the bits of spheres that are. The memory is
-    /// asked for what comes next.
+    /// Looks at a node, and asks the memory for what comes next.
     #[inline(always)]
-    fn look<V: Visitor>(
-        &mut self,
-        bvh: &Bvh,
-        node: &Node,
-        first: usize,
-        visitor: &V,
-    ) -> (Enter, u32) {
+    fn look_ahead<V: Visitor>(&mut self, bvh: &Bvh, node: &Node, visitor: &V) -> (Enter, u32) {
+        let (enter, leaves) = self.look(node, self.stack.len(), visitor);
+        if let Some(&next) = self.stack.last() {
+            prefetch(&bvh.nodes[next as u32 as usize]);
+        }
+        let mut coming = leaves;
+        while coming != 0 {
+            visitor.expect(node.place(coming.trailing_zeros()));
+            coming &= coming - 1;
+        }
+        (enter, leaves)
+    }
+
+    /// Notes the nodes below that are met, in order among those from `first` on; the bits of spheres that are.
+    #[inline(always)]
+    fn look<V: Visitor>(&mut self, node: &Node, first: usize, visitor: &V) -> (Enter, u32) {
         let (enter, hits) = self.beam.meet(node, visitor.last());
         let (stack, mut children) = (&mut self.stack, hits & node.children());
         while children != 0 {
@@ -325,16 +332,7 @@ impl Walk {
             }
             stack.push(nearer);
         }
-        if let Some(&next) = stack.last() {
-            prefetch(&bvh.nodes[next as u32 as usize]);
-        }
-        let leaves = hits & !node.children();
-        let mut coming = leaves;
-        while coming != 0 {
-            visitor.expect(node.place(coming.trailing_zeros()));
-            coming &= coming - 1;
-        }
-        (enter, leaves)
+        (enter, hits & !node.children())
     }
 }
 
