@@ -164,7 +164,7 @@ struct Packs<'a> {
 }
 
 impl Packs<'_> {
-    /// That of some of the packs.
+    /// The beam of some of the packs.
     #[inline(always)]
     fn beam(&self, across: &[[f32; LANES]], up: &[[f32; LANES]]) -> Beam {
         let bounds = |packs| wider(extent(packs, self.fill_a_square), self.sight.reach);
@@ -507,5 +507,56 @@ impl<'a> CloudSearch<'a> {
                 ids.extend_from_slice(seen);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::Control;
+    use crate::generate::{Distribution, Recipe};
+    use crate::kernel::Kernel;
+    use crate::rays::View;
+    use crate::trace::Rays;
+
+    /// Asserts that bounds by the corners are those of all rays, of each pack and of those that walk together; whether they come
+    /// from corners.
+    fn corners_bound_all(room: &mut CloudScratch, what: &str) -> bool {
+        let (across, up, _) = room.tile.packs::<LANES>();
+        for offsets in [across, up] {
+            for packs in offsets.chunks(TOGETHER).chain(offsets.chunks(1)) {
+                let [quick, whole] = [room.fill_a_square, false].map(|fill| extent(packs, fill));
+                assert_eq!(quick, whole, "{what}: {packs:?}");
+            }
+        }
+        room.fill_a_square
+    }
+
+    #[test]
+    fn corners_bound_the_packs_of_squares() {
+        let recipe = Recipe { distribution: Distribution::Uniform, count: 1000, seed: 1 };
+        let scene = Arc::new(recipe.scene(&Control::default()).unwrap());
+        let view = View::new(scene.camera.as_ref().unwrap());
+        let pixels = Pixels::whole(view, 64, 64);
+        let rays = Rays::Pixels(pixels);
+        let prepared = Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap();
+        let mut n_by_corners = 0;
+        for n in [1, 2, 3] {
+            let search = CloudSearch::of(&prepared, &pixels, n, 1.0).unwrap();
+            let mut room = CloudScratch::default();
+            for columns in 1..=24 {
+                for rows in 1..=24 {
+                    let what = format!("{columns} × {rows} pixels, {n} × {n} samples");
+                    room.index.clear();
+                    search.place(&pixels, [5, 7], [columns, rows], &mut room);
+                    n_by_corners += u32::from(corners_bound_all(&mut room, &what));
+                    let mut whole = vec![0; pixels.len()];
+                    let (mut mixed, mut ids) = Mixed::default();
+                    search.sample(&pixels, &mut whole, &mut room, &mut mixed, &mut ids);
+                    corners_bound_all(&mut room, &format!("samples of {what}"));
+                }
+            }
+        }
+        assert_eq!(n_by_corners, 3 * 3 * 3, "squares whose bounds are those of their corners");
     }
 }
