@@ -16,9 +16,13 @@ struct Lighting {
 @group(0) @binding(next) var<storage, read_write> codes: array<u32>;
 @group(0) @binding(next) var<uniform> lighting: Lighting;
 //#if tree
+struct AnchoredSphere {
+    seen: SphereSeen,
+    anchor: Anchor,
+}
 // By ids: of all objects the colours, the background's first, and of all spheres how the eye and shadow rays meet them.
 @group(0) @binding(next) var<storage, read> colors: array<vec4f>;
-@group(0) @binding(next) var<storage, read> seen_spheres: array<SphereSeen>;
+@group(0) @binding(next) var<storage, read> seen_spheres: array<AnchoredSphere>;
 //#if lamps
 @group(0) @binding(next) var<storage, read> met_in_tree: array<SphereMet>;
 //#end
@@ -42,7 +46,7 @@ fn color_of(id: u32) -> vec3f {
     return colors[select(0u, id, id < arrayLength(&colors))].xyz;
 }
 
-fn sphere_of(id: u32) -> SphereSeen {
+fn sphere_of(id: u32) -> AnchoredSphere {
     return seen_spheres[min(id - 1u, params.n_spheres - 1u)];
 }
 //#else
@@ -77,11 +81,21 @@ fn sphere_surface(sphere: SphereSeen, ray: Ray, lengths: Lengths) -> SurfacePoin
     return sphere_surface_far(sphere, ray, lengths);
 }
 
-fn surface_of(id: u32, ray: Ray) -> SurfacePoint {
+fn surface_of(id: u32, ray: Ray, steps: vec2f) -> SurfacePoint {
     var surface = SurfacePoint(vec3f(0.0), BEYOND, vec3f(0.0), BEYOND, 1.0);
-    //#each seen shape
+    //#each indexed shape
     if id - first_shape() < params.n_shapes {
         surface = shape_surface(shape_of(id), ray, lighting.lengths);
+    }
+    //#end
+    //#if tree
+    if id - first_sphere() < params.n_spheres {
+        let sphere = sphere_of(id);
+        let anchor = sphere.anchor;
+        let here = anchor_ray(anchor, params.right, params.true_up, steps.x, steps.y, ray);
+        surface = sphere_surface(sphere.seen, here, lighting.lengths);
+        surface.point = anchor.base + surface.point;
+        surface.point_error += anchor.error;
     }
     //#end
     return surface;
@@ -163,7 +177,7 @@ fn byte_of(low: f32, high: f32) -> u32 {
 fn with_sample_at(sum: LightBounds, place: vec2u) -> LightBounds {
     let ray = ray_at(place);
     let id = id_of(ray);
-    var surface = surface_of(id, ray);
+    var surface = surface_of(id, ray, steps_at(place));
     let is_none = id == 0u;
     let is_known = !is_none & (id != OPEN) & (surface.point_error < KNOWN);
     // Of what is not known numbers may be huge. A cosine says nothing where a normal is off by 1.

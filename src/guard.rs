@@ -171,6 +171,11 @@ pub const LIST_F64: InputError = InputError { offset: 0.501, direction: 0.001 };
 /// Pixels of an orthographic camera, f32 and f64; see the head of this module.
 pub const PARALLEL: InputError = InputError { offset: 4.15, direction: 0.501 };
 
+/// Offsets from anchors, `λ`; [`crate::seen::Anchor`] says what these are. Steps are rounded (½), two products and a sum make the
+/// way to another pixel, as for parallel rays, whose scale is rounded, ½, and its product, 1: `(1.5·√2·1.0005 + 2.5)ε|o'|`. `c'` is
+/// rounded (½), and so is the difference (1): `0.5|c'| + 4.63|o'| + 1.001(|c'| + |o'|)`, and 0.01 for f64.
+pub const ANCHORED: f64 = 5.65;
+
 /// The error of a camera's rays.
 pub fn input_of(lens: Lens) -> InputError {
     match lens {

@@ -102,7 +102,7 @@ pub struct Prepared {
     pub eye: Eye,
     /// All of the picture whose pixels the numbers hold for; `None` where they do for rays of lists that start no farther from
     /// the reference point than the eye's.
-    picture: Option<Pixels>,
+    pub(crate) picture: Option<Pixels>,
     starts_in_f64: bool,
     /// Ids of the objects behind the spheres that a ray may see, found when they are first asked for: of those in one place the
     /// first. No other is in the way of anything that the first is not in.

@@ -40,9 +40,8 @@ pub trait Backend: Send {
         Ok(false)
     }
 
-    /// Replaces `codes` by the bytes of a picture's pixels in this light, each `r | g << 8 | b << 16`, or [`OPEN`](crate::num::OPEN)
-    /// where f32 leaves one of them open. The scene is prepared for the picture of their samples. False where that is left to the
-    /// CPU; `codes` then mean nothing.
+    /// The bytes of a picture's pixels in this light, each `r | g << 8 | b << 16`, or [`OPEN`](crate::num::OPEN) where f32 leaves one
+    /// of them open. The scene is prepared for the picture of their samples. `None` where that is left to the CPU.
     ///
     /// # Errors
     /// Those of [`Tracer::trace`].
@@ -51,9 +50,8 @@ pub trait Backend: Send {
         _lighting: &CertifiedLighting,
         _pixels: &Pixels,
         _control: &Control,
-        _codes: &mut Vec<u32>,
-    ) -> Result<bool> {
-        Ok(false)
+    ) -> Result<Option<&[u32]>> {
+        Ok(None)
     }
 
     /// Takes another prepared scene, with the same [`Wants`]. After an

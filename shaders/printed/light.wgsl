@@ -17,6 +17,14 @@ struct SurfacePoint {
     front: f32,
 }
 
+struct Anchor {
+    base: vec3f,
+    error: f32,
+    across: f32,
+    above: f32,
+    scale: f32,
+}
+
 struct SphereMet {
     center: vec3f,
     r: f32,
@@ -139,6 +147,12 @@ fn sphere_surface_close(sphere: SphereSeen, ray: Ray, lengths: Lengths) -> Surfa
     let normal_error = select(point_error, chord_error_2, is_chord) * 1.01;
     let front = select(-1.0, 1.0, outside);
     return SurfacePoint(point, point_error_2, normal, normal_error, front);
+}
+
+fn anchor_ray(anchor: Anchor, right: vec3f, up: vec3f, across: f32, above: f32, ray: Ray) -> Ray {
+    let origin = (right * (across - anchor.across) + up * (above - anchor.above))
+        * anchor.scale;
+    return Ray(origin, ray.direction, ray.a, ray.inv_a);
 }
 
 fn plane_surface(plane: PlaneSeen, ray: Ray, lengths: Lengths) -> SurfacePoint {

@@ -13,7 +13,7 @@ use crate::num::{Bits, Float, LaneBits, Lanes, Mask, Real, V3, dispatch, one_by_
 use crate::prepare::{Scaled, power_of_two};
 use crate::rays::{Frame, Lens, Rays};
 use crate::scene::{Plane, Scene};
-use crate::seen::{Eye, Lengths, PlaneSeen, Ray, Record, Seen, SphereSeen, Surface};
+use crate::seen::{Anchors, Eye, Lengths, PlaneSeen, Ray, Record, Seen, SphereSeen, Surface};
 use crate::shape::plane_normal;
 
 /// Rays that go side by side.
@@ -50,7 +50,7 @@ pub struct Surfaces<'a, F: Float> {
     pub lengths: Lengths<F>,
     rays: &'a Rays,
     /// A picture's; none for lists.
-    camera: Option<Frame<F>>,
+    camera: Option<(Frame<F>, Anchors)>,
     /// With their ids, in the order of these, and whether they are close: of pictures those that are not in a hierarchy's tree.
     spheres: Vec<(u32, SphereSeen<F>, bool)>,
     /// By index; none for lists.
@@ -234,6 +234,9 @@ impl<'a> Surfaces<'a, f32> {
 }
 
 impl<'a, F: Float> Surfaces<'a, F> {
+    /// Whether small spheres that are far away are known better from anchors.
+    const HAS_ANCHORS: bool = F::UNIT >= f32::UNIT;
+
     fn new(stage: &Stage<'a>, input: InputError, unit: f64) -> Surfaces<'a, F> {
         let (eye, longest) = match stage.rays {
             Rays::Pixels(pixels) => {
@@ -255,7 +258,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
             units: Vec::new(),
         };
         if let Rays::Pixels(pixels) = stage.rays {
-            found.camera = Some(Frame::of_pixels(pixels));
+            found.camera = Some((Frame::of_pixels(pixels), Anchors::new(pixels)));
             let spheres = &scene.spheres[..];
             let seen = |id: u32| {
                 let seen = SphereSeen::new::<F>(&spheres[id as usize - 1], &eye);
@@ -274,7 +277,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
     #[inline(always)]
     fn aim<const N: usize>(&self, pack: &mut Pack<F, N>) {
         pack.ray = match &self.camera {
-            Some(camera) => {
+            Some((camera, _)) => {
                 let [across, up] = pack.offset;
                 camera.ray(across, up)
             }
@@ -308,7 +311,12 @@ impl<'a, F: Float> Surfaces<'a, F> {
                 true => self.leaves_spheres_open(pack),
             };
             for pack in one_by_one(&mut *packs).filter(is_left) {
-                pack.surface = self.on_several(pack, is_close);
+                let found = self.on_several(pack, is_close);
+                // What is known from an anchor is known better.
+                pack.surface = match is_close && Self::HAS_ANCHORS {
+                    true => Surface::select(pack.surface.is_known(), pack.surface, found),
+                    false => found,
+                };
             }
         }
     }
@@ -402,12 +410,25 @@ impl<'a, F: Float> Surfaces<'a, F> {
                 r.0[lane] = sphere.radius.abs();
             }
         }
-        let seen = SphereSeen::of::<F>(center, r, guard::k_in_f64(center, r), eye.input, eye);
+        let lengths = self.lengths.map(Lanes::splat);
+        if Self::HAS_ANCHORS
+            && let (Some((camera, anchors)), false) = (&self.camera, is_close)
+        {
+            let (seen, anchor, suits) = anchors.seen(center, r);
+            if !(Lanes::lit(0.0).lt(r) & !suits).any() {
+                let (seen, anchor) = (seen.round_lanes(), anchor.round_lanes());
+                let steps = [camera.right, camera.true_up].map(V3::splat);
+                let ray = anchor.ray(steps, pack.offset, &pack.ray);
+                return anchor.to_eye(SphereSeen::surface(&seen, &ray, &lengths));
+            }
+        }
+        let (k, spread) = (guard::k_in_f64(center, r), Lanes::lit(eye.spread));
+        let seen = SphereSeen::of::<F>(center, r, k, spread, eye.input, eye);
         let is_close = is_close || Lanes::lit(0.0).lt(seen.is_close).any();
         let seen = seen.round_lanes();
         match is_close {
-            false => SphereSeen::surface(&seen, &pack.ray, &self.lengths.map(Lanes::splat)),
-            true => SphereSeen::surface_close(&seen, &pack.ray, &self.lengths.map(Lanes::splat)),
+            false => SphereSeen::surface(&seen, &pack.ray, &lengths),
+            true => SphereSeen::surface_close(&seen, &pack.ray, &lengths),
         }
     }
 

@@ -139,7 +139,6 @@ fn repeats(key: &ShaderKey) -> Vec<(&'static str, Repeat)> {
         ("sample", Repeat::Count([n_samples, most / n_lamps.max(1)])),
         ("listed shape", those(listed)),
         ("indexed shape", those([spheres && !key.tree, planes])),
-        ("seen shape", those([spheres || key.tree, planes])),
         ("met shape", those(n_met(key).map(|n| n > 0))),
     ]
 }

@@ -21,7 +21,7 @@ use crate::num::fields::words;
 use crate::prepare::{CertifiedLighting, LightKey, Prepared, ShaderKey};
 use crate::rays::Pixels;
 use crate::scene::Edges;
-use crate::seen::{Record as _, SphereMet, SphereSeen};
+use crate::seen::{Anchors, Record as _, SphereMet};
 use crate::trace::Rays;
 
 /// Objects and boxes that the rays of a pixel are compared with at most: more take a card so long that it may be taken for dead.
@@ -39,6 +39,8 @@ pub struct CertifiedLight {
     /// Bytes of what is bound beside the objects and the tree.
     bytes: u64,
     pass: Pass,
+    /// What it found last, kept for the next call: fresh memory takes longer than the light of few objects.
+    codes: Vec<u32>,
 }
 
 impl CertifiedLight {
@@ -103,7 +105,7 @@ impl CertifiedLight {
         let tree = hierarchy.into_iter().flatten();
         let bound = objects.iter().chain(tree).cloned().chain(lists.into_iter().map(filled));
         let pass = Pass::new(gpu, prepared, &key, bound.collect())?;
-        Ok(Some(CertifiedLight { key, background, uniforms, bytes, pass }))
+        Ok(Some(CertifiedLight { key, background, uniforms, bytes, pass, codes: Vec::new() }))
     }
 
     /// Bytes on the device, beside the objects.
@@ -120,14 +122,15 @@ impl CertifiedLight {
         prepared: &Prepared,
         pixels: &Pixels,
         control: &Control,
-        codes: &mut Vec<u32>,
-    ) -> Result<()> {
+    ) -> Result<&[u32]> {
+        let codes = &mut self.codes;
         codes.clear();
         let mut take = |_: &DeviceTile, arrays: &[&[u8]]| {
             codes.extend_from_slice(bytemuck::cast_slice(arrays[0]))
         };
         let rays = Rays::Pixels(*pixels);
-        self.pass.run(prepared, &rays, control, None, &mut take).map(drop)
+        self.pass.run(prepared, &rays, control, None, &mut take)?;
+        Ok(codes)
     }
 }
 
@@ -141,26 +144,37 @@ fn colors(prepared: &Prepared, background: V3<f32>) -> Vec<f32> {
     std::iter::once(background).chain(objects).flat_map(|color| vec4(color, 0.0)).collect()
 }
 
+const SEEN: usize = size_of::<SphereWords>() / size_of::<f32>();
+const ANCHOR: usize = 8;
+
+/// A sphere of a tree and its anchor.
+type AnchoredWords = [f32; SEEN + ANCHOR];
+
 /// What a shader binds of the spheres of a tree, by id; `None` where they are too many for that.
 fn lists_of_tree(
     gpu: &Gpu,
     prepared: &Prepared,
     lighting: &CertifiedLighting,
 ) -> Result<Option<Lists>> {
-    const SEEN: usize = size_of::<SphereWords>() / size_of::<f32>();
-    let (spheres, eye, facts) = (&prepared.scene.spheres[..], &prepared.eye, &gpu.facts);
+    let (spheres, facts) = (&prepared.scene.spheres[..], &gpu.facts);
+    let Some(picture) = &prepared.picture else { return Ok(None) };
     let most = facts.max_binding_bytes.min(facts.max_buffer_bytes) as usize;
-    if size_of::<SphereWords>() * spheres.len() > most {
+    if size_of::<AnchoredWords>() * spheres.len() > most {
         return Ok(None);
     }
     // As lists, on their way, and on a device in software once more.
-    let bytes = size_of::<SphereWords>() + size_of::<[f32; 8]>() + size_of::<[f32; 4]>();
+    let bytes = size_of::<AnchoredWords>() + size_of::<[f32; 8]>() + size_of::<[f32; 4]>();
     memory::require(
         format!("{} spheres in the light of a device", spheres.len()),
         3 * (bytes * spheres.len()) as u64,
         "use fewer spheres, or `--device cpu`",
     )?;
-    let seen = |sphere| words::<SEEN>(&SphereSeen::new::<f32>(sphere, eye).round::<f32>());
+    let anchors = Anchors::new(picture);
+    let seen = |sphere| {
+        let (seen, anchor) = anchors.of(sphere);
+        let (seen, anchor) = (seen.round::<f32>(), anchor.round::<f32>());
+        words::<SEEN>(&seen).into_iter().chain(words::<ANCHOR>(&anchor))
+    };
     let met = |sphere| words::<8>(&SphereMet::<f32>::new(sphere, prepared.reference));
     let mut lists = vec![
         ("colors", colors(prepared, lighting.background)),

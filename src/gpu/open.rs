@@ -181,9 +181,9 @@ impl Gpu {
         Gpu { always_lights: true, ..self }
     }
 
-    /// Whether pictures are lit here: by a device in software the CPU would be quicker.
-    pub(super) fn lights(&self) -> bool {
-        !self.facts.is_software() || self.always_lights
+    /// Whether a picture that a card would light sooner than the CPU is lit here: by a device in software the CPU would be quicker.
+    pub(super) fn lights(&self, is_quicker: bool) -> bool {
+        is_quicker && !self.facts.is_software() || self.always_lights
     }
 
     /// Takes this for what the device's f32 does.

@@ -42,7 +42,7 @@ impl PlainLight {
         let n_turns = (n_objects + 1).saturating_mul(n_lamps + 1);
         n_objects.saturating_mul(n_lamps) <= MOST_TESTS_OF_RAY
             && (n_turns <= MOST_TURNS_IN_SOFTWARE || !gpu.facts.is_software())
-            && (are_at_hand(&prepared.scene, n_lamps) || gpu.lights())
+            && (are_at_hand(&prepared.scene, n_lamps) || gpu.lights(true))
     }
 
     /// Whether this was made for such light.

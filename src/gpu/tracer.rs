@@ -22,6 +22,9 @@ use crate::rays::Pixels;
 use crate::trace::{Hits, Rays, Timing, Wants};
 use crate::tracer::Backend;
 
+/// Ways to lamps that the CPU looks along while it makes the numbers of a tree's sphere for light on a device. No bound.
+const WAYS_OF_SPHERE: usize = 4;
+
 /// Traces on a Vulkan device.
 pub struct GpuTracer {
     gpu: Arc<Gpu>,
@@ -188,22 +191,23 @@ impl Backend for GpuTracer {
         lighting: &CertifiedLighting,
         pixels: &Pixels,
         control: &Control,
-        codes: &mut Vec<u32>,
-    ) -> Result<bool> {
+    ) -> Result<Option<&[u32]>> {
         let GpuTracer { gpu, prepared, objects, hierarchy, light: kept, leaves_to_cpu, .. } = self;
-        if prepared.starts_in_f64() || *leaves_to_cpu || !gpu.lights() {
-            return Ok(false);
+        let n_ways = pixels.len() * (lighting.n_samples as usize).pow(2) * lighting.lamps.len();
+        let n_spheres = hierarchy.as_ref().map_or(0, |_| prepared.scene.spheres.len());
+        let is_quicker = n_ways >= WAYS_OF_SPHERE * n_spheres;
+        if prepared.starts_in_f64() || *leaves_to_cpu || !gpu.lights(is_quicker) {
+            return Ok(None);
         }
         let objects = (&objects[..], hierarchy.as_ref());
         let made = CertifiedLight::renewed(kept.take(), gpu, prepared, objects, lighting);
         let lit = made.and_then(|made| {
             *kept = made;
-            let Some(light) = kept else { return Ok(false) };
-            light.light(prepared, pixels, control, codes).map(|()| true)
+            kept.as_mut().map(|light| light.light(prepared, pixels, control)).transpose()
         });
         match lit {
             // The device binds too few buffers at once, or has too little room.
-            Err(Error::TooLarge(_)) => Ok(false),
+            Err(Error::TooLarge(_)) => Ok(None),
             lit => lit,
         }
     }

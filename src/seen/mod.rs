@@ -9,6 +9,7 @@
 //! rays start up to [`Eye::spread`] from there, its numbers must bound what those of any origin are, not only of the
 //! reference point. The spread itself is in range: who makes rays sees to that.
 
+mod anchor;
 mod light;
 mod plane;
 pub mod shadow;
@@ -16,6 +17,7 @@ mod sphere;
 
 use glam::DVec3;
 
+pub use anchor::{Anchor, Anchors};
 pub use light::LightBounds;
 pub use plane::{PlaneMet, PlaneSeen};
 pub use shadow::{ShadowRay, Verdict};

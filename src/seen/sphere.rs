@@ -173,24 +173,26 @@ impl SphereSeen<f64> {
     pub fn new<F: Float>(sphere: &Sphere, eye: &Eye) -> SphereSeen<f64> {
         let (r, center) = (sphere.radius.abs(), sphere.center - eye.reference);
         let input = eye.reach.widen(eye.input, length_bound(center) + eye.spread, eye.unit);
-        SphereSeen::of::<F>(V3(center.to_array()), r, k_of(center, sphere, eye), input, eye)
+        let k = k_of(center, sphere, eye);
+        SphereSeen::of::<F>(V3(center.to_array()), r, k, eye.spread, input, eye)
     }
 }
 
 impl<R: Real<One = f64>> SphereSeen<R> {
     /// Spheres at `center` from the eye's reference point, for which `k` has the right sign where it is off by less than
-    /// itself, and is 0 where it is off by 0.
+    /// itself, and is 0 where it is off by 0. Their own rays start within `spread` of that point, which is 0 if the eye's is.
     #[inline(always)]
     pub fn of<F: Float>(
         center: V3<R>,
         r: R,
         (k, k_error): (R, R),
+        spread: R,
         input: InputError,
         eye: &Eye,
     ) -> SphereSeen<R> {
         let lit = R::lit;
         let from_reference = length_bounds(center);
-        let l = from_reference + lit(eye.spread);
+        let l = from_reference + spread;
         let in_range = is_in_range::<F, R>(r, l);
         let or = |number: R, open: f64| R::select(in_range, number, lit(open));
         let InputError { offset, direction } = input;
@@ -200,7 +202,7 @@ impl<R: Real<One = f64>> SphereSeen<R> {
         // Rounded, ½, and moved to an origin: `o·(c + l)` is off by `2(λ − 1)` of `|o|ℓ` for `o`, `λ + 3` for `c + l`, 6 for the
         // dot product; and the difference by one of `|k|` and 2 of `|o|ℓ`.
         let roundings_of_k = if eye.spread > 0.0 { 1.5 } else { 0.5 };
-        let of_moving = lit((3.0 * offset + 9.0) * eye.spread) * l;
+        let of_moving = lit(3.0 * offset + 9.0) * spread * l;
         // What underflows is an origin, times `c + l`, or a product. It is so little that no test sees it.
         let lost = lit(F::TINY) * (lit(1.0) + l);
         let of_k = lit(roundings_of_k) * k.abs();

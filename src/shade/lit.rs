@@ -74,12 +74,12 @@ impl Lit {
         }
         let rays = Rays::Pixels(*samples);
         let occluders = Occluders::new(prepared, &rays, &self.lighting);
-        let is_f32_enough = C::IS_BYTE && occluders.are_large;
-        let mut certified = Certified::new(job, &occluders, is_f32_enough);
+        let mut certified = Certified::new(job, &occluders, C::IS_BYTE);
         certified.require_memory()?;
         certified.propose(tracer, pixels, control)?;
         let counts = certified.run(control, colors)?;
-        let device = certified.codes.iter().filter(|&&code| code != OPEN).count() as u64;
+        let codes = certified.codes.unwrap_or_default();
+        let device = codes.par_iter().filter(|&&code| code != OPEN).count() as u64;
         Ok((ColorCounts { device, device_f32: device, cpu: pixels.len() as u64 - device }, counts))
     }
 }
@@ -203,7 +203,7 @@ pub(super) struct Certified<'a> {
     pub job: Job<'a>,
     in_f32: Option<LightPass<'a, f32>>,
     /// A device's bytes of the pixels, in place of those of f32 here: [`crate::tracer::Backend::light`].
-    codes: Vec<u32>,
+    codes: Option<&'a [u32]>,
     pub in_f64: LightPass<'a, f64>,
     pub occluders: &'a Occluders<'a>,
 }
@@ -226,7 +226,7 @@ impl<'a> Certified<'a> {
     pub fn new(job: Job<'a>, occluders: &'a Occluders<'a>, is_f32_enough: bool) -> Certified<'a> {
         let in_f32 = is_f32_enough.then(|| LightPass::in_f32(job, occluders)).flatten();
         let in_f64 = LightPass::in_f64(job, occluders);
-        Certified { job, in_f32, codes: Vec::new(), in_f64, occluders }
+        Certified { job, in_f32, codes: None, in_f64, occluders }
     }
 
     /// Refuses more samples and lamps than there is memory for: of a block of pixels each thread keeps what each lamp gives each
@@ -248,29 +248,40 @@ impl<'a> Certified<'a> {
     }
 
     /// Has a device find bytes in f32, where it does.
-    fn propose(&mut self, tracer: &mut Tracer, pixels: &Pixels, control: &Control) -> Result<()> {
+    fn propose(
+        &mut self,
+        tracer: &'a mut Tracer,
+        pixels: &Pixels,
+        control: &Control,
+    ) -> Result<()> {
         let counts_all = self.job.lit.style.background != Background::LeftOut;
         if counts_all
             && let Some(backend) = tracer.backend()
             && let Some(lighting) = self.in_f32.as_ref().and_then(LightPass::lighting)
         {
-            match backend.light(lighting, pixels, control, &mut self.codes)? {
-                true => self.in_f32 = None,
-                false => self.codes.clear(),
+            self.codes = backend.light(lighting, pixels, control)?;
+            if self.codes.is_some() {
+                self.in_f32 = None;
             }
         }
         Ok(())
     }
 
-    /// Takes a device's bytes for the pixels of a row from this one on, and puts those that are open into `work`. The device
-    /// has looked at all lamps.
-    fn take<C: Written>(&self, first: usize, out: &mut [[C; 3]], work: &mut Work<C>) {
+    /// Takes a device's bytes, `codes`, for the pixels of a row from this one on, and puts those that are open into `work`. The
+    /// device has looked at all lamps.
+    fn take<C: Written>(
+        &self,
+        codes: &[u32],
+        first: usize,
+        out: &mut [[C; 3]],
+        work: &mut Work<C>,
+    ) {
         let n_lamps =
             self.job.lit.lighting.lamps.iter().filter(|lamp| lamp.casts_shadows()).count();
         let all = self.job.rows_of_samples(first, out.len()).flatten();
         let mut n_hits = all.filter(|&&id| id != 0).count();
         for (pixel, out) in (first..).zip(out) {
-            match self.codes[pixel] {
+            match codes[pixel] {
                 OPEN => {
                     n_hits -=
                         self.job.samples_of(pixel).filter(|&at| self.job.ids[at] != 0).count();
@@ -318,7 +329,7 @@ impl<'a> Certified<'a> {
     fn run<C: Written>(&self, control: &Control, out: &mut [[C; 3]]) -> Result<StageCounts> {
         let job = &self.job;
         let ([cells, rows], width) = (job.block(), job.n_columns().max(1));
-        let (background, is_proposed) = (job.color(0).map(C::of), !self.codes.is_empty());
+        let background = job.color(0).map(C::of);
         let paint = |work: &mut Work<C>, first: usize, out: &mut [[C; 3]]| -> Result<()> {
             for top in (0..out.len()).step_by(rows * width) {
                 for left in (0..width).step_by(cells * CELL) {
@@ -333,15 +344,15 @@ impl<'a> Certified<'a> {
                                 self.find((first, out), control, work)?;
                             }
                             let at = first + cell.start;
-                            match job.is_background(at, cell.len()) {
-                                true => out[cell].fill(background),
-                                false if is_proposed => self.take(at, &mut out[cell], work),
-                                false => work.pixels.extend(at..at + cell.len()),
+                            match (job.is_background(at, cell.len()), self.codes) {
+                                (true, _) => out[cell].fill(background),
+                                (_, Some(codes)) => self.take(codes, at, &mut out[cell], work),
+                                _ => work.pixels.extend(at..at + cell.len()),
                             }
                         }
                     }
                     // What a device leaves of several blocks goes together.
-                    if !is_proposed {
+                    if self.codes.is_none() {
                         self.find((first, out), control, work)?;
                     }
                 }

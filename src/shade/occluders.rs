@@ -8,15 +8,11 @@ use crate::exact::is_outside;
 use crate::num::{Float, Lanes, Real};
 use crate::prepare::{Lamp, Lighting, Prepared, Scaled, exponent_of, power_of_two};
 use crate::rays::Rays;
-use crate::scene::{Object, Scene, Source, Sphere};
+use crate::scene::{Object, Scene, Source};
 use crate::seen::{Met, ShadowRay, SphereMet, Surface, Verdict, shadow};
 
 /// Spheres that a ball is compared with at a time.
 const LANES: usize = 8;
-
-/// A sphere whose radius is this part of its distance has normals in f32 that are off by some thousandth of a byte's step. No
-/// bound: of smaller ones f32 leaves more open than it saves.
-const SMALL: f64 = 1.0 / 64.0;
 
 /// Where objects are looked for.
 pub struct Occluders<'a> {
@@ -31,8 +27,6 @@ pub struct Occluders<'a> {
     n_spheres: usize,
     /// From the reference point to that of the tree.
     to_tree: DVec3,
-    /// Whether its spheres appear so large that f32 mostly tells their bytes.
-    pub are_large: bool,
     /// Where each lamp's light comes from, relative to the reference point.
     pub origins: Vec<shadow::Origin>,
 }
@@ -42,10 +36,6 @@ impl<'a> Occluders<'a> {
         let (scene, stage) = (&*prepared.scene, Stage::new(prepared, rays));
         let relative = |point: DVec3| point - prepared.reference;
         let tree = prepared.hierarchy.as_ref().map(|hierarchy| &*hierarchy.bvh);
-        let apparent = |sphere: &Sphere| sphere.radius.abs() / relative(sphere.center).length();
-        let size = tree.and_then(|bvh| {
-            median(bvh.spheres.iter().step_by(bvh.spheres.len() / 64 + 1).map(apparent))
-        });
         let origin = |lamp: &Lamp| match lamp.origin {
             Source::Eye => shadow::Origin::Point(DVec3::ZERO),
             Source::Point(position) => shadow::Origin::Point(relative(position)),
@@ -65,7 +55,6 @@ impl<'a> Occluders<'a> {
             tree,
             listed,
             to_tree: tree.map_or(DVec3::ZERO, |bvh| prepared.reference - bvh.reference),
-            are_large: size.is_none_or(|size| size > SMALL),
             origins: lighting.lamps.iter().map(origin).collect(),
         }
     }
@@ -196,13 +185,6 @@ impl Visitor for Look<'_> {
             self.ids.push(id);
         }
     }
-}
-
-/// The middle one of some numbers.
-fn median(numbers: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut numbers: Vec<f64> = numbers.collect();
-    numbers.sort_unstable_by(f64::total_cmp);
-    numbers.get(numbers.len() / 2).copied()
 }
 
 /// Some spheres side by side, the first one in the lanes that are left.

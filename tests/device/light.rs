@@ -65,9 +65,8 @@ fn left_open(scene: &Scene, [width, height]: [u32; 2], n: u32) -> f64 {
     let prepared = Arc::new(prepared);
     let lighting = certified_lighting(&prepared, &pixels, Samples::nearest(n)).unwrap();
     let mut tracer = Device::Gpu(gpu).tracer(&prepared, Wants::default()).unwrap().tracer;
-    let mut codes = Vec::new();
     let device = tracer.backend().unwrap();
-    assert!(device.light(&lighting, &pixels, &Control::default(), &mut codes).unwrap());
+    let codes = device.light(&lighting, &pixels, &Control::default()).unwrap().expect("its light");
     let n_open = codes.iter().filter(|&&code| code == OPEN).count();
     n_open as f64 / codes.len() as f64
 }

@@ -56,6 +56,14 @@ fn rays_of_pixels_are_within_their_errors() {
         });
         assert_tight(&format!("offset, {name}"), offsets, found);
     }
+    let found = worst(|x: [f64; 12]| {
+        let ([_, right, up], center, scale) = (frame(&x), vector(&x[8..]), x[11]);
+        let [across, upward] = [right, up].map(|v| rounded(exact(rounded(v, 0.5)), 1.0));
+        let found = exact(rounded(center, 0.5) - (across + upward) * Worst::off(scale, 0.5));
+        let origin = (right + up) * scale;
+        length(found - (center - origin)) / (UNIT * (length(center) + length(origin)))
+    });
+    assert_tight("offset from an anchor", ANCHORED, found);
     let once = worst(|x: [f64; 3]| {
         let v = vector(&x);
         length(exact(rounded(v, 1.0)) - v) / (UNIT * length(v))

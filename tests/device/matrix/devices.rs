@@ -212,10 +212,9 @@ impl LitPixels {
     fn found(&self, gpu: &Arc<Gpu>) -> Option<Vec<u32>> {
         let device = Device::Gpu(Arc::clone(gpu));
         let mut tracer = device.tracer(&self.prepared, Wants::default()).unwrap().tracer;
-        let (control, mut codes) = (Control::default(), Vec::new());
         let device = tracer.backend().unwrap();
-        let is_lit = device.light(&self.lighting, &self.pixels, &control, &mut codes).unwrap();
-        is_lit.then_some(codes)
+        let codes = device.light(&self.lighting, &self.pixels, &Control::default()).unwrap();
+        codes.map(<[u32]>::to_vec)
     }
 
     fn twin(&self) -> &[u32] {

@@ -7,8 +7,8 @@ use kugelblitz::num::{Ray, Real, V3};
 use kugelblitz::rays::{camera_direction, camera_origin};
 use kugelblitz::seen::shadow::Aim;
 use kugelblitz::seen::{
-    Bounds, Lengths, LightBounds, Nearest, PlaneMet, PlaneSeen, Seen, ShadowRay, SphereLeaf,
-    SphereMet, SphereSeen, Surface, Verdict,
+    Anchor, Bounds, Lengths, LightBounds, Nearest, PlaneMet, PlaneSeen, Seen, ShadowRay,
+    SphereLeaf, SphereMet, SphereSeen, Surface, Verdict,
 };
 
 use super::{Wgsl as W, WgslId, declaration, function};
@@ -134,6 +134,7 @@ fn light() -> String {
         HEAD.into(),
         declaration::<Lengths<W>>(),
         declaration::<SurfacePoint>(),
+        declaration::<Anchor<W>>(),
         declaration::<SphereMet<W>>(),
         declaration::<PlaneMet<W>>(),
         declaration::<Aim<W>>(),
@@ -144,6 +145,9 @@ fn light() -> String {
             SurfacePoint::from(SphereSeen::surface(&sphere, &ray, &lengths))),
         function!(sphere_surface_close(sphere: SphereSeen<W>, ray: Ray<W>, lengths: Lengths<W>)
             SurfacePoint::from(SphereSeen::surface_close(&sphere, &ray, &lengths))),
+        function!(anchor_ray(
+            anchor: Anchor<W>, right: V3<W>, up: V3<W>, across: W, above: W, ray: Ray<W>
+        ) anchor.ray([right, up], [across, above], &ray)),
         function!(plane_surface(plane: PlaneSeen<W>, ray: Ray<W>, lengths: Lengths<W>)
             SurfacePoint::from(PlaneSeen::surface(&plane, &ray, &lengths))),
         function!(shadow_ray(aim: Aim<W>, point: V3<W>, point_error: W)

@@ -5,8 +5,8 @@ use kugelblitz::prepare::{CertifiedLamp, CertifiedLighting, Prepared};
 use kugelblitz::rays::{Frame, Pixels};
 use kugelblitz::scene::{Edges, Object};
 use kugelblitz::seen::{
-    Bounds, LightBounds, PlaneSeen, Ray, Record as _, Seen as _, ShadowRay, SphereSeen, Surface,
-    Verdict,
+    Anchors, Bounds, LightBounds, PlaneSeen, Ray, Record as _, Seen as _, ShadowRay, SphereSeen,
+    Surface, Verdict,
 };
 use rayon::prelude::*;
 
@@ -19,7 +19,17 @@ pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &P
     let samples = pixels.samples(n);
     let camera = Frame::<f32>::of_pixels(&samples);
     let twin = Twin::new(prepared).expect("a device finds a way through the scene").lit();
-    let surface = |id: u32, ray: &Ray<f32>| match prepared.scene.object(id) {
+    let anchors = Anchors::new(&samples);
+    let surface = |id: u32, ray: &Ray<f32>, steps: [f32; 2]| match prepared.scene.object(id) {
+        Some(Object::Sphere(sphere)) if prepared.hierarchy.is_some() => {
+            let (seen, anchor) = anchors.of(sphere);
+            let (is_close, seen, anchor) = (seen.is_close(), seen.round(), anchor.round());
+            let ray = anchor.ray([camera.right, camera.true_up], steps, ray);
+            anchor.to_eye(match is_close {
+                false => SphereSeen::surface(&seen, &ray, &lighting.lengths),
+                true => SphereSeen::surface_close(&seen, &ray, &lighting.lengths),
+            })
+        }
         Some(Object::Sphere(sphere)) => {
             let seen = SphereSeen::new::<f32>(sphere, eye);
             match seen.is_close() {
@@ -36,7 +46,8 @@ pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &P
     // The light that a sample gives; `None` where it is left open.
     let sample = |x: u32, y: u32| {
         let (i, j) = samples.offset2(x, y);
-        let ray = camera.ray(i as f32, j as f32);
+        let steps = [i as f32, j as f32];
+        let ray = camera.ray(steps[0], steps[1]);
         let id = twin.decide(&ray);
         if id == 0 {
             return Some(LightBounds::of(V3([1.0; 3])).on(lighting.background));
@@ -45,7 +56,7 @@ pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &P
             return None;
         }
         let color = V3(prepared.scene.color(id).0.map(f32::near));
-        let surface = Some(surface(id, &ray)).filter(Surface::is_known)?;
+        let surface = Some(surface(id, &ray, steps)).filter(Surface::is_known)?;
         let with = |light: LightBounds<f32>, lamp: &CertifiedLamp<f32>| {
             light.with(lamp.weight, given(lamp, lighting, &twin, &surface, id))
         };
