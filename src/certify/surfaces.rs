@@ -417,7 +417,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
             let (seen, anchor, suits) = anchors.seen(center, r);
             if !(Lanes::lit(0.0).lt(r) & !suits).any() {
                 let (seen, anchor) = (seen.round_lanes(), anchor.round_lanes());
-                let steps = [camera.right, camera.true_up].map(V3::splat);
+                let steps = (V3::splat(camera.right), V3::splat(camera.true_up));
                 let ray = anchor.ray(steps, pack.offset, &pack.ray);
                 return anchor.to_eye(SphereSeen::surface(&seen, &ray, &lengths));
             }

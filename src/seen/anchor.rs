@@ -41,8 +41,12 @@ record! {
 impl<R: Real> Anchor<R> {
     /// The ray through a place of the picture as the anchor sees it; `t` counts from another point.
     #[inline(always)]
-    pub fn ray(&self, steps: [V3<R>; 2], [across, above]: [R; 2], ray: &Ray<R>) -> Ray<R> {
-        let [right, up] = steps;
+    pub fn ray(
+        &self,
+        (right, up): (V3<R>, V3<R>),
+        [across, above]: [R; 2],
+        ray: &Ray<R>,
+    ) -> Ray<R> {
         let aside = camera_origin(right, up, across - self.across, above - self.above);
         Ray { origin: aside * self.scale, ..*ray }
     }
@@ -101,14 +105,16 @@ impl Anchors {
     ) -> (SphereSeen<R>, Anchor<R>, R::Mask) {
         let lit = R::lit;
         let Frame { forward, right, true_up, lens } = self.camera;
-        let [forward, right, up] = [forward, right, true_up].map(V3::<R>::splat);
+        let step2 = right.dot(right);
+        let (forward, right, up) = (V3::splat(forward), V3::splat(right), V3::splat(true_up));
         let depth = center.dot(forward);
         let scale = match lens {
             Lens::Perspective => depth,
             Lens::Orthographic => lit(1.0),
         };
-        let steps = |step: V3<R>| whole(center.dot(step) / (step.dot(step) * scale));
-        let (across, above) = (steps(right), steps(up));
+        let to_steps = lit(1.0) / (scale * lit(step2));
+        let across = whole(center.dot(right) * to_steps);
+        let above = whole(center.dot(up) * to_steps);
         let base = forward * depth + camera_origin(right, up, across, above) * scale;
         let from_base = center - base;
         let away = length_bounds(center);
@@ -128,7 +134,8 @@ impl Anchors {
         let seen = SphereSeen::of::<f32>(from_base, r, outside, spread, input, &apart);
         let of_way = 2.0 * (direction + steps::POINT) * self.longest;
         let of_around = input.offset + steps::POINT_ORIGIN + 1.0 + of_way;
-        let error = lit(1.5) * length_bounds(base) + lit(of_around) * (around + spread);
+        // The anchor is closer than the centre and what is around it.
+        let error = lit(1.5) * away + lit(1.5 + of_around) * l;
         let error = lit(ROOM * f32::UNIT) * error;
         let anchor = Anchor { base, error, across, above, scale };
         (SphereSeen { is_close: lit(0.0), ..seen }, anchor, suits)

@@ -460,7 +460,10 @@ impl<'a, F: Linear> LightPass<'a, F> {
             }
             let (mut are_all_known, mut all_rays) = (true, 0.0);
             for lane in 0..N {
-                are_all_known &= is_known[lane] & zero.0[lane].lt(sum.n_hits.0[lane]);
+                let is_background = sum.n_hits.0[lane].le(zero.0[lane]);
+                found[lane] = if is_background { background } else { found[lane] };
+                is_known[lane] |= is_background;
+                are_all_known &= is_known[lane];
                 all_rays += sum.n_rays.0[lane].to_f64();
             }
             if are_all_known && is_stretch::<N>(pixels) {
@@ -469,9 +472,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
                 continue;
             }
             for (lane, &pixel) in pixels.iter().enumerate() {
-                if !zero.0[lane].lt(sum.n_hits.0[lane]) {
-                    out[pixel - *first] = background;
-                } else if is_known[lane] {
+                if is_known[lane] {
                     out[pixel - *first] = found[lane];
                     n_rays += sum.n_rays.0[lane].to_f64() as u64;
                 } else {

@@ -11,8 +11,8 @@ use crate::num::{Float, Lanes};
 pub struct SampleOrder<F: Float, const N: usize> {
     /// Offsets in the order of pixels.
     before: Vec<[Lanes<F, N>; 2]>,
-    /// Ids, and below each the lane in the order of pixels.
-    from: Vec<u64>,
+    /// Neighbours that see one object: its id, and below it the first lane in the order of pixels.
+    runs: Vec<u64>,
     /// Where each lane of the order of pixels went; nothing where all are in that order.
     to: Vec<u32>,
     /// Shades by what samples see.
@@ -23,33 +23,44 @@ impl<F: Float, const N: usize> SampleOrder<F, N> {
     /// Puts samples side by side that see one object.
     #[inline(always)]
     pub fn sort(&mut self, packs: &mut [Pack<F, N>], n_spheres: u32) {
-        let SampleOrder { before, from, to, .. } = self;
+        let SampleOrder { before, runs, to, .. } = self;
         to.clear();
         let first = packs[0].ids[0];
         if packs.iter().all(|pack| pack.is_uniform() && pack.ids[0] == first) {
             return;
         }
         before.clear();
-        from.clear();
+        runs.clear();
+        to.resize(N * packs.len(), 0);
+        let mut last = None;
         for (number, pack) in packs.iter().enumerate() {
             before.push(pack.offset);
             for lane in 0..N {
-                from.push(u64::from(pack.ids[lane]) << 32 | (number * N + lane) as u64);
+                let (id, at) = (pack.ids[lane], number * N + lane);
+                if last != Some(id) {
+                    runs.push(u64::from(id) << 32 | at as u64);
+                    last = Some(id);
+                }
+                // Of a run so far, where it ends.
+                to[runs[runs.len() - 1] as u32 as usize] = at as u32 + 1;
             }
         }
-        from.sort_unstable();
-        to.resize(from.len(), 0);
-        for (number, (pack, from)) in packs.iter_mut().zip(from.chunks_exact(N)).enumerate() {
-            let mut seen = [0; N];
-            for lane in 0..N {
-                let at = from[lane] as u32 as usize;
-                seen[lane] = (from[lane] >> 32) as u32;
+        runs.sort_unstable();
+        let (mut seen, mut place) = ([0; N], 0);
+        for run in &*runs {
+            let start = *run as u32 as usize;
+            for at in start..to[start] as usize {
+                let (number, lane) = (place / N, place % N);
+                seen[lane] = (run >> 32) as u32;
                 for axis in 0..2 {
-                    pack.offset[axis].0[lane] = before[at / N][axis].0[at % N];
+                    packs[number].offset[axis].0[lane] = before[at / N][axis].0[at % N];
                 }
-                to[at] = (number * N + lane) as u32;
+                to[at] = place as u32;
+                place += 1;
+                if lane == N - 1 {
+                    packs[number].see(&seen, n_spheres);
+                }
             }
-            pack.see(&seen, n_spheres);
         }
     }
 

@@ -147,7 +147,7 @@ fn light() -> String {
             SurfacePoint::from(SphereSeen::surface_close(&sphere, &ray, &lengths))),
         function!(anchor_ray(
             anchor: Anchor<W>, right: V3<W>, up: V3<W>, across: W, above: W, ray: Ray<W>
-        ) anchor.ray([right, up], [across, above], &ray)),
+        ) anchor.ray((right, up), [across, above], &ray)),
         function!(plane_surface(plane: PlaneSeen<W>, ray: Ray<W>, lengths: Lengths<W>)
             SurfacePoint::from(PlaneSeen::surface(&plane, &ray, &lengths))),
         function!(shadow_ray(aim: Aim<W>, point: V3<W>, point_error: W)

@@ -24,7 +24,7 @@ pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &P
         Some(Object::Sphere(sphere)) if prepared.hierarchy.is_some() => {
             let (seen, anchor) = anchors.of(sphere);
             let (is_close, seen, anchor) = (seen.is_close(), seen.round(), anchor.round());
-            let ray = anchor.ray([camera.right, camera.true_up], steps, ray);
+            let ray = anchor.ray((camera.right, camera.true_up), steps, ray);
             anchor.to_eye(match is_close {
                 false => SphereSeen::surface(&seen, &ray, &lighting.lengths),
                 true => SphereSeen::surface_close(&seen, &ray, &lighting.lengths),
