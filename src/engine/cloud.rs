@@ -117,25 +117,6 @@ struct Pack {
     last: f32,
 }
 
-/// Joins the numbers of all lanes, by halves.
-#[inline(always)]
-fn joined(all: &[f32; LANES], join: impl Fn(f32, f32) -> f32) -> f32 {
-    let (mut all, mut n) = (*all, LANES);
-    while n > 1 {
-        n /= 2;
-        for k in 0..n {
-            all[k] = join(all[k], all[k + n]);
-        }
-    }
-    all[0]
-}
-
-/// The largest of all lanes.
-#[inline(always)]
-fn farthest(all: &Lanes<f32, LANES>) -> f32 {
-    joined(&all.0, Real::max)
-}
-
 /// The least and the most of some packs' numbers: where these fill a square, of those of the first ray and of the last.
 #[inline(always)]
 fn extent(packs: &[[f32; LANES]], fill_a_square: bool) -> [f32; 2] {
@@ -147,7 +128,7 @@ fn extent(packs: &[[f32; LANES]], fill_a_square: bool) -> [f32; 2] {
     for pack in &packs[1..] {
         (low, high) = (low.min(Lanes(*pack)), high.max(Lanes(*pack)));
     }
-    [joined(&low.0, Real::min), joined(&high.0, Real::max)]
+    [low.joined(Real::min), high.joined(Real::max)]
 }
 
 /// Packs on their way together.
@@ -178,7 +159,7 @@ impl Packs<'_> {
             let ray = camera.ray(Lanes(*across), Lanes(*up));
             let best = self.sight.beside.nearest(&ray);
             let beam = self.beam(from_ref(across), from_ref(up));
-            self.packs.push(Pack { ray, best, beam, last: farthest(&best.high()) });
+            self.packs.push(Pack { ray, best, beam, last: best.high().joined(Real::max) });
         }
     }
 }
@@ -209,7 +190,7 @@ impl Visitor for Packs<'_> {
                 is_met |= self.sight.leaves.add(place, &pack.ray, &mut pack.best);
             }
             if is_met {
-                pack.last = farthest(&pack.best.high());
+                pack.last = pack.best.high().joined(Real::max);
             }
             self.last = Real::max(self.last, pack.last);
         }

@@ -36,6 +36,19 @@ impl<F: Float, const N: usize> Lanes<F, N> {
         Lanes(lanes)
     }
 
+    /// Joins the numbers of all lanes, by halves. `N` is a power of two.
+    #[inline(always)]
+    pub fn joined(mut self, join: impl Fn(F, F) -> F) -> F {
+        let mut n = N;
+        while n > 1 {
+            n /= 2;
+            for lane in 0..n {
+                self.0[lane] = join(self.0[lane], self.0[lane + n]);
+            }
+        }
+        self.0[0]
+    }
+
     /// A number for each of these.
     #[inline(always)]
     pub fn each<G: Float>(self, of: impl Fn(F) -> G) -> Lanes<G, N> {

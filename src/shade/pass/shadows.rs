@@ -41,6 +41,7 @@ pub struct PointGroup {
     id: u32,
     packs: Range<usize>,
     ball: BoundingBall,
+    corners: Corners,
     /// Whether some of its points are seen from inside.
     has_back: bool,
 }
@@ -97,15 +98,13 @@ impl<F: Float, const N: usize> Extent<F, N> {
 /// The largest of all lanes.
 #[inline(always)]
 fn most<F: Float, const N: usize>(lanes: Lanes<F, N>) -> f64 {
-    let mut most = lanes.0[0];
-    for lane in 1..N {
-        most = most.max(lanes.0[lane]);
-    }
-    most.to_f64()
+    lanes.joined(F::max).to_f64()
 }
 
 /// The ways from some samples to a light.
 pub struct Way<F: Float, const N: usize> {
+    /// Their pack, among those of a group.
+    at: usize,
     rays: ShadowRay<Lanes<F, N>>,
     verdict: Verdict<Lanes<F, N>>,
     /// Positive where one is neither known to be dark nor known to be clear.
@@ -152,7 +151,8 @@ impl<F: Linear> LightPass<'_, F> {
                     *left = *left & !here;
                 }
                 let has_back = most(points.back) > 0.0;
-                groups.push(PointGroup { id, packs: first..last, ball: points.ball(), has_back });
+                let (ball, corners) = (points.ball(), points.corners());
+                groups.push(PointGroup { id, packs: first..last, ball, corners, has_back });
             }
         }
     }
@@ -163,7 +163,7 @@ impl<F: Linear> LightPass<'_, F> {
         let Scratch { light: index, packs, given, groups, places, .. } = scratch;
         let (origin, lamp) = (self.occluders.origins[*index], &self.job.lit.lighting.lamps[*index]);
         let (aim, of_ball) = (self.lighting.lamps[*index].aim.map(Lanes::splat), Aim::new(origin));
-        for PointGroup { id, packs: among, ball, has_back } in &*groups {
+        for PointGroup { id, packs: among, ball, has_back, .. } in &*groups {
             let (packs, given) = (&packs[among.clone()], &mut given[*index][among.clone()]);
             if !given.iter().any(|given| given.is_lit) {
                 continue;
@@ -203,24 +203,28 @@ impl<F: Linear> LightPass<'_, F> {
         let (origin, aim) =
             (self.occluders.origins[*index], self.lighting.lamps[*index].aim.map(Lanes::splat));
         let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
-        for PointGroup { id, packs: among, .. } in &*groups {
+        for PointGroup { id, packs: among, corners, .. } in &*groups {
             let (packs, given) = (&packs[among.clone()], &mut given[*index][among.clone()]);
-            let mut around = Extent::none();
             ways.clear();
-            for (pack, given) in packs.iter().zip(&*given) {
+            for (at, (pack, given)) in packs.iter().zip(&*given).enumerate() {
                 let asked = given.bounds.high.min(one - given.clear);
                 let asked = Lanes::select(lanes_on(pack, *id), asked, zero);
-                around.add(zero.lt(asked), &pack.surface);
-                let rays = ShadowRay::new(&aim, pack.surface.point, pack.surface.point_error);
-                ways.push(Way { rays, verdict: Verdict::none(), asked });
+                if zero.lt(asked).any() {
+                    let rays = ShadowRay::new(&aim, pack.surface.point, pack.surface.point_error);
+                    ways.push(Way { at, rays, verdict: Verdict::none(), asked });
+                }
             }
-            if ways.iter().any(Way::is_open) {
-                let beam = self.occluders.beam(bvh, origin, around.corners());
-                let mut darken = Darken { pass: self, bvh, own: *id, ways, is_dark: false };
+            if !ways.is_empty() {
+                let beam = self.occluders.beam(bvh, origin, *corners);
+                let mut darken =
+                    Darken { pass: self, bvh, own: *id, ways, is_met: false, is_dark: false };
                 walk.all(bvh, bvh.root(), beam, &mut darken);
-                for ((pack, way), given) in packs.iter().zip(&*ways).zip(given) {
-                    let here = lanes_on(pack, *id);
-                    given.take(Verdict::select(here, way.verdict, Verdict::none()));
+                if !darken.is_met {
+                    continue;
+                }
+                for way in &*ways {
+                    let here = lanes_on(&packs[way.at], *id);
+                    given[way.at].take(Verdict::select(here, way.verdict, Verdict::none()));
                 }
             }
         }
@@ -234,6 +238,9 @@ struct Darken<'a, 'b, F: Float, const N: usize> {
     /// Their object, which is not in their way.
     own: u32,
     ways: &'a mut [Way<F, N>],
+    /// Whether a sphere was looked at,
+    is_met: bool,
+    /// and all ways are known to be dark.
     is_dark: bool,
 }
 
@@ -253,7 +260,7 @@ impl<F: Linear, const N: usize> Visitor for Darken<'_, '_, F, N> {
         let reference = self.pass.occluders.prepared.reference;
         let met: SphereMet<F> = SphereMet::new(&self.bvh.spheres[place], reference);
         let met = met.map(Lanes::splat);
-        self.is_dark = true;
+        (self.is_met, self.is_dark) = (true, true);
         for way in &mut *self.ways {
             if way.is_open() {
                 let found = met.occlude(&way.rays);
