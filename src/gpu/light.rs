@@ -140,8 +140,12 @@ fn vec4(V3([x, y, z]): V3<f32>, w: f32) -> [f32; 4] {
 
 /// The colours of all objects by id, the background's first.
 fn colors(prepared: &Prepared, background: V3<f32>) -> Vec<f32> {
-    let objects = prepared.scene.colors().skip(1).map(|color| V3(color.0.map(f32::near)));
-    std::iter::once(background).chain(objects).flat_map(|color| vec4(color, 0.0)).collect()
+    let color = |id| match id {
+        0 => vec4(background, 0.0),
+        _ => vec4(V3(prepared.scene.color(id).0.map(f32::near)), 0.0),
+    };
+    let ids = (0..=prepared.scene.n_objects() as u32).into_par_iter();
+    ids.map(color).collect::<Vec<_>>().into_flattened()
 }
 
 const SEEN: usize = size_of::<SphereWords>() / size_of::<f32>();
@@ -170,18 +174,21 @@ fn lists_of_tree(
         "use fewer spheres, or `--device cpu`",
     )?;
     let anchors = Anchors::new(picture);
-    let seen = |sphere| {
+    let seen = |sphere| -> AnchoredWords {
         let (seen, anchor) = anchors.of(sphere);
-        let (seen, anchor) = (seen.round::<f32>(), anchor.round::<f32>());
-        words::<SEEN>(&seen).into_iter().chain(words::<ANCHOR>(&anchor))
+        let mut all = [0.0; SEEN + ANCHOR];
+        all[..SEEN].copy_from_slice(&words::<SEEN>(&seen.round::<f32>()));
+        all[SEEN..].copy_from_slice(&words::<ANCHOR>(&anchor.round::<f32>()));
+        all
     };
     let met = |sphere| words::<8>(&SphereMet::<f32>::new(sphere, prepared.reference));
     let mut lists = vec![
         ("colors", colors(prepared, lighting.background)),
-        ("seen_spheres", spheres.par_iter().flat_map_iter(seen).collect()),
+        ("seen_spheres", spheres.par_iter().map(seen).collect::<Vec<_>>().into_flattened()),
     ];
     if !lighting.lamps.is_empty() {
-        lists.push(("met_in_tree", spheres.par_iter().flat_map_iter(met).collect()));
+        let met = spheres.par_iter().map(met).collect::<Vec<_>>().into_flattened();
+        lists.push(("met_in_tree", met));
     }
     Ok(Some(lists))
 }

@@ -63,7 +63,8 @@ impl<R: Real> Anchor<R> {
     }
 }
 
-/// Radii that a sphere with an anchor is away at least. No bound: closer ones are seen as well without.
+/// Radii that a sphere with an anchor is before the camera at least, so that all rays start outside. No test sees it halved: one
+/// would do, and closer spheres are seen as well without.
 const LEAST_RADII: f64 = 4.0;
 
 /// Radii that it is away at most: f64 finds its anchor, off by 10 units of the way at most, and that is 0.01 units of f32 of the
@@ -120,14 +121,13 @@ impl Anchors {
         let away = length_bounds(center);
         let around = r + length_bounds(from_base);
         let spread = lit(ROOM * (1.0 + 1.01 * self.longest)) * around;
-        let suits = lit(0.0).lt(depth)
-            & (lit(LEAST_RADII) * r).lt(away)
+        let suits = (lit(LEAST_RADII) * r).lt(depth)
             & away.lt(lit(MOST_RADII) * r)
             & across.abs().max(above.abs()).le(lit(MOST_STEPS))
             & spread.le(lit(f32::FARTHEST));
         let InputError { direction, .. } = self.eye.input;
         let input = InputError { offset: guard::ANCHORED, direction };
-        // Rays that hit start outside, whatever their origin says.
+        // All rays start outside, whatever their origin says.
         let l = around + spread;
         let outside = (lit(4.0) * l * l, lit(0.0));
         let apart = Eye { spread: f32::FARTHEST, ..self.eye };

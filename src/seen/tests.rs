@@ -508,9 +508,19 @@ fn off_anchors<R: Real<One = f32>>(n: usize, share: f64, number: impl Fn(R) -> f
             _ => Projection::Orthographic { height: 4.0 * radius / share_of_picture },
         };
         let aside = if k % 4 < 2 { aside } else { aside * (radius / away) };
-        let camera = Camera { projection, ..Camera::new(position, center + aside) };
+        let mut camera = Camera { projection, ..Camera::new(position, center + aside) };
+        let mut sphere = Sphere { center, radius };
+        if k % 8 == 7 {
+            // Parallel rays that start in the sphere or not far before it, far from the middle of the picture.
+            let (aside, away) =
+                ((center - position).normalize(), radius * (5.0 + 60.0 * random.0.unit()));
+            let forward = aside.cross(random.vector()).normalize();
+            sphere.center = position + aside * away + forward * (4.0 * radius * random.number());
+            let projection = Projection::Orthographic { height: 2.5 * away };
+            camera = Camera { projection, ..Camera::new(position, position + forward * away) };
+        }
         let pixels = Pixels::whole(View::new(&camera), 321, 243);
-        let sphere = Sphere { center, radius };
+        let Sphere { center, radius } = sphere;
         let Some(at) = pixels.seen_at(center + random.vector() * (0.8 * radius)) else { continue };
         let [x, y] = [at.x, at.y].map(|at| at as u32);
         let (anchors, camera) = (Anchors::new(&pixels), Frame::<f32>::of_pixels(&pixels));
