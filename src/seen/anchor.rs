@@ -68,7 +68,7 @@ impl<R: Real> Anchor<R> {
 const LEAST_RADII: f64 = 4.0;
 
 /// Radii that it is away at most: f64 finds its anchor, off by 10 units of the way at most, and that is 0.01 units of f32 of the
-/// radius.
+/// radius. No test sees it halved: the range may be smaller.
 const MOST_RADII: f64 = (1u64 << 18) as f64;
 
 /// Steps from the picture's centre to an anchor's pixel at most: differences of places are exact in f32. No test sees it halved: the
