@@ -41,10 +41,9 @@ fn compare_light(criterion: &mut Criterion) -> Result<()> {
     let n_pixels = Throughput::Elements(pixels.len() as u64);
     let lighting = certified_lighting(&prepared, &pixels, Samples::ONE)
         .ok_or_else(|| Error::Usage("f32 has no say in this light".into()))?;
-    let mut codes = Vec::new();
     let there = Candidate::new("f32 on the device", n_pixels.clone(), move || {
         let device = tracer.backend().expect("a tracer on a device");
-        device.light(&lighting, &pixels, &Control::default(), &mut codes)
+        device.light(&lighting, &pixels, &Control::default()).map(|codes| codes.map(<[u32]>::len))
     });
     let mut session = Session::new(scene, Device::Cpu, Kernel::Certified);
     let here = Candidate::new("all of it on the CPU", n_pixels, move || {
