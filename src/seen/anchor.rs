@@ -130,6 +130,7 @@ impl Anchors {
         // All rays start outside, whatever their origin says.
         let l = around + spread;
         let outside = (lit(4.0) * l * l, lit(0.0));
+        // Its rays start apart: `spread` says how far those of each sphere do.
         let apart = Eye { spread: f32::FARTHEST, ..self.eye };
         let seen = SphereSeen::of::<f32>(from_base, r, outside, spread, input, &apart);
         let of_way = 2.0 * (direction + steps::POINT) * self.longest;

@@ -1,18 +1,18 @@
 //! The formulas against exact arithmetic, in all numbers; every bound that is cut is seen.
 
-use std::cell::Cell;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+mod anchors;
+mod numbers;
 
 use super::shadow::{Aim, Origin};
 use super::*;
-use crate::exact::{Dyadic as Exact, ExactPoint, ExactRay, ExactRays, Root, real, visible_hit};
+use crate::exact::{Dyadic as Exact, ExactPoint, ExactRay, Root, real, visible_hit};
 use crate::guard;
 use crate::guard::tests::worst::{UNIT, Worst, worst};
 use crate::num::Lanes;
 use crate::prepare::Scaled;
 use crate::random::SplitMix;
-use crate::rays::{Frame, Pixels, Rays, View};
-use crate::scene::{Camera, Color, Plane, Projection, Sphere};
+use crate::scene::{Color, Plane, Sphere};
+use numbers::{Finite, Shaky};
 
 /// An object, and a ray's origin and direction.
 type Case<T> = (T, DVec3, DVec3);
@@ -63,75 +63,6 @@ fn grazing(random: &mut Random) -> Case<Plane> {
     let point = origin + random.vector() * random.size(3.0);
     let normal = normal * random.size(6.0);
     (Plane { name: None, point, normal, color: Color::BLACK }, origin, way)
-}
-
-/// An f32 of a bad device: each operation is off by as much as the table in [`crate::guard`] allows, either way.
-#[derive(Clone, Copy, Debug)]
-struct Shaky(f32);
-
-thread_local! {
-    static SHAKE: Cell<u64> = const { Cell::new(1) };
-}
-
-impl Shaky {
-    fn off(x: f64, units: f64) -> Shaky {
-        let mut random = SplitMix::new(SHAKE.get());
-        let sign = if random.bits().is_multiple_of(2) { 1.0 } else { -1.0 };
-        let x = x * (1.0 + sign * units * f32::UNIT);
-        let is_up = random.bits().is_multiple_of(2);
-        SHAKE.set(random.bits());
-        Shaky(if is_up { f32::up(x) } else { f32::down(x) })
-    }
-}
-
-macro_rules! shaky {
-    ($($trait:ident $function:ident $sign:tt $units:literal),*) => {$(
-        impl $trait for Shaky {
-            type Output = Shaky;
-            fn $function(self, other: Shaky) -> Shaky {
-                Shaky::off(f64::from(self.0) $sign f64::from(other.0), $units)
-            }
-        }
-    )*};
-}
-
-shaky!(Add add + 0.0, Sub sub - 0.0, Mul mul * 0.0, Div div / 1.5);
-
-impl Neg for Shaky {
-    type Output = Shaky;
-    fn neg(self) -> Shaky {
-        Shaky(-self.0)
-    }
-}
-
-impl Real for Shaky {
-    type One = f32;
-    type Mask = bool;
-    type Id = u32;
-    fn splat(x: f32) -> Shaky {
-        Shaky(x)
-    }
-    fn splat_id(id: u32) -> u32 {
-        id
-    }
-    fn sqrt(self) -> Shaky {
-        Shaky::off(f64::from(self.0).sqrt(), 3.5)
-    }
-    fn abs(self) -> Shaky {
-        Shaky(self.0.abs())
-    }
-    fn lt(self, other: Shaky) -> bool {
-        self.0 < other.0
-    }
-    fn le(self, other: Shaky) -> bool {
-        self.0 <= other.0
-    }
-    fn select(mask: bool, yes: Shaky, no: Shaky) -> Shaky {
-        if mask { yes } else { no }
-    }
-    fn select_id(mask: bool, yes: u32, no: u32) -> u32 {
-        if mask { yes } else { no }
-    }
 }
 
 /// A shape's record from its object.
@@ -484,155 +415,6 @@ fn sabotage_smaller_bounds_of_surfaces_are_seen() {
     for (at, [known, wrong @ ..]) in off_all(60_000, [0.03, 0.06]).into_iter().enumerate() {
         println!("{at}: {known} known, wrong {wrong:?}");
         assert!(wrong.iter().all(|&n| n > 0), "{at}: {wrong:?} of {known}");
-    }
-}
-
-/// How many surfaces of spheres with anchors are known, of `n` that pixels hit, and of how many points and normals are off by more
-/// than this share of what they may be.
-fn off_anchors<R: Real<One = f32>>(n: usize, share: f64, number: impl Fn(R) -> f64) -> [usize; 3] {
-    let mut random = Random(SplitMix::new(12));
-    let [mut known, mut of_point, mut of_normal] = [0; 3];
-    for k in 0..n {
-        let radius = random.size(6.0);
-        let away = radius * (2.0 + 17.0 * random.0.unit()).exp2();
-        let position = random.vector() * random.size(3.0) * radius;
-        let center = position + random.vector().normalize() * away;
-        let aside = random.vector() * (0.5 * away);
-        // From a few pixels for the sphere to some of it for a pixel.
-        let share_of_picture = (-5.0 * random.0.unit()).exp2();
-        let projection = match k % 2 {
-            0 => {
-                let fov_degrees = (3.0 * radius / away / share_of_picture).atan().to_degrees();
-                Projection::Perspective { fov_degrees: fov_degrees.clamp(1e-3, 100.0) }
-            }
-            _ => Projection::Orthographic { height: 4.0 * radius / share_of_picture },
-        };
-        let aside = if k % 4 < 2 { aside } else { aside * (radius / away) };
-        let mut camera = Camera { projection, ..Camera::new(position, center + aside) };
-        let mut sphere = Sphere { center, radius };
-        if k % 8 == 7 {
-            // Parallel rays that start in the sphere or not far before it, far from the middle of the picture.
-            let (aside, away) =
-                ((center - position).normalize(), radius * (5.0 + 60.0 * random.0.unit()));
-            let forward = aside.cross(random.vector()).normalize();
-            sphere.center = position + aside * away + forward * (4.0 * radius * random.number());
-            let projection = Projection::Orthographic { height: 2.5 * away };
-            camera = Camera { projection, ..Camera::new(position, position + forward * away) };
-        }
-        let pixels = Pixels::whole(View::new(&camera), 321, 243);
-        let Sphere { center, radius } = sphere;
-        let Some(at) = pixels.seen_at(center + random.vector() * (0.8 * radius)) else { continue };
-        let [x, y] = [at.x, at.y].map(|at| at as u32);
-        let (anchors, camera) = (Anchors::new(&pixels), Frame::<f32>::of_pixels(&pixels));
-        let (seen, anchor) = anchors.of(&sphere);
-        if x >= 321 || y >= 243 || anchor.base.0 == [0.0; 3] {
-            continue;
-        }
-        let rays = Rays::Pixels(pixels);
-        let exact = ExactRays::from(&rays).ray((y * 321 + x) as usize);
-        let Some(hit) = visible_hit(&exact, 1, sphere.in_scene()) else { continue };
-        let (i, j) = pixels.offset2(x, y);
-        let steps = [i, j].map(|steps| R::splat(steps as f32));
-        let ray = camera.ray(steps[0], steps[1]);
-        let (seen, anchor) = (seen.round::<f32>().map(R::splat), anchor.round().map(R::splat));
-        let here = anchor.ray((V3::splat(camera.right), V3::splat(camera.true_up)), steps, &ray);
-        let eye = Eye::of_pixels(&pixels, Reach::default(), f32::UNIT);
-        let lengths = Lengths::new(&eye, pixels.longest_direction()).map(R::splat);
-        let found = anchor.to_eye(SphereSeen::surface(&seen, &here, &lengths));
-        let error = number(found.point_error);
-        if !(error < f32::KNOWN) {
-            continue;
-        }
-        known += 1;
-        let point = position + DVec3::from_array(found.point.0.map(&number));
-        let error = error * share + 2.0 * f64::UNIT * (point.length() + position.length());
-        let is_there = ExactPoint::new(&exact, &hit).is_within(error, point);
-        of_point += usize::from(is_there != Some(true));
-        let normal = hit.normal(&exact).unwrap().map(|x| x.to_f64());
-        let off: DVec3 = DVec3::from_array(found.normal.0.map(&number)) - DVec3::from_array(normal);
-        of_normal += usize::from(off.length() > number(found.normal_error) * share);
-    }
-    [known, of_point, of_normal]
-}
-
-#[test]
-fn surfaces_from_anchors_are_within_their_bounds() {
-    for [known, wrong @ ..] in [
-        off_anchors::<f32>(20_000, 1.0, f64::from),
-        off_anchors::<Shaky>(20_000, 1.0, |x| x.0.into()),
-        off_anchors::<Finite>(20_000, 1.0, |x| x.0.into()),
-    ] {
-        println!("{known} known, wrong {wrong:?}");
-        assert!(wrong == [0; 2] && known > 5000, "{wrong:?} of {known}");
-    }
-}
-
-#[test]
-fn sabotage_smaller_bounds_from_anchors_are_seen() {
-    let [known, wrong @ ..] = off_anchors::<Shaky>(40_000, 0.06, |x| x.0.into());
-    println!("{known} known, wrong {wrong:?}");
-    assert!(wrong.iter().all(|&n| n > 0), "{wrong:?} of {known}");
-}
-
-/// f32 that keeps to the finite numbers, as a device must: [`crate::guard`] says why.
-#[derive(Clone, Copy, Debug)]
-struct Finite(f32);
-
-impl Finite {
-    #[inline(never)]
-    fn of(x: f32) -> Finite {
-        assert!(x.is_finite(), "{x}");
-        Finite(x)
-    }
-}
-
-macro_rules! finite {
-    ($($trait:ident $function:ident $sign:tt),*) => {$(
-        impl $trait for Finite {
-            type Output = Finite;
-            fn $function(self, other: Finite) -> Finite {
-                Finite::of(self.0 $sign other.0)
-            }
-        }
-    )*};
-}
-
-finite!(Add add +, Sub sub -, Mul mul *, Div div /);
-
-impl Neg for Finite {
-    type Output = Finite;
-    fn neg(self) -> Finite {
-        Finite(-self.0)
-    }
-}
-
-impl Real for Finite {
-    type One = f32;
-    type Mask = bool;
-    type Id = u32;
-    fn splat(x: f32) -> Finite {
-        Finite::of(x)
-    }
-    fn splat_id(id: u32) -> u32 {
-        id
-    }
-    fn sqrt(self) -> Finite {
-        Finite::of(self.0.sqrt())
-    }
-    fn abs(self) -> Finite {
-        Finite(self.0.abs())
-    }
-    fn lt(self, other: Finite) -> bool {
-        self.0 < other.0
-    }
-    fn le(self, other: Finite) -> bool {
-        self.0 <= other.0
-    }
-    fn select(mask: bool, yes: Finite, no: Finite) -> Finite {
-        if mask { yes } else { no }
-    }
-    fn select_id(mask: bool, yes: u32, no: u32) -> u32 {
-        if mask { yes } else { no }
     }
 }
 
