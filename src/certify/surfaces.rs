@@ -13,7 +13,7 @@ use crate::num::{Bits, Float, LaneBits, Lanes, Mask, Real, V3, dispatch, one_by_
 use crate::prepare::{Scaled, power_of_two};
 use crate::rays::{Frame, Lens, Rays};
 use crate::scene::{Plane, Scene};
-use crate::seen::{Anchors, Eye, Lengths, PlaneSeen, Ray, Record, Seen, SphereSeen, Surface};
+use crate::seen::{Anchor, Anchors, Eye, Lengths, PlaneSeen, Ray, Record, Seen, SphereSeen, Surface};
 use crate::shape::plane_normal;
 
 /// Rays that go side by side.
@@ -51,12 +51,21 @@ pub struct Surfaces<'a, F: Float> {
     rays: &'a Rays,
     /// A picture's; none for lists.
     camera: Option<(Frame<F>, Anchors)>,
-    /// With their ids, in the order of these, and whether they are close: of pictures those that are not in a hierarchy's tree.
-    spheres: Vec<(u32, SphereSeen<F>, bool)>,
+    /// In the order of their ids: of pictures those that are not in a hierarchy's tree.
+    spheres: Vec<OneSphere<F>>,
     /// By index; none for lists.
     planes: Vec<PlaneSeen<F>>,
     /// The planes' unit normals in f32, by index, where `t` and normals are to be rounded; else none.
     units: Vec<[f32; 3]>,
+}
+
+/// A sphere as all rays of a picture see it.
+struct OneSphere<F: Float> {
+    id: u32,
+    seen: SphereSeen<F>,
+    is_close: bool,
+    /// What its numbers are relative to, where that is not the eye.
+    anchor: Option<Anchor<F>>,
 }
 
 /// What the rays of a pack see.
@@ -259,14 +268,10 @@ impl<'a, F: Float> Surfaces<'a, F> {
         };
         if let Rays::Pixels(pixels) = stage.rays {
             found.camera = Some((Frame::of_pixels(pixels), Anchors::new(pixels)));
-            let spheres = &scene.spheres[..];
-            let seen = |id: u32| {
-                let seen = SphereSeen::new::<F>(&spheres[id as usize - 1], &eye);
-                (id, seen.round(), seen.is_close())
-            };
+            let one = |id| found.one_sphere(id);
             found.spheres = match stage.prepared.rest() {
-                None => (1..=spheres.len() as u32).map(seen).collect(),
-                Some(rest) => rest.iter().copied().map(seen).collect(),
+                None => (1..=scene.spheres.len() as u32).map(one).collect(),
+                Some(rest) => rest.iter().copied().map(one).collect(),
             };
             let plane = |plane| PlaneSeen::new::<F>(plane, &eye).round();
             found.planes = scene.planes.iter().map(plane).collect();
@@ -298,8 +303,9 @@ impl<'a, F: Float> Surfaces<'a, F> {
         for pack in one_by_one(&mut *packs) {
             self.aim(pack);
         }
+        let mut last = None;
         for pack in one_by_one(&mut *packs).filter(|pack| pack.kind == Kind::Sphere) {
-            self.keep_of_sphere(pack);
+            self.keep_of_sphere(pack, &mut last);
         }
         for pack in one_by_one(&mut *packs).filter(|pack| pack.kind == Kind::Plane) {
             self.keep_of_plane(pack);
@@ -321,12 +327,19 @@ impl<'a, F: Float> Surfaces<'a, F> {
         }
     }
 
-    /// The record of the one sphere that a pack sees, and whether it is close.
-    #[inline(always)]
-    fn sphere_of<const N: usize>(&self, pack: &Pack<F, N>) -> Option<(&SphereSeen<F>, bool)> {
-        let place = self.spheres.binary_search_by_key(&pack.ids[0], |&(id, ..)| id).ok()?;
-        let (_, seen, is_close) = &self.spheres[place];
-        Some((seen, *is_close))
+    /// A sphere as all rays of a picture see it.
+    fn one_sphere(&self, id: u32) -> OneSphere<F> {
+        let sphere = &self.scene.spheres[id as usize - 1];
+        if Self::HAS_ANCHORS && let Some((_, anchors)) = &self.camera {
+            let center = V3((sphere.center - self.eye.reference).to_array());
+            let (seen, anchor, suits) = anchors.seen(center, sphere.radius.abs());
+            if suits {
+                let anchor = Some(anchor.round());
+                return OneSphere { id, seen: seen.round(), is_close: false, anchor };
+            }
+        }
+        let seen = SphereSeen::new::<F>(sphere, &self.eye);
+        OneSphere { id, seen: seen.round(), is_close: seen.is_close(), anchor: None }
     }
 
     /// The record of the one plane that a pack sees.
@@ -339,7 +352,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
     fn has_record<const N: usize>(&self, pack: &Pack<F, N>) -> bool {
         match pack.kind {
             Kind::Nothing => true,
-            Kind::Sphere => self.sphere_of(pack).is_some(),
+            Kind::Sphere => self.camera.is_some(),
             Kind::Plane => self.plane_of(pack).is_some(),
             Kind::Several => false,
         }
@@ -377,12 +390,29 @@ impl<'a, F: Float> Surfaces<'a, F> {
 
     // What several branches return goes through memory, and in pieces: each keeps its own.
     #[inline(always)]
-    fn keep_of_sphere<const N: usize>(&self, pack: &mut Pack<F, N>) {
-        let Some((seen, is_close)) = self.sphere_of(pack) else { return };
-        let (seen, lengths) = (SphereSeen::splat(seen), self.lengths.map(Lanes::splat));
-        match is_close {
-            false => pack.surface = SphereSeen::surface(&seen, &pack.ray, &lengths),
-            true => pack.surface = SphereSeen::surface_close(&seen, &pack.ray, &lengths),
+    fn keep_of_sphere<const N: usize>(
+        &self,
+        pack: &mut Pack<F, N>,
+        last: &mut Option<OneSphere<F>>,
+    ) {
+        let Some((camera, _)) = &self.camera else { return };
+        let id = pack.ids[0];
+        let one = match self.spheres.binary_search_by_key(&id, |one| one.id) {
+            Ok(place) => &self.spheres[place],
+            Err(_) => {
+                last.take_if(|last| last.id != id);
+                last.get_or_insert_with(|| self.one_sphere(id))
+            }
+        };
+        let (seen, lengths) = (SphereSeen::splat(&one.seen), self.lengths.map(Lanes::splat));
+        match (&one.anchor, one.is_close) {
+            (Some(anchor), _) => {
+                let anchor = Anchor::splat(anchor);
+                let ray = anchor.ray(camera.steps(), pack.offset, &pack.ray);
+                pack.surface = anchor.to_eye(SphereSeen::surface(&seen, &ray, &lengths));
+            }
+            (None, false) => pack.surface = SphereSeen::surface(&seen, &pack.ray, &lengths),
+            (None, true) => pack.surface = SphereSeen::surface_close(&seen, &pack.ray, &lengths),
         }
     }
 
@@ -417,8 +447,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
             let (seen, anchor, suits) = anchors.seen(center, r);
             if !(Lanes::lit(0.0).lt(r) & !suits).any() {
                 let (seen, anchor) = (seen.round_lanes(), anchor.round_lanes());
-                let steps = (V3::splat(camera.right), V3::splat(camera.true_up));
-                let ray = anchor.ray(steps, pack.offset, &pack.ray);
+                let ray = anchor.ray(camera.steps(), pack.offset, &pack.ray);
                 return anchor.to_eye(SphereSeen::surface(&seen, &ray, &lengths));
             }
         }

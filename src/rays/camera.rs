@@ -262,11 +262,16 @@ impl<F: Float> Frame<F> {
         Frame::new(&pixels.view, pixels.step())
     }
 
+    /// The two steps.
+    #[inline(always)]
+    pub fn steps<R: Real<One = F>>(&self) -> (V3<R>, V3<R>) {
+        (V3::splat(self.right), V3::splat(self.true_up))
+    }
+
     /// The ray so many steps from the picture's centre, to the right and to the top.
     #[inline(always)]
     pub fn ray<R: Real<One = F>>(&self, across: R, up: R) -> Ray<R> {
-        let forward = V3::splat(self.forward);
-        let (right, true_up) = (V3::splat(self.right), V3::splat(self.true_up));
+        let (forward, (right, true_up)) = (V3::splat(self.forward), self.steps());
         match self.lens {
             Lens::Perspective => Ray::new(
                 V3([R::lit(0.0); 3]),
