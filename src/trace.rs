@@ -238,6 +238,15 @@ pub(crate) fn resize<T: Zeroable + Copy>(values: &mut Vec<T>, n: usize) {
     }
 }
 
+/// Where a value is that hardly a part of all has.
+pub(crate) fn places_of<T: PartialEq + Copy>(rare: T, all: &[T]) -> impl Iterator<Item = usize> {
+    const AT_ONCE: usize = 256;
+    let parts = (0..).step_by(AT_ONCE).zip(all.chunks(AT_ONCE));
+    parts.filter(move |(_, part)| part.contains(&rare)).flat_map(move |(first, part)| {
+        (first..).zip(part).filter(move |&(_, &value)| value == rare).map(|(at, _)| at)
+    })
+}
+
 /// Time spent in the stages of one [`Tracer::trace`](crate::tracer::Tracer::trace).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Timing {

@@ -15,7 +15,7 @@ use crate::error::Result;
 use crate::exact::ExactRays;
 use crate::guard;
 use crate::prepare::{Prepared, exponent_of};
-use crate::trace::{Rays, StageCounts, WorldRay};
+use crate::trace::{Rays, StageCounts, WorldRay, places_of};
 use surfaces::MISS;
 pub(crate) use surfaces::{Pack, PackF64, Surfaces, is_id};
 
@@ -68,16 +68,14 @@ impl<'a> Stage<'a> {
         room: &mut Vec<PackF64>,
     ) -> Result<()> {
         surfaces.round(first, ids, room, t, normal);
-        if t.contains(&0.0) {
-            let open: Vec<usize> = (0..t.len()).filter(|&at| t[at] == 0.0).collect();
-            let surface = |&at: &usize| {
-                control.check()?;
-                Ok(self.surface(first + at, ids[at]).unwrap_or(MISS))
-            };
-            let found = open.par_iter().map(surface).collect::<Result<Vec<_>>>()?;
-            for (at, found) in open.into_iter().zip(found) {
-                (t[at], normal[at]) = found;
-            }
+        let open: Vec<usize> = places_of(0.0, t).collect();
+        let surface = |&at: &usize| {
+            control.check()?;
+            Ok(self.surface(first + at, ids[at]).unwrap_or(MISS))
+        };
+        let found = open.par_iter().map(surface).collect::<Result<Vec<_>>>()?;
+        for (at, found) in open.into_iter().zip(found) {
+            (t[at], normal[at]) = found;
         }
         Ok(())
     }

@@ -13,7 +13,9 @@ use crate::num::{Bits, Float, LaneBits, Lanes, Mask, Real, V3, dispatch, one_by_
 use crate::prepare::{Scaled, power_of_two};
 use crate::rays::{Frame, Lens, Rays};
 use crate::scene::{Plane, Scene};
-use crate::seen::{Anchor, Anchors, Eye, Lengths, PlaneSeen, Ray, Record, Seen, SphereSeen, Surface};
+use crate::seen::{
+    Anchor, Anchors, Eye, Lengths, PlaneSeen, Ray, Record, Seen, SphereSeen, Surface,
+};
 use crate::shape::plane_normal;
 
 /// Rays that go side by side.
@@ -114,12 +116,6 @@ impl<F: Float, const N: usize> Default for Pack<F, N> {
 }
 
 impl<F: Float, const N: usize> Pack<F, N> {
-    /// Whether a lane's object is a sphere.
-    #[inline(always)]
-    pub fn is_sphere(&self, lane: usize) -> bool {
-        self.ids[lane] <= self.n_spheres
-    }
-
     /// Whether all lanes see one object, or nothing.
     #[inline(always)]
     pub fn is_uniform(&self) -> bool {
@@ -312,11 +308,14 @@ impl<'a, F: Float> Surfaces<'a, F> {
         }
         // Those without a record for all their rays; then those at a silhouette, as if their spheres were close.
         for is_close in [false, true] {
-            let is_left = |pack: &&mut Pack<F, N>| match is_close {
-                false => !self.has_record(pack),
-                true => self.leaves_spheres_open(pack),
-            };
-            for pack in one_by_one(&mut *packs).filter(is_left) {
+            for pack in one_by_one(&mut *packs) {
+                let is_left = match is_close {
+                    false => !self.has_record(pack),
+                    true => (!pack.surface.is_known() & !is_id(&pack.ids, 0)).any(),
+                };
+                if !is_left {
+                    continue;
+                }
                 let found = self.on_several(pack, is_close);
                 // What is known from an anchor is known better.
                 pack.surface = match is_close && Self::HAS_ANCHORS {
@@ -330,7 +329,9 @@ impl<'a, F: Float> Surfaces<'a, F> {
     /// A sphere as all rays of a picture see it.
     fn one_sphere(&self, id: u32) -> OneSphere<F> {
         let sphere = &self.scene.spheres[id as usize - 1];
-        if Self::HAS_ANCHORS && let Some((_, anchors)) = &self.camera {
+        if Self::HAS_ANCHORS
+            && let Some((_, anchors)) = &self.camera
+        {
             let center = V3((sphere.center - self.eye.reference).to_array());
             let (seen, anchor, suits) = anchors.seen(center, sphere.radius.abs());
             if suits {
@@ -356,17 +357,6 @@ impl<'a, F: Float> Surfaces<'a, F> {
             Kind::Plane => self.plane_of(pack).is_some(),
             Kind::Several => false,
         }
-    }
-
-    /// Whether nothing is known of a ray that hits a sphere.
-    #[inline(always)]
-    fn leaves_spheres_open<const N: usize>(&self, pack: &Pack<F, N>) -> bool {
-        let (mut is_open, is_known) = (false, pack.surface.is_known());
-        for lane in 0..N {
-            let is_known = is_known.0[lane] != F::Bits::default();
-            is_open |= !is_known & (pack.ids[lane] != 0) & pack.is_sphere(lane);
-        }
-        is_open
     }
 
     /// Where a pack's rays meet their objects: the spheres together, then each plane.

@@ -17,10 +17,7 @@ use crate::kernel::Kernel;
 use crate::num::OPEN;
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, Rays};
-use crate::trace::{Hits, Level, Mixed, SampleIds, StageCounts, Timing, Wants, resize};
-
-/// Rays among which open ones are looked for at once.
-const LOOKED_AT: usize = 256;
+use crate::trace::{Hits, Level, Mixed, SampleIds, StageCounts, Timing, Wants, places_of, resize};
 
 /// Rays that one thread takes at a time from a list.
 const RAYS_PER_PART: usize = 4096;
@@ -84,13 +81,7 @@ fn first_stage<'a>(prepared: &'a Prepared, rays: &'a Rays) -> Box<FirstStage<'a>
 /// Replaces `open` by those of some consecutive rays that f32 leaves to the stages after it.
 fn find_open(rays: &Rays, first: usize, ids: &[u32], open: &mut Vec<u32>) {
     open.clear();
-    // Hardly a part of a picture has one.
-    for (start, ids) in (first..).step_by(LOOKED_AT).zip(ids.chunks(LOOKED_AT)) {
-        if ids.contains(&OPEN) {
-            let rays = (start..).zip(ids).filter(|&(_, &id)| id == OPEN);
-            open.extend(rays.map(|(ray, _)| ray as u32));
-        }
-    }
+    open.extend(places_of(OPEN, ids).map(|at| (first + at) as u32));
     if let Rays::List(all) = rays {
         let left = (first..).zip(&all[first..][..ids.len()]).filter(|(_, ray)| !is_ordinary(ray));
         open.extend(left.map(|(ray, _)| ray as u32));
@@ -222,7 +213,7 @@ pub fn trace_samples(
         let (mut mixed, mut ids) = search.look(&rows_of(pixels, first, whole.len()), whole, room);
         timing.trace = start.elapsed();
         mixed.iter_mut().for_each(|pixel| *pixel += first as u32);
-        let places: Vec<usize> = (0..ids.len()).filter(|&at| ids[at] == OPEN).collect();
+        let places: Vec<usize> = places_of(OPEN, &ids).collect();
         let ray = |&at: &usize| {
             let (pixel, sample) = (mixed[at / (n * n)] as usize, at % (n * n));
             let (x, y) = (pixel % width * n + sample % n, pixel / width * n + sample / n);

@@ -142,6 +142,9 @@ const RUN: usize = 16;
 /// Makes `out` the colours that a palette has of ids; other ids have the first one.
 fn look_up<C: Written + Zeroable>(out: &mut Vec<[C; 3]>, palette: &[[C; 3]], ids: &[u32]) {
     let color = |id: u32| *palette.get(id as usize).unwrap_or(&palette[0]);
+    let fill = |out: &mut [[C; 3]], ids: &[u32]| {
+        out.iter_mut().zip(ids).for_each(|(out, &id)| *out = color(id));
+    };
     resize(out, ids.len());
     let parts = out.par_chunks_mut(PIXELS_AT_ONCE).zip(ids.par_chunks(PIXELS_AT_ONCE));
     parts.for_each(|(out, ids)| {
@@ -150,7 +153,7 @@ fn look_up<C: Written + Zeroable>(out: &mut Vec<[C; 3]>, palette: &[[C; 3]], ids
         let (mut shown, mut run) = (0, [palette[0]; RUN]);
         for (out, ids) in runs.iter_mut().zip(ids_of_runs) {
             if ids.iter().fold(0, |differ, &id| differ | (id ^ ids[0])) != 0 {
-                *out = ids.map(color);
+                fill(out, ids);
                 continue;
             }
             if ids[0] != shown {
@@ -158,7 +161,7 @@ fn look_up<C: Written + Zeroable>(out: &mut Vec<[C; 3]>, palette: &[[C; 3]], ids
             }
             *out = run;
         }
-        rest.iter_mut().zip(ids_of_rest).for_each(|(out, &id)| *out = color(id));
+        fill(rest, ids_of_rest);
     });
 }
 
