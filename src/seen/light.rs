@@ -17,12 +17,6 @@ pub struct LightBounds<R> {
 numbers! { LightBounds { low: vec, high: vec } }
 
 impl<R: Real> LightBounds<R> {
-    /// Between a number and itself.
-    #[inline(always)]
-    pub fn of(v: V3<R>) -> LightBounds<R> {
-        LightBounds { low: v, high: v }
-    }
-
     /// With what is given of a light of this weight.
     #[inline(always)]
     pub fn with(self, weight: V3<R>, given: Bounds<R>) -> LightBounds<R> {

@@ -408,7 +408,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
                     color.0[2].0[lane] = F::near(blue);
                 }
             }
-            shade.light = LightBounds::of(color);
+            shade.light.low = color;
         }
         for (number, (pack, shade)) in one_by_one(&*packs).zip(shades).enumerate() {
             let mut sum = self.lighting.ambient.map(Lanes::splat);
