@@ -86,11 +86,10 @@ pub struct Pack<F: Float, const N: usize> {
     n_spheres: u32,
     /// Twice the offset of pixels from the picture's centre, to the right and to the top.
     pub offset: [Lanes<F, N>; 2],
-    /// The origins of a list's rays from the eye's reference point, and what their `t` is multiplied with.
+    /// The origins of a list's rays from the eye's reference point, their directions, and what their `t` is multiplied with.
     reference: V3<Lanes<F, N>>,
+    direction: V3<Lanes<F, N>>,
     scale: Lanes<F, N>,
-    /// The rays.
-    pub ray: Ray<Lanes<F, N>>,
     kind: Kind,
     /// What is found.
     pub surface: Surface<Lanes<F, N>>,
@@ -107,8 +106,8 @@ impl<F: Float, const N: usize> Default for Pack<F, N> {
             n_spheres: 0,
             offset: [zero; 2],
             reference: V3([zero; 3]),
+            direction: V3([zero; 3]),
             scale: Lanes::lit(1.0),
-            ray: Ray { origin: V3([zero; 3]), direction: V3([zero; 3]), a: zero, inv_a: zero },
             kind: Kind::Nothing,
             surface: Surface::unknown(),
         }
@@ -221,7 +220,7 @@ impl<'a> Surfaces<'a, f64> {
                         pack.scale.0[lane] = if factor.is_normal() { factor } else { 0.0 };
                         let towards = scaled.rounded();
                         for axis in 0..3 {
-                            pack.ray.direction.0[axis].0[lane] = towards[axis];
+                            pack.direction.0[axis].0[lane] = towards[axis];
                             pack.reference.0[axis].0[lane] = ray.origin[axis];
                         }
                     }
@@ -275,15 +274,16 @@ impl<'a, F: Float> Surfaces<'a, F> {
         found
     }
 
+    /// The rays of a pack.
     #[inline(always)]
-    fn aim<const N: usize>(&self, pack: &mut Pack<F, N>) {
-        pack.ray = match &self.camera {
+    fn rays_of<const N: usize>(&self, pack: &Pack<F, N>) -> Ray<Lanes<F, N>> {
+        match &self.camera {
             Some((camera, _)) => {
                 let [across, up] = pack.offset;
                 camera.ray(across, up)
             }
-            None => Ray::new(pack.ray.origin, pack.ray.direction),
-        };
+            None => Ray::new(V3([Lanes::lit(0.0); 3]), pack.direction),
+        }
     }
 
     /// Where the rays of packs meet what they see; unknown where the bounds don't hold for them.
@@ -296,9 +296,6 @@ impl<'a, F: Float> Surfaces<'a, F> {
             return;
         }
         // Small loops over packs in memory are put into registers, where one large one is not.
-        for pack in one_by_one(&mut *packs) {
-            self.aim(pack);
-        }
         let mut last = None;
         for pack in one_by_one(&mut *packs).filter(|pack| pack.kind == Kind::Sphere) {
             self.keep_of_sphere(pack, &mut last);
@@ -366,13 +363,13 @@ impl<'a, F: Float> Surfaces<'a, F> {
         pack: &Pack<F, N>,
         is_close: bool,
     ) -> Surface<Lanes<F, N>> {
-        let ids = &pack.ids;
-        let mut surface = self.on_spheres(pack, is_close);
+        let (ids, ray) = (&pack.ids, self.rays_of(pack));
+        let mut surface = self.on_spheres(pack, &ray, is_close);
         for lane in 0..N {
             let id = ids[lane];
             if id > pack.n_spheres && !ids[..lane].contains(&id) {
                 let here = is_id(ids, id);
-                surface = Surface::select(here, self.on_plane(id, pack), surface);
+                surface = Surface::select(here, self.on_plane(id, pack, &ray), surface);
             }
         }
         surface
@@ -395,14 +392,15 @@ impl<'a, F: Float> Surfaces<'a, F> {
             }
         };
         let (seen, lengths) = (SphereSeen::splat(&one.seen), self.lengths.map(Lanes::splat));
+        let ray = self.rays_of(pack);
         match (&one.anchor, one.is_close) {
             (Some(anchor), _) => {
                 let anchor = Anchor::splat(anchor);
-                let ray = anchor.ray(camera.steps(), pack.offset, &pack.ray);
+                let ray = anchor.ray(camera.steps(), pack.offset, &ray);
                 pack.surface = anchor.to_eye(SphereSeen::surface(&seen, &ray, &lengths));
             }
-            (None, false) => pack.surface = SphereSeen::surface(&seen, &pack.ray, &lengths),
-            (None, true) => pack.surface = SphereSeen::surface_close(&seen, &pack.ray, &lengths),
+            (None, false) => pack.surface = SphereSeen::surface(&seen, &ray, &lengths),
+            (None, true) => pack.surface = SphereSeen::surface_close(&seen, &ray, &lengths),
         }
     }
 
@@ -410,13 +408,14 @@ impl<'a, F: Float> Surfaces<'a, F> {
     fn keep_of_plane<const N: usize>(&self, pack: &mut Pack<F, N>) {
         let Some(seen) = self.plane_of(pack) else { return };
         let (seen, lengths) = (PlaneSeen::splat(seen), self.lengths.map(Lanes::splat));
-        pack.surface = PlaneSeen::surface(&seen, &pack.ray, &lengths);
+        pack.surface = PlaneSeen::surface(&seen, &self.rays_of(pack), &lengths);
     }
 
     #[inline(always)]
     fn on_spheres<const N: usize>(
         &self,
         pack: &Pack<F, N>,
+        ray: &Ray<Lanes<F, N>>,
         is_close: bool,
     ) -> Surface<Lanes<F, N>> {
         let (spheres, eye) = (&self.scene.spheres[..], &self.eye);
@@ -437,7 +436,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
             let (seen, anchor, suits) = anchors.seen(center, r);
             if !(Lanes::lit(0.0).lt(r) & !suits).any() {
                 let (seen, anchor) = (seen.round_lanes(), anchor.round_lanes());
-                let ray = anchor.ray(camera.steps(), pack.offset, &pack.ray);
+                let ray = anchor.ray(camera.steps(), pack.offset, ray);
                 return anchor.to_eye(SphereSeen::surface(&seen, &ray, &lengths));
             }
         }
@@ -446,13 +445,18 @@ impl<'a, F: Float> Surfaces<'a, F> {
         let is_close = is_close || Lanes::lit(0.0).lt(seen.is_close).any();
         let seen = seen.round_lanes();
         match is_close {
-            false => SphereSeen::surface(&seen, &pack.ray, &lengths),
-            true => SphereSeen::surface_close(&seen, &pack.ray, &lengths),
+            false => SphereSeen::surface(&seen, ray, &lengths),
+            true => SphereSeen::surface_close(&seen, ray, &lengths),
         }
     }
 
     #[inline(always)]
-    fn on_plane<const N: usize>(&self, id: u32, pack: &Pack<F, N>) -> Surface<Lanes<F, N>> {
+    fn on_plane<const N: usize>(
+        &self,
+        id: u32,
+        pack: &Pack<F, N>,
+        ray: &Ray<Lanes<F, N>>,
+    ) -> Surface<Lanes<F, N>> {
         let index = id as usize - 1 - self.scene.spheres.len();
         let seen = match (self.planes.get(index), self.scene.planes.get(index)) {
             (Some(seen), _) => PlaneSeen::splat(seen),
@@ -467,7 +471,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
             // Undecided.
             (None, None) => return Surface::unknown(),
         };
-        PlaneSeen::surface(&seen, &pack.ray, &self.lengths.map(Lanes::splat))
+        PlaneSeen::surface(&seen, ray, &self.lengths.map(Lanes::splat))
     }
 }
 

@@ -33,9 +33,20 @@ pub struct Palette {
 impl Palette {
     /// A shader for the objects of `scene`.
     pub fn new(scene: &Scene, style: &Style) -> Palette {
-        let colors = (0..=scene.n_objects() as u32).map(|id| color(scene, style.background, id));
+        let ids = 0..scene.n_objects() as u32 + 1;
+        let ids = ids.into_par_iter().with_min_len(PIXELS_AT_ONCE);
         let mut palette = Colors::new(style.encoding);
-        of_any!(&mut palette, palette => palette.extend(colors.map(|color| color.map(Written::of))));
+        of_any!(&mut palette, palette => palette.par_extend(ids.map_init(
+            || ([0.0; 3], [0.0; 3].map(Written::of)),
+            // Most clouds have few colours, or one.
+            |(last, encoded), id| {
+                let color = color(scene, style.background, id);
+                if color != *last {
+                    (*last, *encoded) = (color, color.map(Written::of));
+                }
+                *encoded
+            },
+        )));
         Palette { palette, background: style.background }
     }
 

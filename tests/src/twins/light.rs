@@ -50,7 +50,8 @@ pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &P
         let ray = camera.ray(steps[0], steps[1]);
         let id = twin.decide(&ray);
         if id == 0 {
-            return Some(LightBounds::of(V3([1.0; 3])).on(lighting.background));
+            let color = lighting.background;
+            return Some(LightBounds { low: color, high: color });
         }
         if id == OPEN {
             return None;
@@ -64,7 +65,7 @@ pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &P
     };
     let code = |at: usize| {
         let (x, y) = pixels.xy(at);
-        let mut sum = LightBounds::of(V3([0.0; 3]));
+        let mut sum = LightBounds { low: V3([0.0; 3]), high: V3([0.0; 3]) };
         for k in 0..n * n {
             let Some(light) = sample(x * n + k % n, y * n + k / n) else { return OPEN };
             sum = sum.plus(light);
