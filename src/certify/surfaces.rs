@@ -303,24 +303,28 @@ impl<'a, F: Float> Surfaces<'a, F> {
         for pack in one_by_one(&mut *packs).filter(|pack| pack.kind == Kind::Plane) {
             self.keep_of_plane(pack);
         }
-        // Those without a record for all their rays; then those at a silhouette, as if their spheres were close.
-        for is_close in [false, true] {
-            for pack in one_by_one(&mut *packs) {
-                let is_left = match is_close {
-                    false => !self.has_record(pack),
-                    true => (!pack.surface.is_known() & !is_id(&pack.ids, 0)).any(),
-                };
-                if !is_left {
-                    continue;
-                }
-                let found = self.on_several(pack, is_close);
-                // What is known from an anchor is known better.
-                pack.surface = match is_close && Self::HAS_ANCHORS {
-                    true => Surface::select(pack.surface.is_known(), pack.surface, found),
-                    false => found,
-                };
+        for pack in one_by_one(&mut *packs) {
+            if !self.has_record(pack) {
+                pack.surface = self.on_several(pack, false);
             }
         }
+        for pack in one_by_one(packs) {
+            if (!pack.surface.is_known() & !is_id(&pack.ids, 0)).any() {
+                self.look_closer(pack);
+            }
+        }
+    }
+
+    /// Takes what is open in a pack, mostly at a silhouette, as if its spheres were close. It is rare, and so not in the loops
+    /// that are compiled for each instruction set.
+    #[inline(never)]
+    fn look_closer<const N: usize>(&self, pack: &mut Pack<F, N>) {
+        let found = self.on_several(pack, true);
+        // What is known from an anchor is known better.
+        pack.surface = match Self::HAS_ANCHORS {
+            true => Surface::select(pack.surface.is_known(), pack.surface, found),
+            false => found,
+        };
     }
 
     /// A sphere as all rays of a picture see it.
@@ -394,13 +398,13 @@ impl<'a, F: Float> Surfaces<'a, F> {
         let (seen, lengths) = (SphereSeen::splat(&one.seen), self.lengths.map(Lanes::splat));
         let ray = self.rays_of(pack);
         match (&one.anchor, one.is_close) {
-            (Some(anchor), _) => {
+            (Some(anchor), _) if Self::HAS_ANCHORS => {
                 let anchor = Anchor::splat(anchor);
                 let ray = anchor.ray(camera.steps(), pack.offset, &ray);
                 pack.surface = anchor.to_eye(SphereSeen::surface(&seen, &ray, &lengths));
             }
-            (None, false) => pack.surface = SphereSeen::surface(&seen, &ray, &lengths),
-            (None, true) => pack.surface = SphereSeen::surface_close(&seen, &ray, &lengths),
+            (_, false) => pack.surface = SphereSeen::surface(&seen, &ray, &lengths),
+            (_, true) => pack.surface = SphereSeen::surface_close(&seen, &ray, &lengths),
         }
     }
 
