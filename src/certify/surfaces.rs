@@ -379,6 +379,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
         surface
     }
 
+    /// `last` is the last sphere of a tree that a pack saw alone.
     // What several branches return goes through memory, and in pieces: each keeps its own.
     #[inline(always)]
     fn keep_of_sphere<const N: usize>(
