@@ -238,7 +238,7 @@ pub(crate) fn resize<T: Zeroable + Copy>(values: &mut Vec<T>, n: usize) {
     }
 }
 
-/// Where a value is that hardly a part of all has.
+/// Indices of a value that is rare: most parts of 256 are passed after one comparison of all that is in them.
 pub(crate) fn places_of<T: PartialEq + Copy>(rare: T, all: &[T]) -> impl Iterator<Item = usize> {
     const AT_ONCE: usize = 256;
     let parts = (0..).step_by(AT_ONCE).zip(all.chunks(AT_ONCE));

@@ -350,6 +350,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
         self.planes.get(pack.ids[0] as usize - 1 - self.scene.spheres.len())
     }
 
+    /// Whether one record serves all its rays, or they see nothing.
     #[inline(always)]
     fn has_record<const N: usize>(&self, pack: &Pack<F, N>) -> bool {
         match pack.kind {

@@ -408,6 +408,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
                     color.0[2].0[lane] = F::near(blue);
                 }
             }
+            // Its place until the light is there.
             shade.light.low = color;
         }
         for (number, (pack, shade)) in one_by_one(&*packs).zip(shades).enumerate() {
