@@ -32,10 +32,10 @@
 
 use std::fmt::Write;
 
-use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 
 use crate::error::{Result, wrong_usage};
+use crate::parallel;
 use crate::picture::Sink;
 use crate::rays::Pixels;
 use crate::scene::{Color, Light, Samples, Scene, Source};
@@ -138,8 +138,8 @@ pub fn scene_hash(scene: &Scene) -> String {
         add(&mut hash, [place, color.0]);
         add(&mut hash, [[*intensity]]);
     }
-    let rows = scene.spheres.rows().par_chunks(SPHERES_AT_ONCE).enumerate();
-    let parts = rows.map(|(part, rows)| {
+    let rows = scene.spheres.rows().chunks(SPHERES_AT_ONCE).enumerate();
+    let parts = parallel::map(rows, |(part, rows)| {
         let mut hash = Sha256::new();
         add(&mut hash, rows.iter().copied());
         let first = part * SPHERES_AT_ONCE;
@@ -147,7 +147,7 @@ pub fn scene_hash(scene: &Scene) -> String {
         add(&mut hash, colors.map(|Color(color)| color));
         hash.finalize()
     });
-    parts.collect::<Vec<_>>().iter().for_each(|part| hash.update(part));
+    parts.iter().for_each(|part| hash.update(part));
     for plane in &scene.planes {
         add(&mut hash, [plane.point.to_array(), plane.normal.to_array(), plane.color.0]);
     }

@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 use bytemuck::Zeroable;
-use rayon::prelude::*;
 
 use crate::kernel::FloatType;
 pub use crate::kernel::Kernel;
 use crate::num::OPEN;
+use crate::parallel;
 pub use crate::rays::{Rays, WorldRay};
 
 /// The outputs that the caller will look at beyond the ids. The others are not computed.
@@ -144,10 +144,10 @@ impl SampleIds {
     /// columns.
     pub fn gather(&mut self, hits: &Hits, n_columns: usize, n: usize) {
         let (n_columns, row) = (n_columns.max(1), n_columns.max(1) * n);
-        let ids_of_row = hits.id.par_chunks_exact(row * n);
+        let ids_of_row = hits.id.chunks_exact(row * n);
         resize(&mut self.whole, hits.id.len() / (n * n));
-        let rows = self.whole.par_chunks_mut(n_columns).zip(ids_of_row).enumerate();
-        let mixed = rows.map(|(y, (whole, ids))| {
+        let rows = self.whole.chunks_mut(n_columns).zip(ids_of_row).enumerate();
+        let mixed = parallel::map(rows, |(y, (whole, ids))| {
             let (mut mixed, mut samples) = Mixed::default();
             for (x, whole) in whole.iter_mut().enumerate() {
                 let mut rows = ids.chunks_exact(row).map(|ids| &ids[x * n..][..n]);
@@ -160,7 +160,6 @@ impl SampleIds {
             }
             (mixed, samples)
         });
-        let mixed = mixed.collect();
         self.set_mixed(mixed, n);
         self.counts = hits.counts;
     }
@@ -178,12 +177,13 @@ impl SampleIds {
 
     /// How many samples of each pixel hit an object.
     pub fn coverage(&self) -> Coverage {
-        let whole = |&id: &u32| if id == 0 { 0 } else { self.n_each as u16 };
-        let mut n_hits: Vec<u16> = self.whole.par_iter().map(whole).collect();
+        let n_each = self.n_each as u16;
+        let whole = |pixel: usize| if self.whole[pixel] == 0 { 0 } else { n_each };
+        let mut n_hits = parallel::table(self.whole.len(), whole);
         for (&pixel, ids) in self.mixed.iter().zip(self.ids.chunks_exact(self.n_each)) {
             n_hits[pixel as usize] = ids.iter().filter(|&&id| id != 0).count() as u16;
         }
-        Coverage { n_hits, n_samples: self.n_each as u16 }
+        Coverage { n_hits, n_samples: n_each }
     }
 }
 
@@ -200,8 +200,8 @@ impl Coverage {
     /// That of pixels with `n` × `n` samples each, which saw the objects with these ids: rows of so many columns of samples.
     pub fn of_ids(ids: &[u32], n_columns: usize, n: usize) -> Coverage {
         let mut n_hits = vec![0; ids.len() / (n * n)];
-        let rows = n_hits.par_chunks_mut((n_columns / n).max(1));
-        rows.zip(ids.par_chunks((n_columns * n).max(1))).for_each(|(n_hits, ids)| {
+        let rows = n_hits.chunks_mut((n_columns / n).max(1));
+        parallel::map(rows.zip(ids.chunks((n_columns * n).max(1))), |(n_hits, ids)| {
             for (at, &id) in ids.iter().enumerate() {
                 n_hits[at % n_columns / n] += u16::from(id != 0);
             }

@@ -3,17 +3,18 @@
 
 use std::ops::Range;
 
+use bytemuck::Zeroable;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::sides::{self, NOTHING, Sides};
 use super::{Node, WIDTH};
 use crate::control::Control;
 use crate::error::Result;
+use crate::parallel;
 use crate::scene::Sphere;
 
 /// A sphere that is put into the tree: the middle of its box, and which member it is.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Zeroable)]
 struct Item {
     middle: [f32; 3],
     member: u32,
@@ -35,21 +36,20 @@ pub(super) fn build(
     if members.is_empty() {
         return Ok((Vec::new(), NOTHING, Vec::new()));
     }
-    let sides_of = |&index: &u32| {
-        let Sphere { center, radius } = spheres[index as usize];
+    let boxes: Vec<Sides> = parallel::table(members.len(), |member| {
+        let Sphere { center, radius } = spheres[members[member] as usize];
         sides::of_sphere(center - reference, radius)
-    };
-    let boxes: Vec<Sides> = members.par_iter().map(sides_of).collect();
+    });
     control.check()?;
-    let item = |(member, [low, high]): (usize, &Sides)| {
+    let mut items = parallel::table(members.len(), |member| {
+        let [low, high] = boxes[member];
         let middle = std::array::from_fn(|k| 0.5 * low[k] + 0.5 * high[k]);
         Item { middle, member: member as u32 }
-    };
-    let mut items: Vec<Item> = boxes.par_iter().enumerate().map(item).collect();
+    });
     let mut nodes = vec![Node::EMPTY; n_nodes(items.len())];
     let builder = Builder { boxes: &boxes, control };
     let around = builder.grow(&mut items, 0, &mut nodes, 0)?;
-    let order = items.par_iter().map(|item| members[item.member as usize]).collect();
+    let order = parallel::table(items.len(), |place| members[items[place].member as usize]);
     Ok((nodes, around, order))
 }
 
@@ -109,11 +109,11 @@ fn share(items: &mut [Item], shares: Shares, parts: Range<usize>) {
     let at = shares.before(middle) - shares.before(parts.start);
     items.select_nth_unstable_by(at, |a, b| a.middle[axis].total_cmp(&b.middle[axis]));
     let (left, right) = items.split_at_mut(at);
-    let mut left = || share(left, shares, parts.start..middle);
-    let mut right = || share(right, shares, middle..parts.end);
+    let halves = [(left, parts.start..middle), (right, middle..parts.end)];
+    let half = |(items, parts): (&mut [Item], Range<usize>)| share(items, shares, parts);
     match at > ALONE {
-        true => _ = rayon::join(left, right),
-        false => (left(), right()).0,
+        true => _ = parallel::map(halves, half),
+        false => halves.into_iter().for_each(half),
     }
 }
 
@@ -163,10 +163,12 @@ impl Builder<'_> {
             at += n_here;
             (rest, below) = (others, left);
         }
-        let make = |(items, first, nodes, at): Part| Ok((self.grow(items, first, nodes, at)?, at));
+        let make = |(): &mut (), (items, first, nodes, at): Part| {
+            Ok((self.grow(items, first, nodes, at)?, at))
+        };
         let made: Vec<(Sides, usize)> = match shares.n > ALONE / 4 {
-            true => parts.into_par_iter().map(make).collect::<Result<_>>()?,
-            false => parts.into_iter().map(make).collect::<Result<_>>()?,
+            true => parallel::try_map(parts, make)?,
+            false => parts.into_iter().map(|part| make(&mut (), part)).collect::<Result<_>>()?,
         };
         for (sides, at) in made {
             add(sides, at, true);

@@ -3,11 +3,11 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::sides::{self, NOTHING, Sides};
 use super::{Bvh, Node};
 use crate::num::{round_down, round_up};
+use crate::parallel;
 
 /// Set in the link of a leaf's [`FlatBox`], on the device too.
 pub const IS_LEAF: u32 = 1 << 31;
@@ -60,7 +60,7 @@ impl Bvh {
             flat.add(&mut boxes, root, lane);
             boxes
         };
-        let parts: Vec<_> = (0..root.n_boxes()).into_par_iter().map(part).collect();
+        let parts = parallel::map(0..root.n_boxes(), part);
         let mut boxes = Vec::with_capacity(3 * self.spheres.len() / 2);
         flat.add_below(&mut boxes, root, |boxes, lane| boxes.extend_from_slice(&parts[lane]));
         Some(boxes)

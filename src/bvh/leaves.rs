@@ -2,21 +2,25 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
+use bytemuck::Zeroable;
 use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
 
 use super::{Bvh, prefetch};
 use crate::guard::length_bounds;
 use crate::num::fields::words;
 use crate::num::{Lanes, Real, V3, dispatch};
+use crate::parallel;
 use crate::scene::Sphere;
 use crate::seen::{Eye, Nearest, Ray, SphereLeaf, is_near_surface};
 
 /// Spheres that are looked at side by side.
 const BLOCK: usize = 8;
 
+/// Spheres that a thread takes at once.
+const PER_PART: usize = 512 * BLOCK;
+
 /// A sphere of the tree as an eye sees it; no border of the memory's lines cuts it.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Zeroable)]
 #[repr(C, align(32))]
 struct Leaf {
     seen: SphereLeaf<f32>,
@@ -37,17 +41,13 @@ impl Leaves {
 
     /// Makes the leaves of a tree for an eye.
     pub fn new(bvh: &Bvh, eye: &Eye) -> Leaves {
-        let (mut blocks, mut close) = (Vec::new(), Vec::new());
-        let spheres = bvh.spheres.par_chunks(BLOCK).zip(bvh.ids.par_chunks(BLOCK));
-        let see = |(spheres, ids)| dispatch(See { spheres, ids, eye });
-        spheres.map(see).unzip_into_vecs(&mut blocks, &mut close);
-        let mut rest = bvh.outside.clone();
-        for (ids, close) in bvh.ids.chunks(BLOCK).zip(close) {
-            if close.contains(&true) {
-                let ids = ids.iter().zip(close).filter(|&(_, is_close)| is_close);
-                rest.extend(ids.map(|(&id, _)| id));
-            }
-        }
+        let mut blocks = bytemuck::zeroed_vec(bvh.spheres.len().div_ceil(BLOCK));
+        let spheres = bvh.spheres.chunks(PER_PART).zip(bvh.ids.chunks(PER_PART));
+        let parts = blocks.chunks_mut(PER_PART / BLOCK).zip(spheres);
+        let close = parallel::map(parts, |(blocks, (spheres, ids))| {
+            dispatch(See { spheres, ids, eye, blocks })
+        });
+        let mut rest = [bvh.outside.clone(), close.concat()].concat();
         rest.sort_unstable();
         Leaves { blocks, rest }
     }
@@ -59,7 +59,8 @@ impl Leaves {
 
     /// The leaves as devices take them.
     pub fn words(&self) -> Vec<[f32; 8]> {
-        self.blocks.as_flattened().par_iter().map(|leaf| words(&leaf.seen)).collect()
+        let leaves = self.blocks.as_flattened();
+        parallel::table(leaves.len(), |place| words(&leaves[place].seen))
     }
 
     /// Asks the memory for one.
@@ -96,41 +97,43 @@ struct See<'a> {
     spheres: &'a [Sphere],
     ids: &'a [u32],
     eye: &'a Eye,
+    /// Their leaves.
+    blocks: &'a mut [[Leaf; BLOCK]],
 }
 
 impl WithSimd for See<'_> {
-    /// Their leaves, and which of them the eye is close to.
-    type Output = ([Leaf; BLOCK], [bool; BLOCK]);
+    /// Ids of those that the eye is close to.
+    type Output = Vec<u32>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        let See { spheres, ids, eye } = self;
-        let last = spheres.len() - 1;
-        let (mut center, mut r) = (V3([Lanes::<f64, BLOCK>::lit(0.0); 3]), Lanes::lit(0.0));
-        for lane in 0..BLOCK {
-            let sphere = &spheres[lane.min(last)];
-            for axis in 0..3 {
-                center.0[axis].0[lane] = sphere.center[axis] - eye.reference[axis];
-            }
-            r.0[lane] = sphere.radius.abs();
-        }
-        let seen = SphereLeaf::at::<f32>(center, r, eye).round_lanes();
-        let mut is_close = [false; BLOCK];
+    fn with_simd<S: Simd>(self, _: S) -> Vec<u32> {
+        let See { spheres, ids, eye, blocks } = self;
         // From elsewhere the size of a sphere hides no more than its own part of the distance.
-        if eye.spread == 0.0 && eye.reach.apart == 0.0 {
+        let is_one_point = eye.spread == 0.0 && eye.reach.apart == 0.0;
+        let mut close = Vec::new();
+        let parts = spheres.chunks(BLOCK).zip(ids.chunks(BLOCK));
+        for (leaves, (spheres, ids)) in blocks.iter_mut().zip(parts) {
+            let last = spheres.len() - 1;
+            let (mut center, mut r) = (V3([Lanes::<f64, BLOCK>::lit(0.0); 3]), Lanes::lit(0.0));
+            for lane in 0..BLOCK {
+                let sphere = &spheres[lane.min(last)];
+                for axis in 0..3 {
+                    center.0[axis].0[lane] = sphere.center[axis] - eye.reference[axis];
+                }
+                r.0[lane] = sphere.radius.abs();
+            }
+            let seen = SphereLeaf::at::<f32>(center, r, eye).round_lanes();
             let distance = length_bounds(center);
             let near = is_near_surface(distance, r, distance);
+            *leaves = [Leaf { seen: SphereLeaf::nowhere(), id: 0 }; BLOCK];
             for lane in 0..spheres.len() {
-                is_close[lane] = near.0[lane] != 0;
+                leaves[lane].id = ids[lane];
+                match is_one_point && near.0[lane] != 0 {
+                    true => close.push(ids[lane]),
+                    false => leaves[lane].seen = seen.map(|x| x.0[lane]),
+                }
             }
         }
-        let mut leaves = [Leaf { seen: SphereLeaf::nowhere(), id: 0 }; BLOCK];
-        for lane in 0..spheres.len() {
-            leaves[lane].id = ids[lane];
-            if !is_close[lane] {
-                leaves[lane].seen = seen.map(|x| x.0[lane]);
-            }
-        }
-        (leaves, is_close)
+        close
     }
 }

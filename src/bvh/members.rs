@@ -1,14 +1,15 @@
 //! Which spheres of a scene have a place in its tree.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::guard;
 use crate::memory::Available;
 use crate::num::Float;
+use crate::parallel;
 use crate::random::SplitMix;
 use crate::scene::Sphere;
 
@@ -60,11 +61,22 @@ pub(super) fn members(spheres: &[Sphere], reference: DVec3) -> (Vec<u32>, Vec<u3
         let distance = guard::length_bound(sphere.center - reference);
         sphere.radius.abs() <= f32::FARTHEST && distance <= f32::FARTHEST
     };
-    (0..spheres.len() as u32)
-        .into_par_iter()
-        .filter(|i| spheres[*i as usize].radius != 0.0)
-        .filter(|i| repeats.is_empty() || repeats.binary_search(i).is_err())
-        .partition(|&i| has_box(&spheres[i as usize]))
+    let can_be_seen = |i: &u32| {
+        spheres[*i as usize].radius != 0.0
+            && (repeats.is_empty() || repeats.binary_search(i).is_err())
+    };
+    let part = |part: Range<u32>| -> (Vec<u32>, Vec<u32>) {
+        part.filter(can_be_seen).partition(|&i| has_box(&spheres[i as usize]))
+    };
+    let parts = parallel::map(parts(spheres.len()), part);
+    let (inside, outside): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
+    (inside.concat(), outside.concat())
+}
+
+/// The indices of `n` spheres, in parts.
+fn parts(n: usize) -> impl Iterator<Item = Range<u32>> {
+    const AT_ONCE: usize = 1 << 14;
+    (0..n).step_by(AT_ONCE).map(move |first| first as u32..n.min(first + AT_ONCE) as u32)
 }
 
 /// Indices of the spheres that equal an earlier one, ascending. They need not be all: it saves work.
@@ -87,24 +99,25 @@ fn repeats(spheres: &[Sphere]) -> Vec<u32> {
         let bit = hash as usize & (n_bits - 1);
         (bit / 64, 1 << (bit % 64))
     };
-    let all = || (0..spheres.len() as u32).into_par_iter();
-    all().for_each(|i| {
+    let take = |i: u32| {
         let (word, bit) = place(hash(i));
         if taken[word].fetch_or(bit, Ordering::Relaxed) & bit != 0 {
             shared[word].fetch_or(bit, Ordering::Relaxed);
         }
-    });
+    };
+    parallel::map(parts(spheres.len()), |part| part.for_each(take));
     let shares = |i: u32| {
         let hash = hash(i);
         let (word, bit) = place(hash);
         (shared[word].load(Ordering::Relaxed) & bit != 0).then_some((hash, i))
     };
-    let mut sharing: Vec<(u64, u32)> = all().filter_map(shares).collect();
-    sharing.par_sort_unstable();
+    let sharing = |part: Range<u32>| part.filter_map(shares).collect::<Vec<(u64, u32)>>();
+    let mut sharing = parallel::map(parts(spheres.len()), sharing).concat();
+    sharing.sort_unstable();
     // Where different spheres have one hash, which hardly ever is, a repeat may stay.
     let repeat = |two: &[(u64, u32)]| (key(two[0].1) == key(two[1].1)).then_some(two[1].1);
     let mut repeats: Vec<u32> = sharing.windows(2).filter_map(repeat).collect();
-    repeats.par_sort_unstable();
+    repeats.sort_unstable();
     repeats
 }
 

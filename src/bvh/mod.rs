@@ -11,11 +11,11 @@ mod sides;
 mod walk;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::Result;
 use crate::num::{Lanes, Real};
+use crate::parallel;
 use crate::scene::Sphere;
 
 pub use flat::{FlatBox, IS_LEAF, MOST_BOXES, MOST_BOXES_TO_LIGHT, REACH};
@@ -111,14 +111,13 @@ impl Bvh {
         control.check()?;
         let (nodes, around, order) = build::build(spheres, reference, &inside, control)?;
         drop(inside);
-        let spheres = order.par_iter().map(|&index| spheres[index as usize]).collect();
         let id = |index: u32| index + 1;
         Ok(Bvh {
             reference,
             nodes,
             around,
-            spheres,
-            ids: order.into_par_iter().map(id).collect(),
+            spheres: parallel::table(order.len(), |place| spheres[order[place] as usize]),
+            ids: parallel::table(order.len(), |place| id(order[place])),
             outside: outside.into_iter().map(id).collect(),
         })
     }

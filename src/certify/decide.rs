@@ -2,8 +2,6 @@
 
 use std::time::Instant;
 
-use rayon::prelude::*;
-
 use super::{Decided, Stage};
 use crate::control::Control;
 use crate::engine::Scratch64;
@@ -11,6 +9,7 @@ use crate::error::Result;
 use crate::exact::nearest;
 use crate::host;
 use crate::num::OPEN;
+use crate::parallel;
 use crate::trace::{Level, Timing};
 
 impl Stage<'_> {
@@ -35,8 +34,7 @@ impl Stage<'_> {
             control.check()?;
             Ok(self.settle(rays[at] as usize, scratch))
         };
-        let open = exactly.par_iter();
-        let settled = open.map_init(Scratch64::default, settle).collect::<Result<Vec<_>>>()?;
+        let settled = parallel::try_map(&exactly, settle)?;
         for (&at, &(id, _)) in exactly.iter().zip(&settled) {
             ids[at] = id;
         }

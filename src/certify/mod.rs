@@ -7,13 +7,13 @@ mod point;
 mod surfaces;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::engine::Find64;
 use crate::error::Result;
 use crate::exact::ExactRays;
 use crate::guard;
+use crate::parallel;
 use crate::prepare::{Prepared, exponent_of};
 use crate::trace::{Rays, StageCounts, WorldRay, places_of};
 use surfaces::MISS;
@@ -69,12 +69,11 @@ impl<'a> Stage<'a> {
     ) -> Result<()> {
         surfaces.round(first, ids, room, t, normal);
         let open: Vec<usize> = places_of(0.0, t).collect();
-        let surface = |&at: &usize| {
+        let surface = |(): &mut (), &at: &usize| {
             control.check()?;
             Ok(self.surface(first + at, ids[at]).unwrap_or(MISS))
         };
-        let found = open.par_iter().map(surface).collect::<Result<Vec<_>>>()?;
-        for (at, found) in open.into_iter().zip(found) {
+        for (&at, found) in open.iter().zip(parallel::try_map(&open, surface)?) {
             (t[at], normal[at]) = found;
         }
         Ok(())

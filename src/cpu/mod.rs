@@ -6,8 +6,6 @@ mod tests;
 
 use std::time::Instant;
 
-use rayon::prelude::*;
-
 use crate::certify::{PackF64, Stage, Surfaces, is_ordinary};
 use crate::control::Control;
 use crate::engine::{self, LARGEST, ListSearch, Search};
@@ -15,9 +13,10 @@ use crate::error::Result;
 use crate::host;
 use crate::kernel::Kernel;
 use crate::num::OPEN;
+use crate::parallel;
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, Rays};
-use crate::trace::{Hits, Level, Mixed, SampleIds, StageCounts, Timing, Wants, places_of, resize};
+use crate::trace::{Hits, Level, SampleIds, StageCounts, Timing, Wants, places_of, resize};
 
 /// Rays that one thread takes at a time from a list.
 const RAYS_PER_PART: usize = 4096;
@@ -152,8 +151,10 @@ pub fn trace(
         }
         Ok(Done { counts: decided.counts(ids.len()), timing })
     };
-    let parts = parts(rays, LARGEST, hits).into_par_iter();
-    let done = parts.map_init(Room::default, of_part).try_reduce(Done::default, Done::and)?;
+    let mut done = Done::default();
+    for of_part in parallel::try_map(parts(rays, LARGEST, hits), of_part)? {
+        done.add(of_part);
+    }
     hits.counts = done.counts;
     timing.add(done.timing.within(start.elapsed()));
     Ok(timing)
@@ -167,10 +168,9 @@ struct Done {
 }
 
 impl Done {
-    fn and(mut self, other: Done) -> Result<Done> {
+    fn add(&mut self, other: Done) {
         self.counts.add(other.counts);
         self.timing.add(other.timing);
-        Ok(self)
     }
 }
 
@@ -227,12 +227,13 @@ pub fn trace_samples(
         Ok(((mixed, ids), Done { counts: decided.counts(n_samples), timing }))
     };
     resize(&mut samples.whole, pixels.len());
-    let parts = samples.whole.par_chunks_mut(LARGEST as usize * width).enumerate();
-    let parts =
-        parts.map_init(engine::SearchScratch::default, of_part).collect::<Result<Vec<_>>>()?;
-    let (mixed, done): (Vec<Mixed>, Vec<Done>) = parts.into_iter().unzip();
+    let parts = samples.whole.chunks_mut(LARGEST as usize * width).enumerate();
+    let (mut mixed, mut done) = (Vec::new(), Done::default());
+    for (mixed_of_part, done_of_part) in parallel::try_map(parts, of_part)? {
+        mixed.push(mixed_of_part);
+        done.add(done_of_part);
+    }
     samples.set_mixed(mixed, n);
-    let done = done.into_iter().try_fold(Done::default(), Done::and)?;
     samples.counts = done.counts;
     Ok(Some(done.timing.within(start.elapsed())))
 }

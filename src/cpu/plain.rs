@@ -3,7 +3,6 @@
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
 use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
 
 use super::{Part, parts};
 use crate::control::Control;
@@ -11,6 +10,7 @@ use crate::error::Result;
 use crate::kernel::plain::{Plain, PlainRays};
 use crate::kernel::{Lists, ObjectRecords};
 use crate::num::{Bits, Float, dispatch};
+use crate::parallel;
 use crate::prepare::Prepared;
 use crate::rays::Rays;
 use crate::trace::Hits;
@@ -37,14 +37,15 @@ fn trace_with<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
     hits: &mut Hits,
 ) -> Result<()> {
     // Rays of a row are in packs.
-    let parts = parts(rays, 1, hits).into_par_iter();
+    let parts = parts(rays, 1, hits);
     let rays = &PlainRays::new(prepared.coordinates(), rays);
-    parts.try_for_each(|part| {
+    let trace = |(): &mut (), part: Part| {
         let n_rays = part.ids.len() as u64;
         dispatch(Trace::<S, P, N> { lists, rays, control, part })?;
         control.advance(n_rays);
         Ok(())
-    })
+    };
+    parallel::try_map(parts, trace).map(drop)
 }
 
 /// Consecutive rays, compiled for each instruction set that the processor may have.

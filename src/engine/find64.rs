@@ -1,7 +1,6 @@
 //! What f64 says of the rays that f32 leaves open.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::cloud::TreeAim;
 use super::list::beam_of;
@@ -12,6 +11,7 @@ use crate::error::Result;
 use crate::guard::{self, Reach};
 use crate::host;
 use crate::num::{Float, OPEN, V3};
+use crate::parallel;
 use crate::prepare::{Hierarchy, Prepared, Scaled, power_of_two};
 use crate::rays::{self, Frame, Pixels, Rays};
 use crate::scene::Object;
@@ -130,8 +130,8 @@ impl<'a> Find64<'a> {
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled, and that of [`host::check`].
     pub fn decide(&self, rays: &[u32], control: &Control, ids: &mut [u32]) -> Result<()> {
-        let parts = rays.par_chunks(RAYS_PER_PART).zip(ids.par_chunks_mut(RAYS_PER_PART));
-        parts.try_for_each_init(Scratch64::default, |scratch, (rays, ids)| {
+        let parts = rays.chunks(RAYS_PER_PART).zip(ids.chunks_mut(RAYS_PER_PART));
+        let of_part = |scratch: &mut Scratch64, (rays, ids): (&[u32], &mut [u32])| {
             host::check()?;
             if let Rays64::Pixels(all) = &self.rays
                 && let OfPixels { pixels, camera, objects, aim: None, .. } = &**all
@@ -149,7 +149,8 @@ impl<'a> Find64<'a> {
                 *id = self.look(ray as usize, scratch).unwrap_or(OPEN);
             }
             Ok(())
-        })
+        };
+        parallel::try_map(parts, of_part).map(drop)
     }
 
     /// The id of what a ray sees, 0 for the background; or those of the objects of which one may be it, ascending, with lower

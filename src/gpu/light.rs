@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use super::compile::MOST_TURNS_IN_SOFTWARE;
 use super::hierarchy::DeviceHierarchy;
 use super::open::Gpu;
@@ -18,6 +16,7 @@ use crate::memory;
 use crate::num::Float as _;
 use crate::num::V3;
 use crate::num::fields::words;
+use crate::parallel;
 use crate::prepare::{CertifiedLighting, LightKey, Prepared, ShaderKey};
 use crate::rays::Pixels;
 use crate::scene::Edges;
@@ -142,10 +141,9 @@ fn vec4(V3([x, y, z]): V3<f32>, w: f32) -> [f32; 4] {
 fn colors(prepared: &Prepared, background: V3<f32>) -> Vec<f32> {
     let color = |id| match id {
         0 => vec4(background, 0.0),
-        _ => vec4(V3(prepared.scene.color(id).0.map(f32::near)), 0.0),
+        _ => vec4(V3(prepared.scene.color(id as u32).0.map(f32::near)), 0.0),
     };
-    let ids = (0..=prepared.scene.n_objects() as u32).into_par_iter();
-    ids.map(color).collect::<Vec<_>>().into_flattened()
+    parallel::table(prepared.scene.n_objects() + 1, color).into_flattened()
 }
 
 const SEEN: usize = size_of::<SphereWords>() / size_of::<f32>();
@@ -174,20 +172,21 @@ fn lists_of_tree(
         "use fewer spheres, or `--device cpu`",
     )?;
     let anchors = Anchors::new(picture);
-    let seen = |sphere| -> AnchoredWords {
-        let (seen, anchor) = anchors.of(sphere);
+    let seen = |index: usize| -> AnchoredWords {
+        let (seen, anchor) = anchors.of(&spheres[index]);
         let mut all = [0.0; SEEN + ANCHOR];
         all[..SEEN].copy_from_slice(&words::<SEEN>(&seen.round::<f32>()));
         all[SEEN..].copy_from_slice(&words::<ANCHOR>(&anchor.round::<f32>()));
         all
     };
-    let met = |sphere| words::<8>(&SphereMet::<f32>::new(sphere, prepared.reference));
+    let met =
+        |index: usize| words::<8>(&SphereMet::<f32>::new(&spheres[index], prepared.reference));
     let mut lists = vec![
         ("colors", colors(prepared, lighting.background)),
-        ("seen_spheres", spheres.par_iter().map(seen).collect::<Vec<_>>().into_flattened()),
+        ("seen_spheres", parallel::table(spheres.len(), seen).into_flattened()),
     ];
     if !lighting.lamps.is_empty() {
-        let met = spheres.par_iter().map(met).collect::<Vec<_>>().into_flattened();
+        let met = parallel::table(spheres.len(), met).into_flattened();
         lists.push(("met_in_tree", met));
     }
     Ok(Some(lists))

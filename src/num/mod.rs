@@ -11,6 +11,7 @@ mod scaled;
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
+use bytemuck::Zeroable;
 use glam::DVec3;
 
 pub use lanes::{LaneBits, Lanes, dispatch, one_by_one};
@@ -292,7 +293,7 @@ impl Mask for bool {
 }
 
 /// Three numbers. Operations know where they are written: who prints a formula takes names from there.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Zeroable)]
 pub struct V3<R>(pub [R; 3]);
 
 impl<R> V3<R> {

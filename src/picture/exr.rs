@@ -13,10 +13,10 @@ use exr::math::Vec2;
 use exr::meta::BlockDescription;
 use exr::meta::attribute::{ChannelDescription, IntegerBounds, LineOrder, SampleType, Text};
 use exr::meta::header::{Header, LayerAttributes};
-use rayon::prelude::*;
 
 use super::{Encoder, Metadata, NBytes, PictureOptions, SOFTWARE, linear};
 use crate::error::{Error, Result};
+use crate::parallel;
 use crate::rays::Pixels;
 use crate::shade::Framebuffer;
 
@@ -175,8 +175,8 @@ impl Encoder for Exr {
     fn rows(&mut self, rows: &Framebuffer, out: &mut Vec<u8>) -> io::Result<()> {
         let (channels, width, before) = (self.channels, self.width, self.lines.len());
         self.lines.resize(before + rows.hits.id.len() / width * self.line_bytes, 0);
-        let lines = self.lines[before..].par_chunks_mut(self.line_bytes).enumerate();
-        lines.for_each(|(y, line)| {
+        let lines = self.lines[before..].chunks_mut(self.line_bytes).enumerate();
+        parallel::map(lines, |(y, line)| {
             // In the byte order of this machine, as the crate wants it.
             let (samples, _) = line.as_chunks_mut::<SAMPLE_BYTES>();
             for ((.., sample), samples) in channels.iter().zip(samples.chunks_mut(width)) {
@@ -190,12 +190,10 @@ impl Encoder for Exr {
         let is_end = n_lines_done + n_lines == self.height;
         let n_ready = if is_end { n_lines } else { n_lines - n_lines % BLOCK_LINES };
         let rest = self.lines.split_off(n_ready * self.line_bytes);
-        let blocks: Vec<exr::error::Result<Vec<u8>>> = self
-            .lines
-            .par_chunks(BLOCK_LINES * self.line_bytes)
-            .enumerate()
-            .map(|(index, lines)| self.encode_block(n_lines_done + index * BLOCK_LINES, lines))
-            .collect();
+        let blocks = self.lines.chunks(BLOCK_LINES * self.line_bytes).enumerate();
+        let blocks = parallel::map(blocks, |(index, lines)| {
+            self.encode_block(n_lines_done + index * BLOCK_LINES, lines)
+        });
         self.lines = rest;
         for block in blocks {
             let block = block.map_err(to_io)?;

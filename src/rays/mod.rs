@@ -4,7 +4,8 @@ mod camera;
 mod list;
 
 use glam::DVec3;
-use rayon::prelude::*;
+
+use crate::parallel;
 
 pub use camera::{Frame, Lens, Pixels, View, camera_direction, camera_origin};
 pub use list::List;
@@ -58,17 +59,13 @@ impl Rays {
 /// Fewer rays than this are looked at sooner than other threads are asked to.
 const MANY: usize = 1 << 14;
 
-/// Puts together what `look` finds of each ray, in any order; `nothing` is what is found of none. Of
-/// few rays without a thread pool: the first who asks for it would give its workers the floating-point
-/// environment of the calling thread.
+/// Puts together what `look` finds of each ray; `nothing` is what is found of none.
 pub(crate) fn look_at_all<T: Copy + Send + Sync>(
     rays: &[WorldRay],
     nothing: T,
     look: impl Fn(&WorldRay) -> T + Sync + Send,
     join: impl Fn(T, T) -> T + Sync + Send,
 ) -> T {
-    if rays.len() < MANY {
-        return rays.iter().map(look).fold(nothing, join);
-    }
-    rays.par_iter().map(look).reduce(|| nothing, join)
+    let of_some = |rays: &[WorldRay]| rays.iter().map(&look).fold(nothing, &join);
+    parallel::map(rays.chunks(MANY), of_some).into_iter().fold(nothing, &join)
 }

@@ -8,11 +8,11 @@
 //! width and height.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::{Camera, Projection, Sphere};
 use crate::control::Control;
 use crate::error::{Error, Result, wrong_usage};
+use crate::parallel;
 use crate::rays::View;
 
 /// Where a camera is placed, but for how far away.
@@ -63,15 +63,15 @@ impl Framing {
             None if n_turns > 1 => step.near(middle),
             None => step.near(middle + self.centred(spheres, middle, control)?),
         };
-        let fit = |turn: u32| -> Result<[f64; 2]> {
+        let fit = |(): &mut (), turn: u32| {
             control.check()?;
             let view = self.view(turned(self.from, self.up, turn, n_turns));
             let limits = Limits::new(self, view, self.usable(view.h), spheres, middle);
             Ok(limits.fit(self, look_at - middle, size))
         };
-        let larger = |[a, b]: [f64; 2], [c, d]: [f64; 2]| Ok([a.max(c), b.max(d)]);
-        let fits = (0..n_turns).into_par_iter().map(fit);
-        let [distance, height] = fits.try_reduce(|| [0.0; 2], larger)?;
+        let larger = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a.max(c), b.max(d)];
+        let fits = parallel::try_map(0..n_turns, fit)?;
+        let [distance, height] = fits.into_iter().fold([0.0; 2], larger);
         let factor = step.above(distance / self.from.length());
         let camera = Camera {
             position: step.near_if_it_is(look_at + factor * self.from, size),
@@ -206,8 +206,8 @@ impl Limits {
             }
             least
         };
-        let parts = spheres.par_chunks(SPHERES_AT_ONCE).map(of_some);
-        let least = parts.reduce(|| [f64::INFINITY; 5], least_of);
+        let parts = parallel::map(spheres.chunks(SPHERES_AT_ONCE), of_some);
+        let least = parts.into_iter().fold([f64::INFINITY; 5], least_of);
         Limits { view, edges, least }
     }
 

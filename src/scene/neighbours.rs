@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Sphere;
+use crate::parallel;
 
 /// Spheres whose nearest neighbour is looked for.
 const N_ASKED: usize = 1001;
@@ -22,12 +23,9 @@ pub(super) fn usual_radius(spheres: &[Sphere]) -> f64 {
     sorted.par_sort_unstable_by(|a, b| a.center[axis].total_cmp(&b.center[axis]));
 
     let every = spheres.len().div_ceil(N_ASKED).max(1);
-    let mut distances: Vec<f64> = (0..spheres.len())
-        .step_by(every)
-        .collect::<Vec<_>>()
-        .into_par_iter()
-        .filter_map(|index| nearest(&sorted, axis, &spheres[index]))
-        .collect();
+    let asked = spheres.iter().step_by(every);
+    let distances = parallel::map(asked, |sphere| nearest(&sorted, axis, sphere));
+    let mut distances: Vec<f64> = distances.into_iter().flatten().collect();
     distances.sort_unstable_by(f64::total_cmp);
     match distances.get(distances.len() / 2) {
         Some(distance) if *distance > 0.0 && distance.is_finite() => 0.5 * distance,

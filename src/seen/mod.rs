@@ -47,6 +47,7 @@ pub type In<T, R> = <T as Record>::In<R>;
 macro_rules! record {
     ($(#[$doc:meta])* $name:ident { $($(#[$note:meta])* $field:ident: $kind:ident $rule:ident,)* }) => {
         $(#[$doc])*
+        #[derive(bytemuck::Zeroable)]
         pub struct $name<R> {
             $($(#[$note])* pub $field: $crate::seen::record!(@type $kind R),)*
         }

@@ -1,9 +1,8 @@
 //! Hits → colours where a scene has light: every number that of exact arithmetic. Bounds in f32 and then in f64 decide
 //! nearly all pixels, each by the interval of its mean; the rest are decided exactly.
 
+use std::mem::take;
 use std::sync::{Arc, OnceLock};
-
-use rayon::prelude::*;
 
 use super::decide::Known;
 use super::occluders::Occluders;
@@ -17,6 +16,7 @@ use crate::host;
 use crate::kernel::Kernel;
 use crate::memory;
 use crate::num::OPEN;
+use crate::parallel;
 use crate::prepare::{CertifiedLighting, Lighting, MOST_IN_F32, Prepared};
 use crate::rays::Pixels;
 use crate::scene::{Samples, Scene};
@@ -42,11 +42,11 @@ impl Lit {
     pub fn suits_f32(&self) -> bool {
         let is_small = |parts: &[f64; 3]| parts.iter().all(|x| (0.0..MOST_IN_F32).contains(x));
         let look = || {
-            let ids = 0..=self.scene.n_objects() as u32;
+            let mut ids = 0..=self.scene.n_objects() as u32;
             let lamps = &self.lighting.lamps;
             is_small(&self.lighting.ambient)
                 && lamps.iter().all(|lamp| is_small(&lamp.weight))
-                && ids.into_par_iter().all(|id| is_small(&self.scene.color(id).0))
+                && ids.all(|id| is_small(&self.scene.color(id).0))
         };
         *self.suits_f32.get_or_init(look)
     }
@@ -79,7 +79,7 @@ impl Lit {
         certified.propose(tracer, pixels, control)?;
         let counts = certified.run(control, colors)?;
         let codes = certified.codes.unwrap_or_default();
-        let device = codes.par_iter().filter(|&&code| code != OPEN).count() as u64;
+        let device = codes.iter().filter(|&&code| code != OPEN).count() as u64;
         Ok((ColorCounts { device, device_f32: device, cpu: pixels.len() as u64 - device }, counts))
     }
 }
@@ -330,7 +330,8 @@ impl<'a> Certified<'a> {
         let job = &self.job;
         let ([cells, rows], width) = (job.block(), job.n_columns().max(1));
         let background = job.color(0).map(C::of);
-        let paint = |work: &mut Work<C>, first: usize, out: &mut [[C; 3]]| -> Result<()> {
+        let paint = |work: &mut Work<C>, (strip, out): (usize, &mut [[C; 3]])| {
+            let first = strip * STRIP_ROWS * width;
             for top in (0..out.len()).step_by(rows * width) {
                 for left in (0..width).step_by(cells * CELL) {
                     control.check()?;
@@ -357,18 +358,14 @@ impl<'a> Certified<'a> {
                     }
                 }
             }
-            self.find((first, out), control, work)
+            self.find((first, out), control, work)?;
+            Ok(take(&mut work.counts))
         };
-        out.par_chunks_mut(width * STRIP_ROWS)
-            .enumerate()
-            .try_fold(Work::default, |mut work, (strip, out)| {
-                paint(&mut work, strip * STRIP_ROWS * width, out)?;
-                Ok(work)
-            })
-            .map(|work: Result<Work<C>>| work.map(|work| work.counts))
-            .try_reduce(StageCounts::default, |mut sum, other| {
-                sum.add(other);
-                Ok(sum)
-            })
+        let mut counts = StageCounts::default();
+        let strips = out.chunks_mut(width * STRIP_ROWS).enumerate();
+        for of_strip in parallel::try_map(strips, paint)? {
+            counts.add(of_strip);
+        }
+        Ok(counts)
     }
 }

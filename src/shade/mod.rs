@@ -11,9 +11,9 @@ mod unlit;
 mod written;
 
 use bytemuck::Zeroable;
-use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::parallel;
 pub use crate::prepare::{Lamp, Lighting};
 use crate::trace::resize;
 pub use lit::certified_lighting;
@@ -146,8 +146,8 @@ fn look_up<C: Written + Zeroable>(out: &mut Vec<[C; 3]>, palette: &[[C; 3]], ids
         out.iter_mut().zip(ids).for_each(|(out, &id)| *out = color(id));
     };
     resize(out, ids.len());
-    let parts = out.par_chunks_mut(PIXELS_AT_ONCE).zip(ids.par_chunks(PIXELS_AT_ONCE));
-    parts.for_each(|(out, ids)| {
+    let parts = out.chunks_mut(PIXELS_AT_ONCE).zip(ids.chunks(PIXELS_AT_ONCE));
+    parallel::map(parts, |(out, ids)| {
         let (runs, rest) = out.as_chunks_mut::<RUN>();
         let (ids_of_runs, ids_of_rest) = ids.as_chunks::<RUN>();
         let (mut shown, mut run) = (0, [palette[0]; RUN]);

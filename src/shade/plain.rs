@@ -4,7 +4,6 @@
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
 use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
 
 use super::ColorCounts;
 use super::lit::{Job, Lit};
@@ -15,6 +14,7 @@ use crate::kernel::coordinates::Coordinates;
 use crate::kernel::plain::{Hit, Plain, PlainRay, PlainRays};
 use crate::kernel::{Lists, ObjectRecords};
 use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3, dispatch};
+use crate::parallel;
 use crate::prepare::{Lamp, Lighting, Prepared};
 use crate::scene::Source;
 use crate::trace::{Level, Rays, StageCounts};
@@ -41,8 +41,7 @@ pub(super) fn shade<C: Written>(
     {
         return Ok((ColorCounts { device: n_pixels, ..ColorCounts::default() }, counts));
     }
-    let rows = colors.par_chunks_mut(job.n_columns().max(1)).enumerate();
-    rows.try_for_each_init(Vec::new, |lights, (row, colors)| -> Result<()> {
+    let of_row = |lights: &mut Vec<[f64; 3]>, (row, colors): (usize, &mut [[C; 3]])| {
         lights.clear();
         lights.resize(samples_of_row(job), [0.0; 3]);
         match &prepared.objects {
@@ -59,7 +58,9 @@ pub(super) fn shade<C: Written>(
         }?;
         mix(job, row, lights, control, colors);
         Ok(())
-    })?;
+    };
+    let rows = colors.chunks_mut(job.n_columns().max(1)).enumerate();
+    parallel::try_map(rows, of_row)?;
     Ok((ColorCounts { cpu: n_pixels, ..ColorCounts::default() }, counts))
 }
 
@@ -81,12 +82,11 @@ fn shade_with<C: Written>(
         if !backend.light_plainly(lighting, style.epsilon, &rows, control, &mut lights)? {
             return Ok(false);
         }
-        let rows = colors.par_chunks_mut(columns).zip(lights.par_chunks(samples_of_row(job)));
-        rows.enumerate().try_for_each(|(row, (colors, lights))| -> Result<()> {
-            control.check()?;
+        let rows = colors.chunks_mut(columns).zip(lights.chunks(samples_of_row(job)));
+        control.check()?;
+        parallel::map(rows.enumerate(), |(row, (colors, lights))| {
             mix(job, first_row + row, lights, control, colors);
-            Ok(())
-        })?;
+        });
     }
     Ok(true)
 }
@@ -308,7 +308,7 @@ fn point<F: Float, S: Plain<Float = F>, P: Plain<Float = F>>(
         t: hit.t.0[0].to_f64(),
         at: to_f64(ray.ray.origin + ray.ray.direction * hit.t),
         normal: to_f64(normal),
-        ways: lighting.lamps.par_iter().map(way).collect(),
+        ways: parallel::map(&lighting.lamps, way),
         light: to_f64(scene.light(&ray)),
     })
 }

@@ -1,16 +1,15 @@
 //! Samples → colours where a scene has no light: the colours of objects, and exact means of them.
 
-use rayon::prelude::*;
-
 use super::mean::ExactMean;
 use super::written::{Written, exact_pixel, pixel_between};
 use super::{Background, Colors, Encoding, PIXELS_AT_ONCE, Style, of_any};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::num::Float;
+use crate::parallel;
 use crate::scene::{Color, Scene};
 use crate::seen::Bounds;
-use crate::trace::SampleIds;
+use crate::trace::{SampleIds, resize};
 
 /// Gives pixels the flat colours of their objects. Colours are encoded once an object, not once a
 /// pixel.
@@ -33,20 +32,22 @@ pub struct Palette {
 impl Palette {
     /// A shader for the objects of `scene`.
     pub fn new(scene: &Scene, style: &Style) -> Palette {
-        let ids = 0..scene.n_objects() as u32 + 1;
-        let ids = ids.into_par_iter().with_min_len(PIXELS_AT_ONCE);
         let mut palette = Colors::new(style.encoding);
-        of_any!(&mut palette, palette => palette.par_extend(ids.map_init(
-            || ([0.0; 3], [0.0; 3].map(Written::of)),
-            // Most clouds have few colours, or one.
-            |(last, encoded), id| {
-                let color = color(scene, style.background, id);
-                if color != *last {
-                    (*last, *encoded) = (color, color.map(Written::of));
+        of_any!(&mut palette, palette => {
+            resize(palette, scene.n_objects() + 1);
+            let parts = palette.chunks_mut(PIXELS_AT_ONCE).enumerate();
+            parallel::map(parts, |(part, palette)| {
+                // Most clouds have few colours, or one.
+                let (mut last, mut encoded) = ([0.0; 3], [0.0; 3].map(Written::of));
+                for (id, of_id) in (part * PIXELS_AT_ONCE..).zip(palette) {
+                    let color = color(scene, style.background, id as u32);
+                    if color != last {
+                        (last, encoded) = (color, color.map(Written::of));
+                    }
+                    *of_id = encoded;
                 }
-                *encoded
-            },
-        )));
+            });
+        });
         Palette { palette, background: style.background }
     }
 
@@ -97,10 +98,14 @@ impl Palette {
         (scene, samples): (&Scene, &SampleIds),
         control: &Control,
     ) -> Result<()> {
-        let mixed = samples.ids.par_chunks(samples.n_each.max(1)).with_min_len(PIXELS_AT_ONCE / 64);
-        let mean = |ids: &[u32]| control.check().map(|()| self.mean(scene, ids));
-        let mixed: Vec<[C; 3]> = mixed.map(mean).collect::<Result<_>>()?;
-        for (&pixel, color) in samples.mixed.iter().zip(mixed) {
+        let n_each = samples.n_each.max(1);
+        let means = |(): &mut (), ids: &[u32]| {
+            control.check()?;
+            Ok(ids.chunks(n_each).map(|ids| self.mean(scene, ids)).collect::<Vec<[C; 3]>>())
+        };
+        let parts = samples.ids.chunks(PIXELS_AT_ONCE / 64 * n_each);
+        let means = parallel::try_map(parts, means)?;
+        for (&pixel, color) in samples.mixed.iter().zip(means.into_iter().flatten()) {
             colors[pixel as usize] = color;
         }
         Ok(())

@@ -1,0 +1,109 @@
+//! Work in parts, side by side. The threads' own work is compiled here, once for all kinds of parts: for each kind anew it
+//! would be a sixth of what the library is compiled in.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use bytemuck::Zeroable;
+use rayon::prelude::*;
+
+use crate::error::Result;
+
+/// The results of `work` for some parts, in their order. The calling thread alone does the work where there is one part: the first who
+/// asks for threads gives them its floating-point environment.
+pub fn map<P: Send, R: Send>(
+    parts: impl IntoIterator<Item = P>,
+    work: impl Fn(P) -> R + Sync,
+) -> Vec<R> {
+    map_in(parts, |(), part| work(part))
+}
+
+/// The results of `work`, which may fail, for some parts, in their order. What it works in goes from part to part.
+///
+/// # Errors
+/// That of the first part that failed.
+pub fn try_map<S: Default + Send, P: Send, R: Send>(
+    parts: impl IntoIterator<Item = P>,
+    work: impl Fn(&mut S, P) -> Result<R> + Sync,
+) -> Result<Vec<R>> {
+    map_in(parts, work).into_iter().collect()
+}
+
+fn map_in<S: Default + Send, P: Send, R: Send>(
+    parts: impl IntoIterator<Item = P>,
+    work: impl Fn(&mut S, P) -> R + Sync,
+) -> Vec<R> {
+    let idle = Mutex::new(Vec::new());
+    let part = |part| Mutex::new((Some(part), None));
+    let mut parts: Vec<Mutex<(Option<P>, Option<R>)>> = parts.into_iter().map(part).collect();
+    for_each(parts.len(), &|at| {
+        let Some(part) = lock(&parts[at]).0.take() else { return };
+        let mut scratch: S = lock(&idle).pop().unwrap_or_default();
+        let made = work(&mut scratch, part);
+        lock(&idle).push(scratch);
+        lock(&parts[at]).1 = Some(made);
+    });
+    let made = |part: &mut Mutex<(_, Option<R>)>| lock(part).1.take();
+    parts.iter_mut().filter_map(made).collect()
+}
+
+/// What is made at once of a [`table`].
+const AT_ONCE: usize = 1 << 12;
+
+/// A table of `n` values, which `make` gives by their indices.
+pub fn table<T: Zeroable + Send>(n: usize, make: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let mut table: Vec<T> = bytemuck::zeroed_vec(n);
+    map(table.chunks_mut(AT_ONCE).enumerate(), |(part, values)| {
+        for (index, value) in (part * AT_ONCE..).zip(values) {
+            *value = make(index);
+        }
+    });
+    table
+}
+
+fn for_each(n: usize, work: &(dyn Fn(usize) + Sync)) {
+    match n {
+        0 | 1 => (0..n).for_each(work),
+        _ => (0..n).into_par_iter().for_each(work),
+    }
+}
+
+/// Nothing is left half done by who held it.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_are_in_the_order_of_the_parts() {
+        for n in [0, 1, 2, 3, 1000, AT_ONCE, 3 * AT_ONCE + 1] {
+            let squares: Vec<usize> = (0..n).map(|i| i * i).collect();
+            assert_eq!(map(0..n, |i| i * i), squares);
+            assert_eq!(table(n, |i| i * i), squares);
+            let counted = map_in(0..n, |count: &mut usize, i| {
+                *count += 1;
+                (*count, i * i)
+            });
+            assert!(counted.iter().all(|(count, _)| (1..=n).contains(count)));
+            assert!(counted.iter().map(|(_, square)| square).eq(&squares));
+        }
+    }
+
+    /// What goes from part to part is made once a thread at most.
+    #[test]
+    fn scratches_are_kept() {
+        struct Counted;
+        static MADE: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
+        impl Default for Counted {
+            fn default() -> Counted {
+                MADE.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+                Counted
+            }
+        }
+        map_in(0..1000, |_: &mut Counted, _| ());
+        let made = MADE.load(std::sync::atomic::Ordering::Relaxed);
+        assert!((1..=rayon::current_num_threads()).contains(&made), "{made}");
+    }
+}
