@@ -448,7 +448,6 @@ impl<'a, F: Float> Surfaces<'a, F> {
         }
         let (k, spread) = (guard::k_in_f64(center, r), Lanes::lit(eye.spread));
         let seen = SphereSeen::of::<F>(center, r, k, spread, eye.input, eye);
-        let is_close = is_close || Lanes::lit(0.0).lt(seen.is_close).any();
         let seen = seen.round_lanes();
         match is_close {
             false => SphereSeen::surface(&seen, ray, &lengths),
@@ -464,20 +463,29 @@ impl<'a, F: Float> Surfaces<'a, F> {
         ray: &Ray<Lanes<F, N>>,
     ) -> Surface<Lanes<F, N>> {
         let index = id as usize - 1 - self.scene.spheres.len();
-        let seen = match (self.planes.get(index), self.scene.planes.get(index)) {
-            (Some(seen), _) => PlaneSeen::splat(seen),
-            (None, Some(plane)) => {
-                let l = V3::lit(plane.point) - pack.reference.map(|x| x.each(F::to_f64));
-                let mut seen = PlaneSeen::of::<F>(plane, l, &self.eye);
-                if let Some(unit) = self.units.get(index) {
-                    seen = rounded(seen, unit, Lanes::lit);
-                }
-                seen.round_lanes()
-            }
-            // Undecided.
-            (None, None) => return Surface::unknown(),
+        let seen = match self.planes.get(index) {
+            Some(seen) => PlaneSeen::splat(seen),
+            None => match self.plane_of_list(index, pack) {
+                Some(seen) => seen,
+                None => return Surface::unknown(),
+            },
         };
         PlaneSeen::surface(&seen, ray, &self.lengths.map(Lanes::splat))
+    }
+
+    #[inline(never)]
+    fn plane_of_list<const N: usize>(
+        &self,
+        index: usize,
+        pack: &Pack<F, N>,
+    ) -> Option<PlaneSeen<Lanes<F, N>>> {
+        let plane = self.scene.planes.get(index)?;
+        let l = V3::lit(plane.point) - pack.reference.map(|x| x.each(F::to_f64));
+        let mut seen = PlaneSeen::of::<F>(plane, l, &self.eye);
+        if let Some(unit) = self.units.get(index) {
+            seen = rounded(seen, unit, Lanes::lit);
+        }
+        Some(seen.round_lanes())
     }
 }
 

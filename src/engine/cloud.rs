@@ -157,9 +157,17 @@ impl Packs<'_> {
         let CloudSearch { camera, .. } = self.search;
         for (across, up) in self.across.iter().zip(self.up) {
             let ray = camera.ray(Lanes(*across), Lanes(*up));
-            let best = self.sight.beside.nearest(&ray);
             let beam = self.beam(from_ref(across), from_ref(up));
-            self.packs.push(Pack { ray, best, beam, last: best.high().joined(Real::max) });
+            self.packs.push(Pack { ray, best: Nearest::none(), beam, last: self.last });
+        }
+    }
+
+    /// Looks at what is beside the tree.
+    #[inline(always)]
+    fn look_beside(&mut self) {
+        for pack in &mut *self.packs {
+            pack.best = self.sight.beside.nearest(&pack.ray);
+            pack.last = pack.best.high().joined(Real::max);
         }
     }
 }
@@ -238,6 +246,7 @@ impl WithSimd for Find<'_> {
             let beam = seek.beam(across, up);
             if !sight.beside.is_empty() {
                 seek.begin();
+                seek.look_beside();
             }
             walk.all(search.aim.bvh, cut.nodes(), beam, &mut seek);
             for ids in ids.iter_mut() {

@@ -59,10 +59,8 @@ impl WithSimd for FindList<'_> {
             }
             Some(hierarchy) => {
                 let tree = OfTree { hierarchy, beside, list };
-                match hierarchy.bvh.bytes() {
-                    ..CACHED_BYTES => tree.find::<1>(ids),
-                    _ => tree.find::<ABREAST>(ids),
-                }
+                let is_cached = hierarchy.bvh.bytes() < CACHED_BYTES;
+                tree.find(if is_cached { 1 } else { ABREAST }, ids);
             }
         }
     }
@@ -117,33 +115,26 @@ impl<'a> OfTree<'a> {
         Alone { leaves, ray, best: beside.nearest(&ray) }
     }
 
+    /// `abreast` of them at a time.
     #[inline(always)]
-    fn find<const N: usize>(&self, ids: &mut [u32]) {
+    fn find(&self, abreast: usize, ids: &mut [u32]) {
         let bvh = &*self.hierarchy.bvh;
-        let mut walks: [Walk; N] = std::array::from_fn(|_| Walk::default());
-        let mut next = 0;
-        let mut slots: [Option<(usize, Alone)>; N] = std::array::from_fn(|_| None);
-        let mut n_walking = 0;
-        for (slot, walk) in slots.iter_mut().zip(&mut walks) {
-            if next < ids.len() {
-                *slot = Some((next, self.begin(next, walk)));
-                next += 1;
-                n_walking += 1;
-            }
-        }
-        while n_walking > 0 {
-            for (slot, walk) in slots.iter_mut().zip(&mut walks) {
-                let Some((at, alone)) = slot else { continue };
-                if walk.step(bvh, alone) {
-                    continue;
-                }
-                (ids[*at], _) = alone.best.decide();
-                if next < ids.len() {
-                    (*at, *alone) = (next, self.begin(next, walk));
-                    next += 1;
-                } else {
+        let mut walks: [Walk; ABREAST] = std::array::from_fn(|_| Walk::default());
+        let mut slots: [Option<(usize, Alone)>; ABREAST] = std::array::from_fn(|_| None);
+        let (mut next, mut n_done) = (0, 0);
+        while n_done < ids.len() {
+            for (slot, walk) in slots[..abreast].iter_mut().zip(&mut walks) {
+                if let Some((at, alone)) = slot {
+                    if walk.step(bvh, alone) {
+                        continue;
+                    }
+                    (ids[*at], _) = alone.best.decide();
+                    n_done += 1;
                     *slot = None;
-                    n_walking -= 1;
+                }
+                if next < ids.len() {
+                    *slot = Some((next, self.begin(next, walk)));
+                    next += 1;
                 }
             }
         }

@@ -272,6 +272,8 @@ impl<R: Real> Surface<R> {
 
 /// An object as an eye sees it.
 pub trait Seen: Record {
+    /// Whether it ever is so.
+    const CAN_BE_CLOSE: bool = false;
     /// Whether [`Seen::bounds_close`] is needed.
     fn is_close(&self) -> bool {
         false
@@ -432,9 +434,11 @@ impl<T: Seen, F: Float> List<T, F> {
                 best = best.with(next, R::splat_id(*id));
             }
         }
-        for (id, seen) in &self.close {
-            if let Some(next) = T::bounds_close(&T::splat(seen), ray) {
-                best = best.with(next, R::splat_id(*id));
+        if T::CAN_BE_CLOSE {
+            for (id, seen) in &self.close {
+                if let Some(next) = T::bounds_close(&T::splat(seen), ray) {
+                    best = best.with(next, R::splat_id(*id));
+                }
             }
         }
         best

@@ -378,6 +378,8 @@ impl<R: Real> Visible<R> {
 }
 
 impl Seen for SphereSeen<f64> {
+    const CAN_BE_CLOSE: bool = true;
+
     fn is_close(&self) -> bool {
         self.is_close > 0.0
     }
