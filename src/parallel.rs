@@ -4,46 +4,50 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use bytemuck::Zeroable;
-use rayon::prelude::*;
 
 use crate::error::Result;
 
-/// The results of `work` for some parts, in their order. The calling thread alone does the work where there is one part: the first who
-/// asks for threads gives them its floating-point environment.
-pub fn map<P: Send, R: Send>(
-    parts: impl IntoIterator<Item = P>,
+/// The results of `work` for some parts, in their order. The calling thread alone does the work where there is one part: the
+/// first who asks for threads gives them its floating-point environment.
+pub fn map<P, R: Send>(
+    parts: impl IntoIterator<Item = P, IntoIter: Send>,
     work: impl Fn(P) -> R + Sync,
 ) -> Vec<R> {
     map_in(parts, |(), part| work(part))
 }
 
-/// The results of `work`, which may fail, for some parts, in their order. What it works in goes from part to part.
+/// The results of `work`, which may fail, for some parts, in their order. What a thread works in goes from part to part.
 ///
 /// # Errors
 /// That of the first part that failed.
-pub fn try_map<S: Default + Send, P: Send, R: Send>(
-    parts: impl IntoIterator<Item = P>,
+pub fn try_map<S: Default, P, R: Send>(
+    parts: impl IntoIterator<Item = P, IntoIter: Send>,
     work: impl Fn(&mut S, P) -> Result<R> + Sync,
 ) -> Result<Vec<R>> {
     map_in(parts, work).into_iter().collect()
 }
 
-fn map_in<S: Default + Send, P: Send, R: Send>(
-    parts: impl IntoIterator<Item = P>,
+fn map_in<S: Default, P, R: Send>(
+    parts: impl IntoIterator<Item = P, IntoIter: Send>,
     work: impl Fn(&mut S, P) -> R + Sync,
 ) -> Vec<R> {
-    let idle = Mutex::new(Vec::new());
-    let part = |part| Mutex::new((Some(part), None));
-    let mut parts: Vec<Mutex<(Option<P>, Option<R>)>> = parts.into_iter().map(part).collect();
-    for_each(parts.len(), &|at| {
-        let Some(part) = lock(&parts[at]).0.take() else { return };
-        let mut scratch: S = lock(&idle).pop().unwrap_or_default();
-        let made = work(&mut scratch, part);
-        lock(&idle).push(scratch);
-        lock(&parts[at]).1 = Some(made);
-    });
-    let made = |part: &mut Mutex<(_, Option<R>)>| lock(part).1.take();
-    parts.iter_mut().filter_map(made).collect()
+    let parts = parts.into_iter();
+    let is_one = parts.size_hint().1.is_some_and(|n| n <= 1);
+    let parts = Mutex::new(parts.enumerate());
+    let results = Mutex::new(Vec::new());
+    let work_on = || {
+        let mut scratch = S::default();
+        let next = || lock(&parts).next();
+        while let Some((at, part)) = next() {
+            let result = Some(work(&mut scratch, part));
+            let mut results = lock(&results);
+            let n = results.len().max(at + 1);
+            results.resize_with(n, || None);
+            results[at] = result;
+        }
+    };
+    on_threads(if is_one { 1 } else { rayon::current_num_threads() }, &work_on);
+    lock(&results).drain(..).flatten().collect()
 }
 
 /// What is made at once of a [`table`].
@@ -60,10 +64,10 @@ pub fn table<T: Zeroable + Send>(n: usize, make: impl Fn(usize) -> T + Sync) -> 
     table
 }
 
-fn for_each(n: usize, work: &(dyn Fn(usize) + Sync)) {
+fn on_threads(n: usize, work: &(dyn Fn() + Sync)) {
     match n {
-        0 | 1 => (0..n).for_each(work),
-        _ => (0..n).into_par_iter().for_each(work),
+        1 => work(),
+        _ => rayon::scope(|scope| (0..n).for_each(|_| scope.spawn(|_| work()))),
     }
 }
 
