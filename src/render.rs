@@ -289,7 +289,8 @@ mod tests {
         let draw = |cancel_at| {
             let wall = Wall { n_calls: 0, cancel_at };
             let mut tracer = Tracer::on(wall, Arc::clone(&prepared), Wants::default());
-            let mut painter = Painter::new(style, &pixels, &mut tracer, None);
+            let mut palette = None;
+            let mut painter = Painter::new(style, &pixels, &mut palette, &mut tracer, None);
             let (options, sink) = (PictureOptions::default(), std::io::Cursor::new(Vec::new()));
             let mut writer = PictureWriter::create(
                 Format::Ppm,

@@ -15,7 +15,7 @@ use crate::prepare::Prepared;
 use crate::rays::{Pixels, View};
 use crate::render::{Plan, band_bytes, hits_bytes, plan, render, sampled_band_rows};
 use crate::scene::{Camera, Samples, Scene};
-use crate::shade::{Encoding, Framebuffer, Painter, Pixel, Rendered, Style};
+use crate::shade::{Encoding, Framebuffer, Painter, Palette, Pixel, Rendered, Style};
 use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -40,6 +40,8 @@ pub struct Session {
     of_samples: Option<Tracer>,
     /// The hash of the last scene that was drawn into a file.
     hashed: Option<(Arc<Scene>, String)>,
+    /// The colours of the scene's objects, as the last picture without light had them.
+    palette: Option<Palette>,
 }
 
 /// Time that it took to make a session ready for rays.
@@ -80,6 +82,7 @@ impl Session {
             ready: None,
             of_samples: None,
             hashed: None,
+            palette: None,
         }
     }
 
@@ -101,6 +104,7 @@ impl Session {
     /// Replaces the scene, and the camera by the scene's where it has one.
     pub fn set_scene(&mut self, scene: impl Into<Arc<Scene>>) {
         self.scene = scene.into();
+        self.palette = None;
         if self.scene.camera.is_some() {
             self.camera.clone_from(&self.scene.camera);
         }
@@ -155,17 +159,17 @@ impl Session {
         wants: Wants,
         control: &Control,
     ) -> Result<Painter<'_>> {
-        let source = (&self.scene, &self.device, self.kernel);
+        let (source, palette) = ((&self.scene, &self.device, self.kernel), &mut self.palette);
         let rays = Rays::Pixels(*pixels);
         let (tracer, _) = renewed(&mut self.ready, None, source, &rays, wants, control)?;
         if style.n_samples == Samples::ONE {
-            return Ok(Painter::new(style, pixels, tracer, None));
+            return Ok(Painter::new(style, pixels, palette, tracer, None));
         }
         let rays = Rays::Pixels(pixels.samples(style.n_samples.across()));
         // The tree is there already.
         let (slot, tree) = (&mut self.of_samples, Some(&**tracer.prepared()));
         let (of_samples, _) = renewed(slot, tree, source, &rays, Wants::default(), control)?;
-        Ok(Painter::new(style, pixels, tracer, Some(of_samples)))
+        Ok(Painter::new(style, pixels, palette, tracer, Some(of_samples)))
     }
 
     /// Draws pixels into any sink, band by band.
@@ -413,7 +417,7 @@ mod tests {
     use crate::error::Error;
     use crate::render::bands;
     use crate::scene::{Color, Sphere, parse_scene};
-    use crate::shade::Colors;
+    use crate::shade::{Background, Colors};
     use crate::trace::WorldRay;
 
     fn ball() -> Scene {
@@ -509,6 +513,10 @@ mod tests {
         assert_eq!(center(&mut session), (1, [255, 0, 0]));
         session.set_scene(Scene { background: Color([0.0, 0.0, 1.0]), ..Scene::default() });
         assert_eq!(center(&mut session), (0, [0, 0, 255]));
+        let (pixels, control) = (session.pixels(3, 3).unwrap(), Control::default());
+        let style = Style { background: Background::Black, ..Style::new(Encoding::Srgb8) };
+        let (kept, _) = session.keep(&pixels, style, Wants::default(), &control).unwrap();
+        assert_eq!(kept.colors, Colors::Srgb8(vec![[0; 3]; 9]));
     }
 
     #[test]

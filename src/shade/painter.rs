@@ -114,7 +114,7 @@ pub struct Rendered {
 /// Makes the colours of a picture.
 pub struct Painter<'a> {
     style: Style,
-    look: Look,
+    look: Look<'a>,
     /// Traces the pixels' centre rays.
     tracer: &'a mut Tracer,
     /// Traces the samples, where there are several.
@@ -124,24 +124,25 @@ pub struct Painter<'a> {
 }
 
 /// How a scene looks.
-enum Look {
+enum Look<'a> {
     Lit(Lit),
-    Unlit(Palette),
+    Unlit(&'a Palette),
 }
 
 impl<'a> Painter<'a> {
     /// Paints pixels, whose centre rays `tracer` traces, and `of_samples` their samples where these are several:
-    /// [`Pixels::samples`].
+    /// [`Pixels::samples`]. `palette` is that of the scene's last picture, and serves again where it suits.
     pub fn new(
         style: Style,
         pixels: &Pixels,
+        palette: &'a mut Option<Palette>,
         tracer: &'a mut Tracer,
         of_samples: Option<&'a mut Tracer>,
     ) -> Painter<'a> {
         debug_assert_eq!(style.n_samples > Samples::ONE, of_samples.is_some());
         let scene = &tracer.prepared().scene;
         let look = match Lighting::new(scene, &pixels.view) {
-            None => Look::Unlit(Palette::new(scene, &style)),
+            None => Look::Unlit(Palette::renewed(palette, scene, &style)),
             Some(lighting) => Look::Lit(Lit::new(Arc::clone(scene), lighting, style)),
         };
         Painter {

@@ -51,6 +51,19 @@ impl Palette {
         Palette { palette, background: style.background }
     }
 
+    /// The one that an earlier picture of the same scene had, where it suits, else a new one.
+    pub(super) fn renewed<'p>(
+        old: &'p mut Option<Palette>,
+        scene: &Scene,
+        style: &Style,
+    ) -> &'p Palette {
+        let suits = |old: &mut Palette| {
+            (old.palette.encoding(), old.background) == (style.encoding, style.background)
+        };
+        let palette = old.take_if(suits).unwrap_or_else(|| Palette::new(scene, style));
+        old.insert(palette)
+    }
+
     /// Bytes of memory for the colours of `n_objects` objects and for those of `n_pixels` pixels.
     pub fn bytes(encoding: Encoding, n_objects: usize, n_pixels: u64) -> u64 {
         let n_colors = n_pixels.saturating_add(n_objects as u64 + 1);
