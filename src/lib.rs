@@ -95,7 +95,7 @@
 //! | [`control`] | cancelling and progress |
 //! | [`output`] | files that appear whole or not at all |
 //! | `system` | what kinds of systems do differently |
-//! | `parallel` | work in parts, on all threads |
+//! | [`parallel`] | work in parts, on all threads |
 //! | [`picture`] | PNG, EXR, PPM and NPY, written and read; what a picture says of itself; files of rays and of what they hit |
 //! | [`frames`] | the cameras and the files of a film |
 //! | [`digest`] | one hash of a picture, the same on every device |
@@ -163,7 +163,7 @@ pub mod memory;
 mod npy;
 pub mod num;
 pub mod output;
-mod parallel;
+pub mod parallel;
 pub mod picture;
 pub mod plain;
 pub mod prepare;

@@ -50,7 +50,7 @@ fn map_in<S: Default, P, R: Send>(
     lock(&results).drain(..).flatten().collect()
 }
 
-/// What is made at once of a [`table`].
+/// What a thread makes at once of a [`table`], or of [`filter_map`].
 const AT_ONCE: usize = 1 << 12;
 
 /// A table of `n` values, which `make` gives by their indices.
@@ -62,6 +62,12 @@ pub fn table<T: Zeroable + Send>(n: usize, make: impl Fn(usize) -> T + Sync) -> 
         }
     });
     table
+}
+
+/// What `make` gives for indices below `n`, in their order.
+pub fn filter_map<T: Send>(n: usize, make: impl Fn(usize) -> Option<T> + Sync) -> Vec<T> {
+    let of_some = |first| (first..n.min(first + AT_ONCE)).filter_map(&make).collect::<Vec<T>>();
+    map((0..n).step_by(AT_ONCE), of_some).into_iter().flatten().collect()
 }
 
 fn on_threads(n: usize, work: &(dyn Fn() + Sync)) {
@@ -86,6 +92,8 @@ mod tests {
             let squares: Vec<usize> = (0..n).map(|i| i * i).collect();
             assert_eq!(map(0..n, |i| i * i), squares);
             assert_eq!(table(n, |i| i * i), squares);
+            let odd: Vec<usize> = (1..n).step_by(2).collect();
+            assert_eq!(filter_map(n, |i| (i % 2 == 1).then_some(i)), odd);
             let counted = map_in(0..n, |count: &mut usize, i| {
                 *count += 1;
                 (*count, i * i)

@@ -1,6 +1,5 @@
 //! Which spheres of a scene have a place in its tree.
 
-use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
@@ -61,22 +60,16 @@ pub(super) fn members(spheres: &[Sphere], reference: DVec3) -> (Vec<u32>, Vec<u3
         let distance = guard::length_bound(sphere.center - reference);
         sphere.radius.abs() <= f32::FARTHEST && distance <= f32::FARTHEST
     };
-    let can_be_seen = |i: &u32| {
-        spheres[*i as usize].radius != 0.0
-            && (repeats.is_empty() || repeats.binary_search(i).is_err())
+    let can_be_seen = |i: u32| {
+        spheres[i as usize].radius != 0.0
+            && (repeats.is_empty() || repeats.binary_search(&i).is_err())
     };
-    let part = |part: Range<u32>| -> (Vec<u32>, Vec<u32>) {
-        part.filter(can_be_seen).partition(|&i| has_box(&spheres[i as usize]))
+    let with_box = |is_in: bool| {
+        parallel::filter_map(spheres.len(), |i| {
+            (has_box(&spheres[i]) == is_in && can_be_seen(i as u32)).then_some(i as u32)
+        })
     };
-    let parts = parallel::map(parts(spheres.len()), part);
-    let (inside, outside): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
-    (inside.concat(), outside.concat())
-}
-
-/// The indices of `n` spheres, in parts.
-fn parts(n: usize) -> impl Iterator<Item = Range<u32>> {
-    const AT_ONCE: usize = 1 << 14;
-    (0..n).step_by(AT_ONCE).map(move |first| first as u32..n.min(first + AT_ONCE) as u32)
+    (with_box(true), with_box(false))
 }
 
 /// Indices of the spheres that equal an earlier one, ascending. They need not be all: it saves work.
@@ -93,26 +86,22 @@ fn repeats(spheres: &[Sphere]) -> Vec<u32> {
     };
     // Only what shares its place in a table with others can equal one of them.
     let n_bits = (16 * spheres.len()).next_power_of_two().max(64);
-    let table = || (0..n_bits / 64).map(|_| AtomicU64::new(0)).collect::<Vec<_>>();
-    let (taken, shared) = (table(), table());
     let place = |hash: u64| {
         let bit = hash as usize & (n_bits - 1);
         (bit / 64, 1 << (bit % 64))
     };
-    let take = |i: u32| {
-        let (word, bit) = place(hash(i));
-        if taken[word].fetch_or(bit, Ordering::Relaxed) & bit != 0 {
-            shared[word].fetch_or(bit, Ordering::Relaxed);
-        }
-    };
-    parallel::map(parts(spheres.len()), |part| part.for_each(take));
-    let shares = |i: u32| {
-        let hash = hash(i);
+    let taken: Vec<AtomicU64> = (0..n_bits / 64).map(|_| AtomicU64::new(0)).collect();
+    let places_taken = parallel::filter_map(spheres.len(), |i| {
+        let (word, bit) = place(hash(i as u32));
+        (taken[word].fetch_or(bit, Ordering::Relaxed) & bit != 0).then_some((word, bit))
+    });
+    let mut shared = vec![0; n_bits / 64];
+    places_taken.into_iter().for_each(|(word, bit)| shared[word] |= bit);
+    let mut sharing: Vec<(u64, u32)> = parallel::filter_map(spheres.len(), |i| {
+        let hash = hash(i as u32);
         let (word, bit) = place(hash);
-        (shared[word].load(Ordering::Relaxed) & bit != 0).then_some((hash, i))
-    };
-    let sharing = |part: Range<u32>| part.filter_map(shares).collect::<Vec<(u64, u32)>>();
-    let mut sharing = parallel::map(parts(spheres.len()), sharing).concat();
+        (shared[word] & bit != 0).then_some((hash, i as u32))
+    });
     sharing.sort_unstable();
     // Where different spheres have one hash, which hardly ever is, a repeat may stay.
     let repeat = |two: &[(u64, u32)]| (key(two[0].1) == key(two[1].1)).then_some(two[1].1);

@@ -18,7 +18,6 @@ mod words;
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 
 pub use light::{
@@ -34,6 +33,7 @@ use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::exact::{Root, Side, nearest};
 use kugelblitz::memory;
+use kugelblitz::parallel;
 use kugelblitz::plain::steers;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
@@ -266,7 +266,8 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<
     let (ranked, left_out) = ranked(&numbers, limit);
     let first = ranked.first().filter(|rank| rank.root.is_some()).map(|rank| rank.id);
     numbers.hit = nearest(&numbers.exact, first.and_then(|id| Some((id, scene.object(id)?))));
-    let objects = ranked.par_iter().filter_map(|rank| numbers.object(rank)).collect();
+    let objects = parallel::map(&ranked, |rank| numbers.object(rank));
+    let objects = objects.into_iter().flatten().collect();
 
     let pixel =
         |p: &Pixels| PixelOf { x: p.x, y: p.y, width: p.image_width, height: p.image_height };
@@ -391,14 +392,14 @@ struct Rank {
 /// The objects in the order of [`Explanation::objects`], the first `limit` of them, and what the others are.
 fn ranked(numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, LeftOut) {
     let scene = numbers.scene;
-    let rank = |id: u32| {
+    let rank = |index: usize| {
+        let id = index as u32 + 1;
         let object = scene.object(id)?;
         let root = numbers.root(id);
         let key = root.as_ref().map_or_else(|| numbers.gap(object).0, Root::to_f64);
         Some(Rank { id, root: root.map(Box::new), key })
     };
-    let ids = 1..=scene.n_objects() as u32;
-    let mut ranks: Vec<Rank> = ids.into_par_iter().filter_map(rank).collect();
+    let mut ranks = parallel::filter_map(scene.n_objects(), rank);
     let order = |a: &Rank, b: &Rank| {
         // Rounding keeps the order, so only equal f64 need the exact comparison, and none of equal objects.
         let exact = || match (&a.root, &b.root) {
@@ -410,14 +411,15 @@ fn ranked(numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, LeftOut) {
             .then_with(exact)
             .then(a.id.cmp(&b.id))
     };
-    ranks.par_sort_unstable_by(order);
+    ranks.sort_unstable_by(order);
     let others = ranks.split_off(limit.min(ranks.len()));
     (ranks, left_out(numbers, &others))
 }
 
 fn left_out(numbers: &RayNumbers, ranks: &[Rank]) -> LeftOut {
     let hit = ranks.iter().filter(|rank| rank.root.is_some()).count();
-    let is_behind = |rank: &&Rank| rank.root.is_none() && numbers.line_meets(rank.id) == Some(true);
-    let behind = ranks.par_iter().filter(is_behind).count();
+    let is_behind = |rank: &Rank| rank.root.is_none() && numbers.line_meets(rank.id) == Some(true);
+    let behind = parallel::filter_map(ranks.len(), |at| is_behind(&ranks[at]).then_some(()));
+    let behind = behind.len();
     LeftOut { hit, behind, missed: ranks.len() - hit - behind }
 }

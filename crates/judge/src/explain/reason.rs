@@ -1,8 +1,8 @@
 //! Why an object is seen, or isn't.
 
 use kugelblitz::exact::Root;
+use kugelblitz::parallel;
 use kugelblitz::rays::Rays;
-use rayon::prelude::*;
 
 use super::numbers::{COLUMNS, FormulaNumber, digits};
 use super::ray::RayNumbers;
@@ -76,9 +76,12 @@ impl ObjectExplanation {
         }
         if self.reason == Reason::Visible {
             let root = numbers.hit.as_ref().map(|hit| &hit.root);
-            let tied = |&id: &u32| numbers.root(id).as_ref() == root;
-            let others = self.id + 1..=numbers.scene.n_objects() as u32;
-            if let Some(other) = others.into_par_iter().find_first(tied) {
+            let n_behind = numbers.scene.n_objects() - self.id as usize;
+            let tied = parallel::filter_map(n_behind, |at| {
+                let id = self.id + 1 + at as u32;
+                (numbers.root(id).as_ref() == root).then_some(id)
+            });
+            if let Some(&other) = tied.first() {
                 why.push(of_object(words.tie, other));
             }
         }

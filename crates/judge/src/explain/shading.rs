@@ -3,10 +3,10 @@
 use glam::DVec3;
 use kugelblitz::exact::{ExactPixels, Root, Side, integer, real};
 use kugelblitz::num::{Real as _, V3};
+use kugelblitz::parallel;
 use kugelblitz::rays::{Pixels, Rays, View};
 use kugelblitz::scene::{Camera, Edges, Light, Object, Plane, Scene, Source, Sphere};
 use kugelblitz::shade::{ExactMean, Lamp, Lighting, PlainPoint, PlainWay};
-use rayon::prelude::*;
 
 use super::light::{
     ChannelByte, ColorExplanation, LightExplanation, LightVerdict, MeanExplanation, Shading,
@@ -65,8 +65,8 @@ impl RayNumbers<'_> {
             return Some(Shading { lights: Vec::new(), sky: None, color, mean });
         };
         let way = |lamp| ExactWay::new(self.scene, lamp, lighting, &point.lit);
-        let ways: Vec<ExactWay> =
-            (0..lighting.lamps.len()).into_par_iter().map(way).collect::<Option<_>>()?;
+        let ways = parallel::map(0..lighting.lamps.len(), way);
+        let ways: Vec<ExactWay> = ways.into_iter().collect::<Option<_>>()?;
         let mut told = Derivation::new(self.digits);
         for (channel, name) in self.words.channels.into_iter().enumerate() {
             let c = of_scene("c", self.scene.color(id).0[channel]);

@@ -4,11 +4,11 @@ use glam::DVec3;
 use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::exact;
+use kugelblitz::parallel;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Lens, Pixels, Rays, WorldRay};
 use kugelblitz::scene::{Color, Object, Scene};
 use kugelblitz::trace::{Hits, Level};
-use rayon::prelude::*;
 
 use super::Show;
 use super::discriminant::Discriminants;
@@ -147,16 +147,14 @@ pub fn tints(
     control: &Control,
 ) -> Result<Vec<Tint>> {
     let scene = &*prepared.scene;
-    let indexed = || hits.id.par_iter().copied().enumerate();
     Ok(match show {
         Show::Side if pixels.view.lens == Lens::Orthographic => {
             // The camera's plane may cut a sphere, and then some rays start in it.
-            let of_pixel = |(index, id): (usize, u32)| {
+            parallel::filter_map(hits.id.len(), |index| {
                 let (x, y) = pixels.xy(index);
                 let WorldRay { origin, direction } = pixels.ray(x, y);
-                side(scene, id, origin, direction)
-            };
-            indexed().map(of_pixel).collect()
+                Some(side(scene, hits.id[index], origin, direction))
+            })
         }
         Show::Color | Show::Id | Show::Side => {
             let by_id = tints_by_id(show, scene, pixels);
@@ -173,14 +171,15 @@ pub fn tints(
         }
         Show::Discriminant => {
             let discriminants = Discriminants::new(prepared, pixels);
-            let tint = |(index, id)| {
-                control.check()?;
-                Ok(match discriminants.at(index, id) {
+            let tint = |index| {
+                control.check().ok()?;
+                Some(match discriminants.at(index, hits.id[index]) {
                     Some((sign, nearness)) => shaded(sign, nearness),
                     None => Tint::of(&SIGNS, 3),
                 })
             };
-            indexed().map(tint).collect::<Result<_>>()?
+            let tints = parallel::filter_map(hits.id.len(), tint);
+            control.check().map(|()| tints)?
         }
         Show::Error => {
             let all = (0..hits.id.len()).collect();

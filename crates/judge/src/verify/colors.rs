@@ -4,12 +4,12 @@ use std::fmt;
 
 use kugelblitz::control::Control;
 use kugelblitz::exact::ExactPixels;
+use kugelblitz::parallel;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Samples, Scene};
 use kugelblitz::shade::{Colors, Encoding, Lighting, Style};
 use kugelblitz::trace::{Hits, Wants};
 use kugelblitz::{Result, Session};
-use rayon::prelude::*;
 
 use super::lit::{LitPoint, exact_mean};
 use super::{Near, hit_of};
@@ -76,7 +76,7 @@ impl RenderedColors {
         let lighting = Lighting::new(scene, &pixels.view);
         let of_samples = pixels.samples(n_samples);
         let rays = ExactPixels::new(&of_samples);
-        let seen = index.par_iter().map(|&index| {
+        let seen = parallel::try_map(index, |(): &mut (), &index| {
             control.check()?;
             control.advance(1);
             let at = (&of_samples, &rays);
@@ -85,8 +85,8 @@ impl RenderedColors {
             let samples = samples.iter().map(|(id, point)| (*id, point.as_ref()));
             let mean = exact_mean(scene, lighting.as_ref(), samples);
             Ok((mean.pixel::<u8>(), (mean.pixel::<u16>(), mean.pixel::<f32>())))
-        });
-        let (srgb8, (srgb16, linear)) = seen.collect::<Result<(Vec<_>, (Vec<_>, Vec<_>))>>()?;
+        })?;
+        let (srgb8, (srgb16, linear)) = seen.into_iter().unzip();
         Ok(RenderedColors { srgb8, srgb16, linear })
     }
 
@@ -116,7 +116,7 @@ pub(crate) fn samples_of_pixel<'a>(
         let Some(hit) = hit_of(scene, &exact, &near) else { return (0, None) };
         (hit.id, lighting.map(|_| LitPoint::new(&exact, &hit, &near)))
     };
-    (0..n_samples * n_samples).into_par_iter().map(sample).collect()
+    parallel::map(0..n_samples * n_samples, sample)
 }
 
 /// How many pixels have other colours.

@@ -5,11 +5,11 @@ use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::exact::{self, ExactHit, ExactRay, ExactRays, Root, Side};
 use kugelblitz::num::Scaled;
+use kugelblitz::parallel;
 use kugelblitz::random::SplitMix;
 use kugelblitz::rays::{Pixels, Rays};
 use kugelblitz::scene::{Object, Scene};
 use kugelblitz::trace::WorldRay;
-use rayon::prelude::*;
 
 use crate::compare::RayResult;
 use crate::wrong_usage;
@@ -69,12 +69,11 @@ impl Truth {
         control: &Control,
         hit: impl Fn(usize) -> TrueHit + Sync,
     ) -> Result<Truth> {
-        let hits = index.par_iter().map(|&i| {
+        let hits = parallel::try_map(&index, |(): &mut (), &i| {
             control.check()?;
             control.advance(1);
             Ok(hit(i))
-        });
-        let hits = hits.collect::<Result<_>>()?;
+        })?;
         Ok(Truth { index, hits })
     }
 }
