@@ -1,6 +1,7 @@
 //! Work in parts, side by side. The threads' own work is compiled here, once for all kinds of parts: for each kind anew it
 //! would be a sixth of what the library is compiled in.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use bytemuck::Zeroable;
@@ -19,12 +20,19 @@ pub fn map<P, R: Send>(
 /// The results of `work`, which may fail, for some parts, in their order. What a thread works in goes from part to part.
 ///
 /// # Errors
-/// That of the first part that failed.
+/// That of the first part that failed. No other one is begun after it.
 pub fn try_map<S: Default, P, R: Send>(
     parts: impl IntoIterator<Item = P, IntoIter: Send>,
     work: impl Fn(&mut S, P) -> Result<R> + Sync,
 ) -> Result<Vec<R>> {
-    map_in(parts, work).into_iter().collect()
+    let has_failed = AtomicBool::new(false);
+    let parts = parts.into_iter().take_while(|_| !has_failed.load(Ordering::Relaxed));
+    let work_on = |scratch: &mut S, part| {
+        let result = work(scratch, part);
+        has_failed.fetch_or(result.is_err(), Ordering::Relaxed);
+        result
+    };
+    map_in(parts, work_on).into_iter().collect()
 }
 
 fn map_in<S: Default, P, R: Send>(
@@ -84,7 +92,22 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::AtomicUsize;
+
     use super::*;
+    use crate::error::Error;
+
+    /// What a failed part left in a scratch is of no use to another one.
+    #[test]
+    fn nothing_is_begun_after_a_failure() {
+        let n_begun = AtomicUsize::new(0);
+        let failed = try_map(0..1000, |(): &mut (), _| -> Result<()> {
+            n_begun.fetch_add(1, Ordering::Relaxed);
+            Err(Error::Interrupted)
+        });
+        assert!(matches!(failed, Err(Error::Interrupted)));
+        assert!((1..=rayon::current_num_threads()).contains(&n_begun.into_inner()));
+    }
 
     #[test]
     fn results_are_in_the_order_of_the_parts() {
@@ -107,15 +130,15 @@ mod tests {
     #[test]
     fn scratches_are_kept() {
         struct Counted;
-        static MADE: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
+        static MADE: AtomicUsize = AtomicUsize::new(0);
         impl Default for Counted {
             fn default() -> Counted {
-                MADE.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+                MADE.fetch_add(1, Ordering::Relaxed);
                 Counted
             }
         }
         map_in(0..1000, |_: &mut Counted, _| ());
-        let made = MADE.load(std::sync::atomic::Ordering::Relaxed);
+        let made = MADE.load(Ordering::Relaxed);
         assert!((1..=rayon::current_num_threads()).contains(&made), "{made}");
     }
 }

@@ -473,6 +473,8 @@ impl<'a, F: Float> Surfaces<'a, F> {
         PlaneSeen::surface(&seen, ray, &self.lengths.map(Lanes::splat))
     }
 
+    /// A plane as each ray of a list sees it. Most of the loops that are compiled for each instruction set never have a list, and
+    /// so none has this formula in it.
     #[inline(never)]
     fn plane_of_list<const N: usize>(
         &self,
