@@ -272,7 +272,7 @@ impl<R: Real> Surface<R> {
 
 /// An object as an eye sees it.
 pub trait Seen: Record {
-    /// Whether it ever is so.
+    /// Whether [`Seen::is_close`] ever holds of such objects.
     const CAN_BE_CLOSE: bool = false;
     /// Whether [`Seen::bounds_close`] is needed.
     fn is_close(&self) -> bool {
@@ -414,7 +414,8 @@ impl<T: Seen, F: Float> List<T, F> {
     }
 
     fn push(&mut self, id: u32, seen: &T) {
-        let group = if seen.is_close() { &mut self.close } else { &mut self.far };
+        let group =
+            if T::CAN_BE_CLOSE && seen.is_close() { &mut self.close } else { &mut self.far };
         group.push((id, seen.round()));
     }
 
