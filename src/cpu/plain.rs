@@ -7,7 +7,7 @@ use pulp::{Simd, WithSimd};
 use super::{Part, parts};
 use crate::control::Control;
 use crate::error::Result;
-use crate::kernel::plain::{Plain, PlainRays};
+use crate::kernel::plain::{LANES, Plain, PlainRays};
 use crate::kernel::{Lists, ObjectRecords};
 use crate::num::{Bits, Float, dispatch};
 use crate::parallel;
@@ -18,18 +18,14 @@ use crate::trace::Hits;
 /// Finds all objects, and `t` and normals where they are wanted.
 pub fn trace(prepared: &Prepared, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<()> {
     match &prepared.objects {
-        ObjectRecords::Lecture(lists) => {
-            trace_with::<_, _, 16>(lists, prepared, rays, control, hits)
-        }
-        ObjectRecords::Stable(lists) => {
-            trace_with::<_, _, 16>(lists, prepared, rays, control, hits)
-        }
-        ObjectRecords::Double(lists) => trace_with::<_, _, 8>(lists, prepared, rays, control, hits),
+        ObjectRecords::Lecture(lists) => trace_with(lists, prepared, rays, control, hits),
+        ObjectRecords::Stable(lists) => trace_with(lists, prepared, rays, control, hits),
+        ObjectRecords::Double(lists) => trace_with(lists, prepared, rays, control, hits),
         ObjectRecords::Certified { .. } => Ok(()),
     }
 }
 
-fn trace_with<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
+fn trace_with<S: Plain, P: Plain<Float = S::Float>>(
     lists: &Lists<S, P>,
     prepared: &Prepared,
     rays: &Rays,
@@ -41,7 +37,7 @@ fn trace_with<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
     let rays = &PlainRays::new(prepared.coordinates(), rays);
     let trace = |(): &mut (), part: Part| {
         let n_rays = part.ids.len() as u64;
-        dispatch(Trace::<S, P, N> { lists, rays, control, part })?;
+        dispatch(Trace { lists, rays, control, part })?;
         control.advance(n_rays);
         Ok(())
     };
@@ -49,14 +45,14 @@ fn trace_with<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
 }
 
 /// Consecutive rays, compiled for each instruction set that the processor may have.
-struct Trace<'a, S: Plain, P, const N: usize> {
+struct Trace<'a, S: Plain, P> {
     lists: &'a Lists<S, P>,
     rays: &'a PlainRays<'a, S::Float>,
     control: &'a Control,
     part: Part<'a>,
 }
 
-impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Trace<'_, S, P, N> {
+impl<S: Plain, P: Plain<Float = S::Float>> WithSimd for Trace<'_, S, P> {
     type Output = Result<()>;
 
     #[inline(always)]
@@ -65,20 +61,20 @@ impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Trace<'_
         let Part { first, ids, t, normal, .. } = part;
         // In f64 what f32 can't hold is a miss.
         let misses_infinity = S::Float::UNIT < f32::UNIT;
-        for start in (0..ids.len()).step_by(N) {
+        for start in (0..ids.len()).step_by(LANES) {
             // A ray may have millions of spheres to look at.
             control.check()?;
-            let ray = rays.pack::<N>(first + start);
+            let ray = rays.pack::<LANES>(first + start);
             let hit = lists.closest(&ray);
-            let (mut all, mut ts) = ([0; N], [f32::INFINITY; N]);
-            let scales = rays.scales::<N>(first + start);
-            for lane in 0..N {
+            let (mut all, mut ts) = ([0; LANES], [f32::INFINITY; LANES]);
+            let scales = rays.scales::<LANES>(first + start);
+            for lane in 0..LANES {
                 all[lane] = hit.id.0[lane].to_id();
                 ts[lane] = (hit.t.0[lane].to_f64() * scales[lane]) as f32;
             }
-            let here = start..ids.len().min(start + N);
+            let here = start..ids.len().min(start + LANES);
             if misses_infinity {
-                for lane in 0..N {
+                for lane in 0..LANES {
                     all[lane] = if ts[lane] < f32::INFINITY { all[lane] } else { 0 };
                 }
             }
@@ -88,8 +84,8 @@ impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Trace<'_
             }
             t[here.clone()].copy_from_slice(&ts[..here.len()]);
             let found = lists.normals(&ray, &hit);
-            let mut rounded = [[0.0; 3]; N];
-            for lane in 0..N {
+            let mut rounded = [[0.0; 3]; LANES];
+            for lane in 0..LANES {
                 for axis in 0..3 {
                     let is_hit = all[lane] != 0;
                     rounded[lane][axis] =

@@ -9,6 +9,9 @@ use crate::num::{Bits, Float, Lanes, Ray, Real, V3};
 use crate::rays;
 use crate::rays::{Frame, Lens, Pixels, Rays};
 
+/// Rays that go side by side: in f32 and in f64, where two registers a number hide how long each operation takes.
+pub const LANES: usize = 16;
+
 /// A ray as a kernel without a proof sees it. Twin of `Ray` in `shaders/ray.wgsl`.
 #[derive(Clone, Copy, Debug)]
 pub struct PlainRay<R> {

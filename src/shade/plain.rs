@@ -11,7 +11,7 @@ use super::written::Written;
 use crate::control::Control;
 use crate::error::Result;
 use crate::kernel::coordinates::Coordinates;
-use crate::kernel::plain::{Hit, Plain, PlainRay, PlainRays};
+use crate::kernel::plain::{Hit, LANES, Plain, PlainRay, PlainRays};
 use crate::kernel::{Lists, ObjectRecords};
 use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3, dispatch};
 use crate::parallel;
@@ -46,13 +46,13 @@ pub(super) fn shade<C: Written>(
         lights.resize(samples_of_row(job), [0.0; 3]);
         match &prepared.objects {
             ObjectRecords::Lecture(lists) => {
-                dispatch(Light::<_, _, 16> { lists, prepared, job, row, control, lights })
+                dispatch(Light { lists, prepared, job, row, control, lights })
             }
             ObjectRecords::Stable(lists) => {
-                dispatch(Light::<_, _, 16> { lists, prepared, job, row, control, lights })
+                dispatch(Light { lists, prepared, job, row, control, lights })
             }
             ObjectRecords::Double(lists) => {
-                dispatch(Light::<_, _, 8> { lists, prepared, job, row, control, lights })
+                dispatch(Light { lists, prepared, job, row, control, lights })
             }
             ObjectRecords::Certified { .. } => Ok(()),
         }?;
@@ -121,7 +121,7 @@ fn mix<C: Written>(
 }
 
 /// The light that a row of pixels' samples find on what they see, compiled for each instruction set that the processor may have.
-struct Light<'a, S: Plain, P, const N: usize> {
+struct Light<'a, S: Plain, P> {
     lists: &'a Lists<S, P>,
     prepared: &'a Prepared,
     job: &'a Job<'a>,
@@ -130,7 +130,7 @@ struct Light<'a, S: Plain, P, const N: usize> {
     lights: &'a mut [[f64; 3]],
 }
 
-impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Light<'_, S, P, N> {
+impl<S: Plain, P: Plain<Float = S::Float>> WithSimd for Light<'_, S, P> {
     type Output = Result<()>;
 
     #[inline(always)]
@@ -142,13 +142,13 @@ impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Light<'_
         let rays = PlainRays::of_pixels(coordinates, job.samples);
         let first = row * samples_of_row(job);
         for (first, lights) in (first..).step_by(job.row()).zip(lights.chunks_mut(job.row())) {
-            for (first, lights) in (first..).step_by(N).zip(lights.chunks_mut(N)) {
+            for (first, lights) in (first..).step_by(LANES).zip(lights.chunks_mut(LANES)) {
                 // A ray may have millions of spheres to look at.
                 control.check()?;
                 if job.ids[first..][..lights.len()].iter().all(|&id| id == 0) {
                     continue;
                 }
-                let found = scene.light(&rays.pack::<N>(first));
+                let found = scene.light(&rays.pack::<LANES>(first));
                 for (lane, light) in lights.iter_mut().enumerate() {
                     *light = std::array::from_fn(|channel| found.0[channel].0[lane].to_f64());
                 }
