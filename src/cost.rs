@@ -114,9 +114,7 @@ impl Cost {
     pub fn new(scene: &Arc<Scene>, pixels: Option<&Pixels>, control: &Control) -> Result<Cost> {
         let rays = pixels.map_or(Rays::List(Vec::new()), |pixels| Rays::Pixels(*pixels));
         // All but one have a record an object, and need not be made to be counted.
-        let listed = Kernel::ALL.map(|kernel| {
-            (kernel.name(), record_bytes(kernel, scene.spheres.len(), scene.planes.len()))
-        });
+        let listed = Kernel::ALL.map(|kernel| (kernel.name(), record_bytes(kernel, scene)));
         let mut bytes_device = BTreeMap::from(listed);
         let prepared =
             Prepared::renewed(None, Arc::clone(scene), Kernel::Certified, &rays, control)?;

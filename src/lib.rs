@@ -85,8 +85,7 @@
 //! | [`cpu`] | what the CPU finds of a kernel's stage |
 //! | [`Session`] | the facade that all others call |
 //! | [`device`] | a Vulkan device or the CPU, and a tracer for it |
-//! | [`shape`] | the geometry of objects: their exact roots and normals |
-//! | [`exact`] | exact arithmetic, and the visible object |
+//! | [`exact`] | exact arithmetic, a file a shape, and the visible object |
 //! | [`input`] | whole files of others, within one limit |
 //! | [`memory`] | what fits, and refusing what does not |
 //! | [`cost`] | what a scene holds, and what a picture of it takes |
@@ -174,7 +173,6 @@ pub mod scene;
 pub mod seen;
 mod session;
 pub mod shade;
-pub mod shape;
 mod system;
 pub mod trace;
 pub mod tracer;

@@ -17,11 +17,22 @@ pub fn map<P, R: Send>(
     map_in(parts, |(), part| work(part))
 }
 
-/// The results of `work`, which may fail, for some parts, in their order. What a thread works in goes from part to part.
+/// The results of `work`, which may fail, for some parts, in their order.
 ///
 /// # Errors
 /// That of the first part that failed. No other one is begun after it.
-pub fn try_map<S: Default, P, R: Send>(
+pub fn try_map<P, R: Send>(
+    parts: impl IntoIterator<Item = P, IntoIter: Send>,
+    work: impl Fn(P) -> Result<R> + Sync,
+) -> Result<Vec<R>> {
+    try_map_in(parts, |(), part| work(part))
+}
+
+/// Results as those of [`try_map`], of work in a room of each thread's own, which goes from part to part.
+///
+/// # Errors
+/// That of the first part that failed. No other one is begun after it.
+pub fn try_map_in<S: Default, P, R: Send>(
     parts: impl IntoIterator<Item = P, IntoIter: Send>,
     work: impl Fn(&mut S, P) -> Result<R> + Sync,
 ) -> Result<Vec<R>> {
@@ -101,7 +112,7 @@ mod tests {
     #[test]
     fn nothing_is_begun_after_a_failure() {
         let n_begun = AtomicUsize::new(0);
-        let failed = try_map(0..1000, |(): &mut (), _| -> Result<()> {
+        let failed = try_map(0..1000, |_| -> Result<()> {
             n_begun.fetch_add(1, Ordering::Relaxed);
             Err(Error::Interrupted)
         });

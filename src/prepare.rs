@@ -152,7 +152,7 @@ impl Prepared {
         } else {
             memory::require(
                 format!("preparing {n_spheres} spheres for the kernel `{}`", kernel.name()),
-                record_bytes(kernel, n_spheres, scene.planes.len()),
+                record_bytes(kernel, &scene),
                 "free some, or split the scene",
             )?;
         }
@@ -350,10 +350,10 @@ fn eye_of(rays: &Rays, kernel: Kernel) -> Result<(Option<Pixels>, Eye)> {
     }
 }
 
-/// Bytes of the numbers of this many objects, one after the other, for a kernel.
-pub fn record_bytes(kernel: Kernel, n_spheres: usize, n_planes: usize) -> u64 {
+/// Bytes of the numbers of a scene's objects, one after the other, for a kernel.
+pub fn record_bytes(kernel: Kernel, scene: &Scene) -> u64 {
     let [sphere, plane] = kernel.about().record_bytes;
-    (n_spheres * sphere + n_planes * plane) as u64
+    (scene.spheres.len() * sphere + scene.planes.len() * plane) as u64
 }
 
 /// The largest distance of an origin from a point. A ray with a number that is not finite means nothing, and would spoil the

@@ -163,12 +163,10 @@ impl Builder<'_> {
             at += n_here;
             (rest, below) = (others, left);
         }
-        let make = |(): &mut (), (items, first, nodes, at): Part| {
-            Ok((self.grow(items, first, nodes, at)?, at))
-        };
+        let make = |(items, first, nodes, at): Part| Ok((self.grow(items, first, nodes, at)?, at));
         let made: Vec<(Sides, usize)> = match shares.n > ALONE / 4 {
             true => parallel::try_map(parts, make)?,
-            false => parts.into_iter().map(|part| make(&mut (), part)).collect::<Result<_>>()?,
+            false => parts.into_iter().map(make).collect::<Result<_>>()?,
         };
         for (sides, at) in made {
             add(sides, at, true);

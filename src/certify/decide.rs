@@ -34,7 +34,7 @@ impl Stage<'_> {
             control.check()?;
             Ok(self.settle(rays[at] as usize, scratch))
         };
-        let settled = parallel::try_map(&exactly, settle)?;
+        let settled = parallel::try_map_in(&exactly, settle)?;
         for (&at, &(id, _)) in exactly.iter().zip(&settled) {
             ids[at] = id;
         }

@@ -3,6 +3,7 @@
 
 mod decide;
 mod in_balls;
+mod pack;
 mod point;
 mod surfaces;
 
@@ -16,8 +17,9 @@ use crate::guard;
 use crate::parallel;
 use crate::prepare::{Prepared, exponent_of};
 use crate::trace::{Rays, StageCounts, WorldRay, places_of};
+pub(crate) use pack::{Pack, PackF64, is_id};
 use surfaces::MISS;
-pub(crate) use surfaces::{Pack, PackF64, Surfaces, is_id};
+pub(crate) use surfaces::Surfaces;
 
 /// Whether the `t` of a ray's hits surely stays in f32's range.
 pub fn is_ordinary(ray: &WorldRay) -> bool {
@@ -69,7 +71,7 @@ impl<'a> Stage<'a> {
     ) -> Result<()> {
         surfaces.round(first, ids, room, t, normal);
         let open: Vec<usize> = places_of(0.0, t).collect();
-        let surface = |(): &mut (), &at: &usize| {
+        let surface = |&at: &usize| {
             control.check()?;
             Ok(self.surface(first + at, ids[at]).unwrap_or(MISS))
         };

@@ -19,7 +19,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    use super::super::surfaces::{LANES, PackF64, Surfaces};
+    use super::super::pack::{LANES, PackF64};
+    use super::super::surfaces::Surfaces;
     use super::*;
     use crate::exact::nearest;
     use crate::kernel::Kernel;

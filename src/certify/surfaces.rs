@@ -6,20 +6,17 @@ use glam::DVec3;
 use pulp::{Simd, WithSimd};
 
 use super::Stage;
-use crate::exact::{ExactHit, ExactRay, visible_hit};
+use super::pack::{LANES, Pack, PackF64, is_id, put};
+use crate::exact::{ExactHit, ExactRay, plane_normal, visible_hit};
 use crate::guard::host::{HOST_UNIT_F64, input_in_f64};
 use crate::guard::{self, InputError, Reach};
-use crate::num::{Bits, Float, LaneBits, Lanes, Mask, Real, V3, dispatch, one_by_one};
+use crate::num::{Float, Lanes, Mask, Real, V3, dispatch, one_by_one};
 use crate::prepare::{Scaled, power_of_two};
 use crate::rays::{Frame, Lens, Rays};
 use crate::scene::{Plane, Scene};
 use crate::seen::{
     Anchor, Anchors, Eye, Lengths, PlaneSeen, Ray, Record, Seen, SphereSeen, Surface,
 };
-use crate::shape::plane_normal;
-
-/// Rays that go side by side.
-pub const LANES: usize = 8;
 
 /// `t` and the normal of a hit.
 pub type TAndNormal = (f32, [f32; 3]);
@@ -70,82 +67,6 @@ struct OneSphere<F: Float> {
     anchor: Option<Anchor<F>>,
 }
 
-/// What the rays of a pack see.
-#[derive(Clone, Copy, PartialEq)]
-enum Kind {
-    Nothing,
-    Sphere,
-    Plane,
-    Several,
-}
-
-/// Rays side by side, and where they meet their objects.
-pub struct Pack<F: Float, const N: usize> {
-    /// The objects' ids; 0 for none.
-    pub ids: [u32; N],
-    n_spheres: u32,
-    /// Twice the offset of pixels from the picture's centre, to the right and to the top.
-    pub offset: [Lanes<F, N>; 2],
-    /// The origins of a list's rays from the eye's reference point, their directions, and what their `t` is multiplied with.
-    reference: V3<Lanes<F, N>>,
-    direction: V3<Lanes<F, N>>,
-    scale: Lanes<F, N>,
-    kind: Kind,
-    /// What is found.
-    pub surface: Surface<Lanes<F, N>>,
-}
-
-/// Rays that go side by side in f64, and where they meet their objects.
-pub type PackF64 = Pack<f64, LANES>;
-
-impl<F: Float, const N: usize> Default for Pack<F, N> {
-    fn default() -> Pack<F, N> {
-        let zero = Lanes::lit(0.0);
-        Pack {
-            ids: [0; N],
-            n_spheres: 0,
-            offset: [zero; 2],
-            reference: V3([zero; 3]),
-            direction: V3([zero; 3]),
-            scale: Lanes::lit(1.0),
-            kind: Kind::Nothing,
-            surface: Surface::unknown(),
-        }
-    }
-}
-
-impl<F: Float, const N: usize> Pack<F, N> {
-    /// Whether all lanes see one object, or nothing.
-    #[inline(always)]
-    pub fn is_uniform(&self) -> bool {
-        self.kind != Kind::Several
-    }
-
-    /// Whether some lane sees an object.
-    #[inline(always)]
-    pub fn sees(&self, id: u32) -> bool {
-        if self.is_uniform() { self.ids[0] == id } else { self.ids.contains(&id) }
-    }
-
-    /// Takes what its rays see, the last one in all lanes behind it.
-    #[inline(always)]
-    pub fn see(&mut self, ids: &[u32], n_spheres: u32) {
-        let mut all = [ids[ids.len() - 1]; N];
-        match <&[u32; N]>::try_from(ids) {
-            Ok(ids) => all = *ids,
-            Err(_) => all[..ids.len()].copy_from_slice(ids),
-        }
-        let differ = all.iter().fold(0, |differ, id| differ | (id ^ all[0]));
-        (self.ids, self.n_spheres) = (all, n_spheres);
-        self.kind = match self.ids[0] {
-            _ if differ != 0 => Kind::Several,
-            0 => Kind::Nothing,
-            id if id <= n_spheres => Kind::Sphere,
-            _ => Kind::Plane,
-        };
-    }
-}
-
 impl<'a> Surfaces<'a, f64> {
     /// For points and unit normals in f64.
     pub fn in_f64(stage: &Stage<'a>) -> Surfaces<'a, f64> {
@@ -192,12 +113,11 @@ impl<'a> Surfaces<'a, f64> {
     /// Puts the rays from `first` on, which are of one row and see these objects, into packs; the last lanes may repeat one.
     #[inline(always)]
     pub fn load<const N: usize>(&self, first: usize, ids: &[u32], packs: &mut Vec<Pack<f64, N>>) {
-        let n_spheres = self.scene.spheres.len() as u32;
         let n_packs = ids.len().div_ceil(N);
         packs.resize_with(packs.len().max(n_packs), Pack::default);
         packs.truncate(n_packs);
         for (pack, ids) in packs.iter_mut().zip(ids.chunks(N)) {
-            pack.see(ids, n_spheres);
+            pack.see(ids);
         }
         match self.rays {
             Rays::Pixels(pixels) => {
@@ -274,6 +194,12 @@ impl<'a, F: Float> Surfaces<'a, F> {
         found
     }
 
+    /// The ids behind these are planes.
+    #[inline(always)]
+    fn n_spheres(&self) -> u32 {
+        self.scene.spheres.len() as u32
+    }
+
     /// The rays of a pack.
     #[inline(always)]
     fn rays_of<const N: usize>(&self, pack: &Pack<F, N>) -> Ray<Lanes<F, N>> {
@@ -296,11 +222,14 @@ impl<'a, F: Float> Surfaces<'a, F> {
             return;
         }
         // Small loops over packs in memory are put into registers, where one large one is not.
+        let n_spheres = self.n_spheres();
+        let is_sphere = |id| 0 < id && id <= n_spheres;
+        let is_plane = |id| id > n_spheres;
         let mut last = None;
-        for pack in one_by_one(&mut *packs).filter(|pack| pack.kind == Kind::Sphere) {
+        for pack in one_by_one(&mut *packs).filter(|pack| pack.one().is_some_and(is_sphere)) {
             self.keep_of_sphere(pack, &mut last);
         }
-        for pack in one_by_one(&mut *packs).filter(|pack| pack.kind == Kind::Plane) {
+        for pack in one_by_one(&mut *packs).filter(|pack| pack.one().is_some_and(is_plane)) {
             self.keep_of_plane(pack);
         }
         for pack in one_by_one(&mut *packs) {
@@ -353,11 +282,11 @@ impl<'a, F: Float> Surfaces<'a, F> {
     /// Whether one record serves all its rays, or they see nothing.
     #[inline(always)]
     fn has_record<const N: usize>(&self, pack: &Pack<F, N>) -> bool {
-        match pack.kind {
-            Kind::Nothing => true,
-            Kind::Sphere => self.camera.is_some(),
-            Kind::Plane => self.plane_of(pack).is_some(),
-            Kind::Several => false,
+        match pack.one() {
+            None => false,
+            Some(0) => true,
+            Some(id) if id <= self.n_spheres() => self.camera.is_some(),
+            Some(_) => self.plane_of(pack).is_some(),
         }
     }
 
@@ -372,7 +301,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
         let mut surface = self.on_spheres(pack, &ray, is_close);
         for lane in 0..N {
             let id = ids[lane];
-            if id > pack.n_spheres && !ids[..lane].contains(&id) {
+            if id > self.n_spheres() && !ids[..lane].contains(&id) {
                 let here = is_id(ids, id);
                 surface = Surface::select(here, self.on_plane(id, pack, &ray), surface);
             }
@@ -498,16 +427,6 @@ fn rounded<R: Copy>(seen: PlaneSeen<R>, unit: &[f32; 3], lit: impl Fn(f64) -> R)
     PlaneSeen { unit, unit_error: lit(0.0), ..seen }
 }
 
-/// Where each lane's id is this one.
-#[inline(always)]
-pub fn is_id<F: Float, const N: usize>(ids: &[u32; N], id: u32) -> LaneBits<F, N> {
-    let mut here = LaneBits([F::Bits::default(); N]);
-    for lane in 0..N {
-        here.0[lane] = F::Bits::from_bool(ids[lane] == id);
-    }
-    here
-}
-
 /// Some rays, compiled for each instruction set that the processor may have.
 struct Round<'a> {
     surfaces: &'a Surfaces<'a, f64>,
@@ -536,7 +455,7 @@ impl WithSimd for Round<'_> {
             for (number, ids) in ids.chunks(LANES).enumerate() {
                 let at = at + number * LANES;
                 let (t, normal) = (&mut t[at..at + ids.len()], &mut normal[at..at + ids.len()]);
-                match is_missed || packs[number].kind == Kind::Nothing {
+                match is_missed || packs[number].one() == Some(0) {
                     true => {
                         t.fill(MISS.0);
                         normal.fill(MISS.1);
@@ -575,22 +494,13 @@ fn round_pack(pack: &PackF64, t: &mut [f32], normal: &mut [[f32; 3]]) {
         let [x, y, z] = &components;
         normals[lane] = [x[lane], y[lane], z[lane]];
     }
-    if pack.kind == Kind::Several {
+    if pack.one().is_none() {
         for lane in (0..LANES).filter(|&lane| pack.ids[lane] == 0) {
             (ts[lane], normals[lane]) = MISS;
         }
     }
     put(&ts, t);
     put(&normals, normal);
-}
-
-/// The first lanes into a slice; all of them without a call.
-#[inline(always)]
-fn put<T: Copy>(lanes: &[T; LANES], to: &mut [T]) {
-    match <&mut [T; LANES]>::try_from(&mut *to) {
-        Ok(to) => *to = *lanes,
-        Err(_) => to.copy_from_slice(&lanes[..to.len()]),
-    }
 }
 
 impl Stage<'_> {

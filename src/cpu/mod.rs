@@ -152,7 +152,7 @@ pub fn trace(
         Ok(Done { counts: decided.counts(ids.len()), timing })
     };
     let mut done = Done::default();
-    for of_part in parallel::try_map(parts(rays, LARGEST, hits), of_part)? {
+    for of_part in parallel::try_map_in(parts(rays, LARGEST, hits), of_part)? {
         done.add(of_part);
     }
     hits.counts = done.counts;
@@ -229,7 +229,7 @@ pub fn trace_samples(
     resize(&mut samples.whole, pixels.len());
     let parts = samples.whole.chunks_mut(LARGEST as usize * width).enumerate();
     let (mut mixed, mut done) = (Vec::new(), Done::default());
-    for (mixed_of_part, done_of_part) in parallel::try_map(parts, of_part)? {
+    for (mixed_of_part, done_of_part) in parallel::try_map_in(parts, of_part)? {
         mixed.push(mixed_of_part);
         done.add(done_of_part);
     }

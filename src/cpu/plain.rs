@@ -35,7 +35,7 @@ fn trace_with<S: Plain, P: Plain<Float = S::Float>>(
     // Rays of a row are in packs.
     let parts = parts(rays, 1, hits);
     let rays = &PlainRays::new(prepared.coordinates(), rays);
-    let trace = |(): &mut (), part: Part| {
+    let trace = |part: Part| {
         let n_rays = part.ids.len() as u64;
         dispatch(Trace { lists, rays, control, part })?;
         control.advance(n_rays);

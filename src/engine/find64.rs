@@ -150,7 +150,7 @@ impl<'a> Find64<'a> {
             }
             Ok(())
         };
-        parallel::try_map(parts, of_part).map(drop)
+        parallel::try_map_in(parts, of_part).map(drop)
     }
 
     /// The id of what a ray sees, 0 for the background; or those of the objects of which one may be it, ascending, with lower

@@ -11,14 +11,14 @@ use glam::DVec3;
 
 use super::enclosure::Enclosure;
 use super::fraction::{Fraction, dyadic_root};
-use super::number::{Dyadic, integer, magnitude, power_of_two, product3, real, real3, signum};
+use super::number::{Dyadic, integer, magnitude, power_of_two, real, real3, signum};
 use super::root::sign_of_sum;
 use super::{ExactHit, ExactRay, Side};
-use crate::scene::{Object, Plane, Sphere};
+use crate::scene::Object;
 
 /// `x + y·√D`, with a radicand `D` that all numbers of one point share.
 #[derive(Clone, Debug)]
-struct Surd<'a> {
+pub(super) struct Surd<'a> {
     x: Dyadic,
     y: Dyadic,
     radicand: &'a Dyadic,
@@ -29,7 +29,7 @@ impl<'a> Surd<'a> {
         Surd { x, y, radicand }
     }
 
-    fn signum(&self) -> i32 {
+    pub(super) fn signum(&self) -> i32 {
         let square = &self.y * &self.y * self.radicand;
         let sign = if signum(&square) == 0 { 0 } else { signum(&self.y) };
         sign_of_sum(&self.x, sign, &square)
@@ -46,7 +46,7 @@ impl<'a> Surd<'a> {
 
     /// Bounds of a number that is at least 0, some units of the last of `n_bits/2` bits apart or nearer. Parts of different signs
     /// may cancel any number of bits, those of `x + y·√D = (x² − y²D)/(x − y·√D)` none.
-    fn enclose(&self, n_bits: usize) -> Enclosure {
+    pub(super) fn enclose(&self, n_bits: usize) -> Enclosure {
         let root = Enclosure::of(self.radicand).sqrt(n_bits);
         let (near, far) = (&self.y * &root.low, &self.y * &root.high);
         let (low, high) = if near < far { (near, far) } else { (far, near) };
@@ -95,14 +95,14 @@ impl<'a> Neg for Surd<'a> {
     }
 }
 
-type Surd3<'a> = [Surd<'a>; 3];
+pub(super) type Surd3<'a> = [Surd<'a>; 3];
 
-fn dot<'a>(u: &Surd3<'a>, v: &Surd3<'a>) -> Surd<'a> {
+pub(super) fn dot<'a>(u: &Surd3<'a>, v: &Surd3<'a>) -> Surd<'a> {
     let [x, y, z] = std::array::from_fn(|axis| &u[axis] * &v[axis]);
     &(&x + &y) + &z
 }
 
-fn dot_real<'a>(u: &Surd3<'a>, n: &[Dyadic; 3]) -> Surd<'a> {
+pub(super) fn dot_real<'a>(u: &Surd3<'a>, n: &[Dyadic; 3]) -> Surd<'a> {
     let [x, y, z] = std::array::from_fn(|axis| u[axis].scaled(&n[axis]));
     &(&x + &y) + &z
 }
@@ -116,7 +116,7 @@ pub struct ExactPoint<'a> {
     root: [Dyadic; 3],
     radicand: Dyadic,
     /// Positive.
-    scale: Dyadic,
+    pub(super) scale: Dyadic,
 }
 
 impl<'a> ExactPoint<'a> {
@@ -151,7 +151,7 @@ impl<'a> ExactPoint<'a> {
     }
 
     /// `scale²·(v·v − r²)`, where `v` is `scale` times as long already.
-    fn off_sphere<'s>(&'s self, v: &Surd3<'s>, radius: f64) -> Option<Surd<'s>> {
+    pub(super) fn off_sphere<'s>(&'s self, v: &Surd3<'s>, radius: f64) -> Option<Surd<'s>> {
         let r = real(radius)? * &self.scale;
         Some(&dot(v, v) - &Surd::new(&r * &r, Dyadic::zero(), &self.radicand))
     }
@@ -164,7 +164,7 @@ impl<'a> ExactPoint<'a> {
     }
 
     /// `scale·(p − point)`
-    fn offset_from(&self, point: &[Dyadic; 3]) -> Surd3<'_> {
+    pub(super) fn offset_from(&self, point: &[Dyadic; 3]) -> Surd3<'_> {
         std::array::from_fn(|axis| {
             let base = &self.base[axis] - &(&point[axis] * &self.scale);
             Surd::new(base, self.root[axis].clone(), &self.radicand)
@@ -175,12 +175,13 @@ impl<'a> ExactPoint<'a> {
 /// The way from a point to a light.
 #[derive(Clone, Debug)]
 pub struct ExactBeam<'a> {
-    point: &'a ExactPoint<'a>,
+    pub(super) point: &'a ExactPoint<'a>,
     /// `scale·w`
-    way: Surd3<'a>,
+    pub(super) way: Surd3<'a>,
     /// `‖scale·w‖²`
-    square: Surd<'a>,
-    is_endless: bool,
+    pub(super) square: Surd<'a>,
+    /// Whether it is to a sun.
+    pub(super) is_endless: bool,
 }
 
 impl<'a> ExactBeam<'a> {
@@ -211,16 +212,7 @@ impl<'a> ExactBeam<'a> {
 
     /// The sign and the magnitude of `n·ω`; `None` where it is 0, a light at the point itself included.
     pub fn slope(&self) -> Option<(i32, ExactCosine<'a>)> {
-        let (outward, length2) = match self.point.object {
-            Object::Sphere(&Sphere { center, radius }) => {
-                let r = real(radius)? * &self.point.scale;
-                (dot(&self.way, &self.point.offset_from(&real3(center)?)), &r * &r)
-            }
-            Object::Plane(plane) => {
-                let n = real3(plane.normal)?;
-                (dot_real(&self.way, &n), product3(&n, &n))
-            }
-        };
+        let (outward, length2) = self.point.object.exact().slope(self)?;
         let facing = match self.point.side {
             Side::Front => outward,
             Side::Back => -outward,
@@ -234,90 +226,16 @@ impl<'a> ExactBeam<'a> {
     /// Whether an object is in the way: it has a root `s` of `p + s·w` with `0 < s`, and before a
     /// point light `s < 1`.
     pub fn is_blocked_by(&self, object: Object) -> bool {
-        let blocked = match object {
-            Object::Sphere(sphere) => self.is_blocked_by_sphere(sphere),
-            Object::Plane(plane) => self.is_blocked_by_plane(plane),
-        };
-        blocked.unwrap_or(false)
-    }
-
-    /// Roots of `A·s² + 2B·s + C` with `A = w·w`, `B = w·(p − c)`, `C = ‖p − c‖² − r²`, by signs. At the
-    /// light the polynomial is `Q = A + 2B + C`.
-    /// - `C < 0`, inside: the one positive root comes before the light where `Q > 0`.
-    /// - `C = 0`, on it: the other root is `−2B/A`, in the way where `B < 0` and `A + 2B > 0`.
-    /// - `C > 0`, outside: real roots have the sign of `−B`. Where `Q < 0`, exactly one is before the
-    ///   light. Where `Q ≥ 0` both are on the same side of it (one may be at it), and on that of their
-    ///   mean `−B/A`: before it where `A + B > 0`.
-    fn is_blocked_by_sphere(&self, sphere: &Sphere) -> Option<bool> {
-        if sphere.radius == 0.0 {
-            return None;
-        }
-        let (a, (b, c)) = (&self.square, self.quadratic(sphere)?);
-        if a.signum() == 0 {
-            return Some(false);
-        }
-        let b2 = &b + &b;
-        Some(match c.signum() {
-            -1 => self.is_endless || (&(a + &b2) + &c).signum() > 0,
-            0 => b.signum() < 0 && (self.is_endless || (a + &b2).signum() > 0),
-            _ => {
-                b.signum() < 0
-                    && (&(&b * &b) - &(a * &c)).signum() >= 0
-                    && (self.is_endless || (a + &b).signum() > 0 || (&(a + &b2) + &c).signum() < 0)
-            }
-        })
-    }
-
-    /// `B` and `C`.
-    fn quadratic(&self, sphere: &Sphere) -> Option<(Surd<'a>, Surd<'a>)> {
-        let v = self.point.offset_from(&real3(sphere.center)?);
-        Some((dot(&self.way, &v), self.point.off_sphere(&v, sphere.radius)?))
-    }
-
-    /// `s = N/M` with `N = n·(a − p)` and `M = n·w`.
-    fn is_blocked_by_plane(&self, plane: &Plane) -> Option<bool> {
-        let (offset, m) = self.quotient(plane)?;
-        let sign = m.signum();
-        let is_ahead = sign != 0 && offset.signum() == sign;
-        Some(is_ahead && (self.is_endless || (&m - &offset).signum() == sign))
-    }
-
-    /// `N` and `M`.
-    fn quotient(&self, plane: &Plane) -> Option<(Surd<'a>, Surd<'a>)> {
-        let n = real3(plane.normal)?;
-        let offset = -dot_real(&self.point.offset_from(&real3(plane.point)?), &n);
-        Some((offset, dot_real(&self.way, &n)))
+        object.exact().blocks(self).unwrap_or(false)
     }
 
     /// Bounds, computed with `n_bits` bits, of the smallest root `s` of an object that is in the way;
     /// `None` for another, and where the bits don't suffice.
-    ///
-    /// With the signs of [`ExactBeam::is_blocked_by`], and without cancellation where the sign of `B`
-    /// is known: from outside, the near root `C/(−B + √(B² − AC))`; on the sphere, `−2B/A`; from inside,
-    /// the far root `(−B + √(B² − AC))/A = −C/(B + √(B² − AC))`.
     pub fn first_root(&self, object: Object, n_bits: usize) -> Option<Enclosure> {
         if !self.is_blocked_by(object) {
             return None;
         }
-        let (numerator, denominator) = match object {
-            Object::Plane(plane) => {
-                let (n, m) = self.quotient(plane)?;
-                let positive = |x: Surd<'a>| if x.signum() < 0 { -x } else { x };
-                (positive(n).enclose(n_bits), positive(m).enclose(n_bits))
-            }
-            Object::Sphere(sphere) => {
-                let (a, (b, c)) = (&self.square, self.quadratic(sphere)?);
-                let root = (&(&b * &b) - &(a * &c)).enclose(n_bits).sqrt(n_bits);
-                let (sign_b, sign_c) = (b.signum(), c.signum());
-                let half = |b: Surd<'a>| b.enclose(n_bits).plus(&root);
-                match sign_c {
-                    1 => (c.enclose(n_bits), half(-b)),
-                    0 => ((-(&b + &b)).enclose(n_bits), a.enclose(n_bits)),
-                    _ if sign_b > 0 => ((-c).enclose(n_bits), half(b)),
-                    _ => (half(-b), a.enclose(n_bits)),
-                }
-            }
-        };
+        let [numerator, denominator] = object.exact().first_root(self, n_bits)?;
         numerator.over(&denominator, n_bits)
     }
 }

@@ -14,8 +14,11 @@ mod enclosure;
 mod fraction;
 mod light;
 mod number;
+mod plane;
 mod ray;
 mod root;
+mod shape;
+mod sphere;
 
 use std::cmp::Ordering;
 
@@ -24,17 +27,27 @@ pub use enclosure::Enclosure;
 pub use fraction::Fraction;
 pub use light::{ExactBeam, ExactCosine, ExactPoint};
 pub use number::{Dyadic, exact, integer, real, signum};
-pub(crate) use number::{double, primitive, product3, real3};
+pub(crate) use plane::plane_normal;
+pub use plane::{PlaneNumbers, plane_numbers};
 pub use ray::{ExactPixels, ExactRay, ExactRays};
 pub use root::Root;
 pub(crate) use root::{lowest, nearest_f32};
+pub use shape::Side;
+pub use sphere::{SphereNumbers, is_outside, signum_of_discriminant, sphere_numbers};
 
 use crate::scene::Object;
-use crate::shape::outward_normal;
-pub use crate::shape::{
-    PlaneNumbers, Side, SphereNumbers, is_outside, plane_numbers, signum_of_discriminant,
-    sphere_numbers, visible_hit,
-};
+
+/// The hit of one object: the smallest root `t > 0`, however large, and the side that the ray meets there.
+///
+/// A sphere of radius 0 and a plane with a zero normal are hit by no ray; a negative radius stands for its magnitude. (Scene
+/// files allow none of these.)
+pub fn visible_hit<'a>(ray: &ExactRay, id: u32, object: Object<'a>) -> Option<ExactHit<'a>> {
+    if signum(ray.norm_squared()) == 0 {
+        return None;
+    }
+    let (root, side) = object.exact().visible_root(ray)?;
+    Some(ExactHit { id, object, root, side })
+}
 
 /// The object that a ray sees: the smallest `t > 0`, and of equal ones the lowest id, in whatever
 /// order the objects come.
@@ -79,7 +92,7 @@ impl ExactHit<'_> {
     /// prove. `None` where it can't be: a number that is not
     /// finite, a radius or normal of 0.
     pub fn normal(&self, ray: &ExactRay) -> Option<[Root; 3]> {
-        let outward = outward_normal(ray, self)?;
+        let outward = self.object.exact().outward_normal(ray, &self.root)?;
         Some(match self.side {
             Side::Front => outward,
             Side::Back => outward.map(Root::negated),

@@ -63,7 +63,7 @@ impl Framing {
             None if n_turns > 1 => step.near(middle),
             None => step.near(middle + self.centred(spheres, middle, control)?),
         };
-        let fit = |(): &mut (), turn: u32| {
+        let fit = |turn: u32| {
             control.check()?;
             let view = self.view(turned(self.from, self.up, turn, n_turns));
             let limits = Limits::new(self, view, self.usable(view.h), spheres, middle);

@@ -363,7 +363,7 @@ impl<'a> Certified<'a> {
         };
         let mut counts = StageCounts::default();
         let strips = out.chunks_mut(width * STRIP_ROWS).enumerate();
-        for of_strip in parallel::try_map(strips, paint)? {
+        for of_strip in parallel::try_map_in(strips, paint)? {
             counts.add(of_strip);
         }
         Ok(counts)

@@ -295,7 +295,6 @@ impl<'a, F: Linear> LightPass<'a, F> {
         }
         packs.resize_with(packs.len().max(n_packs), Pack::default);
         packs.truncate(n_packs);
-        let n_spheres = self.occluders.scene.spheres.len() as u32;
         for (some, packs) in pixels.chunks(N).zip(packs.chunks_mut(n * n)) {
             // Of each pixel's first sample its index and twice its offset from the picture's centre.
             let (mut at, mut across, mut up) = ([0; N], [0.0; N], [0.0; N]);
@@ -315,13 +314,13 @@ impl<'a, F: Linear> LightPass<'a, F> {
                 let (right, down) = (sample % n, sample / n);
                 let ids = &ids[down * row + right..];
                 if is_stretch && n == 1 {
-                    pack.see(&ids[at[0]..][..N], n_spheres);
+                    pack.see(&ids[at[0]..][..N]);
                 } else {
                     let mut seen = [0; N];
                     for lane in 0..N {
                         seen[lane] = ids[at[lane]];
                     }
-                    pack.see(&seen, n_spheres);
+                    pack.see(&seen);
                 }
                 let (right, down) = (2.0 * right as f64, 2.0 * down as f64);
                 for lane in 0..N {
@@ -335,7 +334,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
     /// Puts samples side by side that see one object.
     #[inline(always)]
     fn sort<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
-        scratch.order.sort(&mut scratch.packs, self.occluders.scene.spheres.len() as u32);
+        scratch.order.sort(&mut scratch.packs);
     }
 
     /// Finds the surfaces that samples see.
@@ -398,7 +397,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
         for (pack, shade) in one_by_one(&*packs).zip(&mut *shades) {
             let [mut red, mut green, mut blue] = self.job.color(pack.ids[0]);
             let mut color = V3([Lanes::lit(red), Lanes::lit(green), Lanes::lit(blue)]);
-            if !pack.is_uniform() {
+            if pack.one().is_none() {
                 for lane in 1..N {
                     if pack.ids[lane] != pack.ids[lane - 1] {
                         [red, green, blue] = self.job.color(pack.ids[lane]);

@@ -60,7 +60,7 @@ pub(super) fn shade<C: Written>(
         Ok(())
     };
     let rows = colors.chunks_mut(job.n_columns().max(1)).enumerate();
-    parallel::try_map(rows, of_row)?;
+    parallel::try_map_in(rows, of_row)?;
     Ok((ColorCounts { cpu: n_pixels, ..ColorCounts::default() }, counts))
 }
 

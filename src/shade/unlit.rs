@@ -112,7 +112,7 @@ impl Palette {
         control: &Control,
     ) -> Result<()> {
         let n_each = samples.n_each.max(1);
-        let means = |(): &mut (), ids: &[u32]| {
+        let means = |ids: &[u32]| {
             control.check()?;
             Ok(ids.chunks(n_each).map(|ids| self.mean(scene, ids)).collect::<Vec<[C; 3]>>())
         };

@@ -22,11 +22,11 @@ pub struct SampleOrder<F: Float, const N: usize> {
 impl<F: Float, const N: usize> SampleOrder<F, N> {
     /// Puts samples side by side that see one object.
     #[inline(always)]
-    pub fn sort(&mut self, packs: &mut [Pack<F, N>], n_spheres: u32) {
+    pub fn sort(&mut self, packs: &mut [Pack<F, N>]) {
         let SampleOrder { before, runs, to, .. } = self;
         to.clear();
         let first = packs[0].ids[0];
-        if packs.iter().all(|pack| pack.is_uniform() && pack.ids[0] == first) {
+        if packs.iter().all(|pack| pack.one() == Some(first)) {
             return;
         }
         before.clear();
@@ -58,7 +58,7 @@ impl<F: Float, const N: usize> SampleOrder<F, N> {
                 to[at] = place as u32;
                 place += 1;
                 if lane == N - 1 {
-                    packs[number].see(&seen, n_spheres);
+                    packs[number].see(&seen);
                 }
             }
         }

@@ -123,8 +123,7 @@ impl<F: Float, const N: usize> Way<F, N> {
 #[inline(always)]
 fn lanes_on<F: Float, const N: usize>(pack: &Pack<F, N>, id: u32) -> LaneBits<F, N> {
     let is_known = pack.surface.is_known();
-    let is_alone = pack.is_uniform() && pack.ids[0] == id;
-    if is_alone { is_known } else { is_known & is_id(&pack.ids, id) }
+    if pack.one() == Some(id) { is_known } else { is_known & is_id(&pack.ids, id) }
 }
 
 impl<F: Linear> LightPass<'_, F> {

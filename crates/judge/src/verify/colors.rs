@@ -76,7 +76,7 @@ impl RenderedColors {
         let lighting = Lighting::new(scene, &pixels.view);
         let of_samples = pixels.samples(n_samples);
         let rays = ExactPixels::new(&of_samples);
-        let seen = parallel::try_map(index, |(): &mut (), &index| {
+        let seen = parallel::try_map(index, |&index| {
             control.check()?;
             control.advance(1);
             let at = (&of_samples, &rays);

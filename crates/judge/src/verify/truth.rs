@@ -69,7 +69,7 @@ impl Truth {
         control: &Control,
         hit: impl Fn(usize) -> TrueHit + Sync,
     ) -> Result<Truth> {
-        let hits = parallel::try_map(&index, |(): &mut (), &i| {
+        let hits = parallel::try_map(&index, |&i| {
             control.check()?;
             control.advance(1);
             Ok(hit(i))

@@ -1,0 +1,96 @@
+//! A plane, exactly.
+
+use super::light::{ExactBeam, Surd, dot_real};
+use super::number::{primitive, product3, real3};
+use super::shape::{ExactShape, Place, Side};
+use super::{Dyadic, Enclosure, ExactRay, Root, signum};
+use crate::scene::Plane;
+
+/// Numerator `N = (p − o)·n` and denominator `M = d·n` of a plane, for the ray's own (scaled)
+/// origin and direction.
+fn plane_quotient(ray: &ExactRay, plane: &Plane) -> Option<(Dyadic, Dyadic)> {
+    let n = real3(plane.normal)?;
+    Some((product3(&ray.to_point(plane.point)?, &n), product3(ray.direction(), &n)))
+}
+
+/// `N = (a − p)·n` and `M = w·n` of a beam, whose root is `N/M`.
+fn beam_quotient<'a>(beam: &ExactBeam<'a>, plane: &Plane) -> Option<[Surd<'a>; 2]> {
+    let n = real3(plane.normal)?;
+    let offset = beam.point.offset_from(&real3(plane.point)?);
+    Some([-dot_real(&offset, &n), dot_real(&beam.way, &n)])
+}
+
+impl ExactShape for Plane {
+    /// The root `t > 0`: `N/M`, written with a positive denominator. `M > 0` means that the ray runs along
+    /// the normal: it meets the back.
+    fn visible_root(&self, ray: &ExactRay) -> Option<(Root, Side)> {
+        let (n, m) = plane_quotient(ray, self)?;
+        match (signum(&n), signum(&m)) {
+            (1, 1) => Some((Root::quotient(n, m, ray.t_factor()), Side::Back)),
+            (-1, -1) => Some((Root::quotient(-n, -m, ray.t_factor()), Side::Front)),
+            _ => None,
+        }
+    }
+
+    fn outward_normal(&self, _: &ExactRay, _: &Root) -> Option<[Root; 3]> {
+        plane_normal(self)
+    }
+
+    fn slope<'a>(&self, beam: &ExactBeam<'a>) -> Option<(Surd<'a>, Dyadic)> {
+        let n = real3(self.normal)?;
+        Some((dot_real(&beam.way, &n), product3(&n, &n)))
+    }
+
+    fn blocks(&self, beam: &ExactBeam) -> Option<bool> {
+        let [n, m] = beam_quotient(beam, self)?;
+        let sign = m.signum();
+        let is_ahead = sign != 0 && n.signum() == sign;
+        Some(is_ahead && (beam.is_endless || (&m - &n).signum() == sign))
+    }
+
+    fn first_root(&self, beam: &ExactBeam, n_bits: usize) -> Option<[Enclosure; 2]> {
+        let enclosed = |x: Surd<'_>| (if x.signum() < 0 { -x } else { x }).enclose(n_bits);
+        let [n, m] = beam_quotient(beam, self)?;
+        Some([enclosed(n), enclosed(m)])
+    }
+
+    /// However long its normal is, and whichever of its points is named. Of the normal whole numbers without a common divisor,
+    /// the first of which that is not 0 is positive.
+    fn place(&self) -> Option<Place> {
+        let normal = primitive(&real3(self.normal)?)?;
+        let n = normal.each_ref().map(|x| Dyadic::from(x.clone()));
+        let offset = product3(&real3(self.point)?, &n).shortest();
+        Some(Place::Plane(Box::new((normal, offset))))
+    }
+}
+
+/// `nᵢ/‖n‖ = sgn(nᵢ)·√(nᵢ²·‖n‖²) / ‖n‖²`
+pub(crate) fn plane_normal(plane: &Plane) -> Option<[Root; 3]> {
+    let n = real3(plane.normal)?;
+    let norm_squared = product3(&n, &n);
+    if signum(&norm_squared) == 0 {
+        return None;
+    }
+    Some(std::array::from_fn(|i| {
+        let radicand = &n[i] * &n[i] * &norm_squared;
+        Root::new(Dyadic::zero(), signum(&n[i]), radicand, norm_squared.clone(), 1)
+    }))
+}
+
+/// The numbers of the plane's quotient, exactly, for the contract's `d`.
+#[derive(Clone, Debug)]
+pub struct PlaneNumbers {
+    /// `(a − o)·n`.
+    pub numerator: Root,
+    /// `d·n`.
+    pub denominator: Root,
+}
+
+/// The numbers of a ray and a plane; `None` where a number is not finite.
+pub fn plane_numbers(ray: &ExactRay, plane: &Plane) -> Option<PlaneNumbers> {
+    let (n, m) = plane_quotient(ray, plane)?;
+    Some(PlaneNumbers {
+        numerator: Root::ratio(n, ray.world_scale()),
+        denominator: Root::ratio(m, ray.direction_scale()),
+    })
+}

@@ -1,0 +1,56 @@
+//! What exact arithmetic asks of a shape; each answers in a file of its own.
+
+use dashu_int::IBig;
+
+use super::light::{ExactBeam, Surd};
+use super::{Dyadic, Enclosure, ExactRay, Root};
+use crate::scene::Object;
+
+/// The side of a surface that a ray meets (contract §1, "normal").
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Side {
+    /// The outside of a sphere, the side of a plane that its normal points to. A ray tangent to a
+    /// sphere meets the front.
+    Front,
+    /// The other one: the reported normal is the flipped one.
+    Back,
+}
+
+/// The points of an object: the same for two that are in one place.
+#[derive(PartialEq, Eq, Hash)]
+pub(crate) enum Place {
+    /// Bits of a centre and a radius.
+    Sphere([u64; 4]),
+    /// A normal and an offset.
+    Plane(Box<([IBig; 3], (IBig, isize))>),
+}
+
+/// A shape in exact numbers: `None` where one of them is not finite, and for a radius or a normal of 0, which no ray hits.
+pub(super) trait ExactShape {
+    /// The smallest root `t > 0` of a ray, however large, and the side that it meets there.
+    fn visible_root(&self, ray: &ExactRay) -> Option<(Root, Side)>;
+    /// The unit normal on the front at a root, in numbers of the same kind as the root itself.
+    fn outward_normal(&self, ray: &ExactRay, root: &Root) -> Option<[Root; 3]>;
+    /// `n·w` on the front where a beam starts, and `‖n‖²`.
+    fn slope<'a>(&self, beam: &ExactBeam<'a>) -> Option<(Surd<'a>, Dyadic)>;
+    /// Whether it is in the way: it has a root `s` of `p + s·w` with `0 < s`, and before a point light `s < 1`.
+    fn blocks(&self, beam: &ExactBeam) -> Option<bool>;
+    /// Bounds of a numerator and a denominator, both positive, of the smallest such root, where it is in the way.
+    fn first_root(&self, beam: &ExactBeam, n_bits: usize) -> Option<[Enclosure; 2]>;
+    /// Where it is.
+    fn place(&self) -> Option<Place>;
+}
+
+impl<'a> Object<'a> {
+    pub(super) fn exact(self) -> &'a dyn ExactShape {
+        match self {
+            Object::Sphere(sphere) => sphere,
+            Object::Plane(plane) => plane,
+        }
+    }
+
+    /// Where it is; `None` where no ray hits it.
+    pub(crate) fn place(self) -> Option<Place> {
+        self.exact().place()
+    }
+}
