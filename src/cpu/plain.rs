@@ -83,7 +83,7 @@ impl<S: Plain, P: Plain<Float = S::Float>> WithSimd for Trace<'_, S, P> {
                 continue;
             }
             t[here.clone()].copy_from_slice(&ts[..here.len()]);
-            let found = lists.normals(&ray, &hit);
+            let (_, found) = lists.surfaces(&ray, &hit.id);
             let mut rounded = [[0.0; 3]; LANES];
             for lane in 0..LANES {
                 for axis in 0..3 {

@@ -5,7 +5,7 @@
 
 use super::FloatType;
 use super::coordinates::{Coordinates, split};
-use crate::num::{Bits, Float, Lanes, Ray, Real, V3};
+use crate::num::{Bits, Float, LaneBits, Lanes, Ray, Real, V3};
 use crate::rays;
 use crate::rays::{Frame, Lens, Pixels, Rays};
 
@@ -103,33 +103,43 @@ impl<S: Plain, P: Plain<Float = S::Float>> Lists<S, P> {
         hit
     }
 
-    /// The unit normals at hits, that of each lane's object. Twin of `normal_at` in the shaders.
+    /// `t` and the unit normals where rays meet these objects, which they see first; +∞ for 0, which is none. Twin of `normal_at`
+    /// in the shaders.
     #[inline(always)]
-    pub fn normals<const N: usize>(
+    pub fn surfaces<const N: usize>(
         &self,
         ray: &PlainRay<Lanes<S::Float, N>>,
-        hit: &Hit<Lanes<S::Float, N>>,
-    ) -> V3<Lanes<S::Float, N>> {
+        ids: &LaneBits<S::Float, N>,
+    ) -> (Lanes<S::Float, N>, V3<Lanes<S::Float, N>>) {
+        let mut ts = Lanes::lit(f64::INFINITY);
         let (mut normals, mut is_known) = (V3([Lanes::lit(0.0); 3]), [false; N]);
         for lane in 0..N {
-            let id = hit.id.0[lane];
+            let id = ids.0[lane];
             if id.to_id() == 0 || is_known[lane] {
                 continue;
             }
             let index = id.to_id() as usize - 1;
-            let along = match self.spheres.get(index) {
-                Some(sphere) => sphere.normal(ray, hit.t),
-                None => self.planes[index - self.spheres.len()].normal(ray, hit.t),
+            let (t, along) = match self.spheres.get(index) {
+                Some(sphere) => met(sphere, ray),
+                None => met(&self.planes[index - self.spheres.len()], ray),
             };
-            let mut is_this = hit.id;
+            let mut is_this = *ids;
             for other in 0..N {
-                is_known[other] |= hit.id.0[other] == id;
-                is_this.0[other] = Bits::from_bool(hit.id.0[other] == id);
+                is_known[other] |= ids.0[other] == id;
+                is_this.0[other] = Bits::from_bool(ids.0[other] == id);
             }
+            ts = Lanes::select(is_this, t, ts);
             normals = V3::select(is_this, facing(along, ray.ray.direction), normals);
         }
-        normals
+        (ts, normals)
     }
+}
+
+/// `t` of an object, and a vector along its normal there.
+#[inline(always)]
+fn met<P: Plain, R: Real<One = P::Float>>(object: &P, ray: &PlainRay<R>) -> (R, V3<R>) {
+    let t = object.t(ray);
+    (t, object.normal(ray, t))
 }
 
 /// The rays of a call, in the coordinates and the arithmetic of a kernel without a proof.

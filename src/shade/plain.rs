@@ -13,7 +13,7 @@ use crate::error::Result;
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::plain::{Hit, LANES, Plain, PlainRay, PlainRays};
 use crate::kernel::{Lists, ObjectRecords};
-use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3, dispatch};
+use crate::num::{Bits, Float, LaneBits, Lanes, Mask, Ray, Real, V3, dispatch};
 use crate::parallel;
 use crate::prepare::{Lamp, Lighting, Prepared};
 use crate::scene::Source;
@@ -145,10 +145,15 @@ impl<S: Plain, P: Plain<Float = S::Float>> WithSimd for Light<'_, S, P> {
             for (first, lights) in (first..).step_by(LANES).zip(lights.chunks_mut(LANES)) {
                 // A ray may have millions of spheres to look at.
                 control.check()?;
-                if job.ids[first..][..lights.len()].iter().all(|&id| id == 0) {
+                let ids = &job.ids[first..][..lights.len()];
+                if ids.iter().all(|&id| id == 0) {
                     continue;
                 }
-                let found = scene.light(&rays.pack::<LANES>(first));
+                let mut seen = LaneBits([Bits::from_id(0); LANES]);
+                for (seen, &id) in seen.0.iter_mut().zip(ids) {
+                    *seen = Bits::from_id(id);
+                }
+                let found = scene.light(&rays.pack::<LANES>(first), &seen);
                 for (lane, light) in lights.iter_mut().enumerate() {
                     *light = std::array::from_fn(|channel| found.0[channel].0[lane].to_f64());
                 }
@@ -169,19 +174,20 @@ struct Scene<'a, S, P> {
 }
 
 impl<F: Float, S: Plain<Float = F>, P: Plain<Float = F>> Scene<'_, S, P> {
-    /// The light that rays' hits get; where there is none, what is from nowhere.
+    /// The light on what rays see; where that is nothing, what is from nowhere.
     #[inline(always)]
-    fn light<const N: usize>(&self, ray: &PlainRay<Lanes<F, N>>) -> V3<Lanes<F, N>> {
+    fn light<const N: usize>(
+        &self,
+        ray: &PlainRay<Lanes<F, N>>,
+        ids: &LaneBits<F, N>,
+    ) -> V3<Lanes<F, N>> {
         let zero = Lanes::lit(0.0);
-        let hit = self.lists.closest(ray);
-        let is_hit = hit.t.lt(Lanes::lit(f64::INFINITY));
-        let ambient = V3(self.lighting.ambient.map(Lanes::lit));
-        if !is_hit.any() {
-            return ambient;
-        }
-        let (normal, mut sum) = (self.lists.normals(ray, &hit), ambient);
+        let (t, normal) = self.lists.surfaces(ray, ids);
+        // A device's arithmetic may see what that of this machine does not.
+        let is_hit = zero.lt(t) & t.lt(Lanes::lit(f64::INFINITY));
+        let mut sum = V3(self.lighting.ambient.map(Lanes::lit));
         for lamp in &self.lighting.lamps {
-            let Way { cosine, is_blocked, .. } = self.way_to(ray, &hit, normal, lamp);
+            let Way { cosine, is_blocked, .. } = self.way_to(ray, t, normal, lamp);
             let is_lit = is_hit & zero.lt(cosine) & !is_blocked;
             let given = V3(lamp.weight.map(|weight| Lanes::lit(weight) * cosine));
             sum = V3::select(is_lit, sum + given, sum);
@@ -194,14 +200,14 @@ impl<F: Float, S: Plain<Float = F>, P: Plain<Float = F>> Scene<'_, S, P> {
     fn way_to<const N: usize>(
         &self,
         PlainRay { ray, .. }: &PlainRay<Lanes<F, N>>,
-        hit: &Hit<Lanes<F, N>>,
+        t: Lanes<F, N>,
         normal: V3<Lanes<F, N>>,
         lamp: &Lamp,
     ) -> Way<Lanes<F, N>> {
         let (zero, one) = (Lanes::lit(0.0), Lanes::lit(1.0));
-        let point = ray.origin + ray.direction * hit.t;
+        let point = ray.origin + ray.direction * t;
         let way = match lamp.origin {
-            Source::Eye => -(ray.direction * hit.t),
+            Source::Eye => -(ray.direction * t),
             Source::Point(position) => V3::lit(self.coordinates.of(position)) - point,
             Source::Sun(direction) => V3::lit(-direction),
         };
@@ -287,16 +293,16 @@ fn point<F: Float, S: Plain<Float = F>, P: Plain<Float = F>>(
 ) -> Option<PlainPoint> {
     let scene = Scene { lists, coordinates, lighting, epsilon: 0.0 };
     let ray = PlainRays::new(coordinates, rays).pack::<1>(0);
-    let hit = lists.closest(&ray);
-    let id = hit.id.0[0].to_id();
+    let ids = lists.closest(&ray).id;
+    let id = ids.0[0].to_id();
     if id == 0 {
         return None;
     }
-    let normal = lists.normals(&ray, &hit);
+    let (t, normal) = lists.surfaces(&ray, &ids);
     let to_f64 = |v: V3<Lanes<F, 1>>| v.0.map(|x| x.0[0].to_f64());
     let zero = Lanes::lit(0.0);
     let way = |lamp: &Lamp| {
-        let Way { way, cosine, first, is_blocked } = scene.way_to(&ray, &hit, normal, lamp);
+        let Way { way, cosine, first, is_blocked } = scene.way_to(&ray, t, normal, lamp);
         let first = (first.id.0[0].to_id(), first.t.0[0].to_f64());
         let in_the_way = is_blocked.any().then_some(first);
         let given = V3(lamp.weight.map(|weight| Lanes::lit(weight) * cosine));
@@ -305,10 +311,10 @@ fn point<F: Float, S: Plain<Float = F>, P: Plain<Float = F>>(
     };
     Some(PlainPoint {
         id,
-        t: hit.t.0[0].to_f64(),
-        at: to_f64(ray.ray.origin + ray.ray.direction * hit.t),
+        t: t.0[0].to_f64(),
+        at: to_f64(ray.ray.origin + ray.ray.direction * t),
         normal: to_f64(normal),
         ways: parallel::map(&lighting.lamps, way),
-        light: to_f64(scene.light(&ray)),
+        light: to_f64(scene.light(&ray, &ids)),
     })
 }
