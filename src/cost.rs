@@ -1,6 +1,7 @@
 //! What a scene holds, and what a picture of it costs in memory.
 
 use std::collections::BTreeMap;
+use std::fmt::{self, Display, Formatter};
 use std::sync::Arc;
 
 use serde::Serialize;
@@ -14,6 +15,7 @@ use crate::rays::{Pixels, Rays};
 use crate::render::plan;
 use crate::scene::{Cloud, Samples, Scene};
 use crate::trace::Kernel;
+use crate::words::count;
 
 /// What a scene holds and costs.
 #[derive(Clone, Debug, Serialize)]
@@ -47,6 +49,13 @@ impl ObjectCounts {
     /// Counts the objects of `scene`.
     pub fn of(scene: &Scene) -> ObjectCounts {
         ObjectCounts { spheres: scene.spheres.len(), planes: scene.planes.len() }
+    }
+}
+
+/// `3 spheres, 1 plane`
+impl Display for ObjectCounts {
+    fn fmt(&self, to: &mut Formatter) -> fmt::Result {
+        write!(to, "{}, {}", count(self.spheres, "sphere"), count(self.planes, "plane"))
     }
 }
 

@@ -14,11 +14,9 @@ mod enclosure;
 mod fraction;
 mod light;
 mod number;
-mod plane;
 mod ray;
 mod root;
 mod shape;
-mod sphere;
 
 use std::cmp::Ordering;
 
@@ -27,13 +25,14 @@ pub use enclosure::Enclosure;
 pub use fraction::Fraction;
 pub use light::{ExactBeam, ExactCosine, ExactPoint};
 pub use number::{Dyadic, exact, integer, real, signum};
-pub(crate) use plane::plane_normal;
-pub use plane::{PlaneNumbers, plane_numbers};
 pub use ray::{ExactPixels, ExactRay, ExactRays};
 pub use root::Root;
 pub(crate) use root::{lowest, nearest_f32};
-pub use shape::Side;
-pub use sphere::{SphereNumbers, is_outside, signum_of_discriminant, sphere_numbers};
+pub(crate) use shape::plane_normal;
+pub use shape::{
+    PlaneNumbers, Side, SphereNumbers, is_outside, plane_numbers, signum_of_discriminant,
+    sphere_numbers,
+};
 
 use crate::scene::Object;
 

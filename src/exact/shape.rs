@@ -1,5 +1,12 @@
 //! What exact arithmetic asks of a shape; each answers in a file of its own.
 
+mod plane;
+mod sphere;
+
+pub(crate) use plane::plane_normal;
+pub use plane::{PlaneNumbers, plane_numbers};
+pub use sphere::{SphereNumbers, is_outside, signum_of_discriminant, sphere_numbers};
+
 use dashu_int::IBig;
 
 use super::light::{ExactBeam, Surd};

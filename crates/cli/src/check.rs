@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use kugelblitz::Result;
-use kugelblitz::cost::{Built, Cost, LightOf, PictureCost};
+use kugelblitz::cost::{Built, Cost, LightOf, ObjectCounts, PictureCost};
 use kugelblitz::plain::Shown;
 use kugelblitz::trace::Kernel;
 use kugelblitz::words::{bytes, count};
@@ -11,7 +11,6 @@ use kugelblitz::words::{bytes, count};
 use crate::Run;
 use crate::args::CheckArgs;
 use crate::head::Done;
-use crate::output::objects;
 use crate::progress::Progress;
 
 /// Reads a scene and says what it costs.
@@ -20,7 +19,7 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<Done<Cost>> {
     let pixels = scene.camera.as_ref().map(|_| args.scene.pixels(&scene)).transpose()?;
     let progress = Progress::of_preparing(run, &scene, Kernel::Certified);
     let cost = progress.during(|| Cost::new(&scene, pixels.as_ref(), &run.control))?;
-    let mut text = format!("{}: {}\n", args.scene.path.shown(), objects(&scene));
+    let mut text = format!("{}: {}\n", args.scene.path.shown(), ObjectCounts::of(&scene));
     for cloud in &scene.clouds {
         let spheres = count(cloud.n_spheres, "sphere");
         let _ = writeln!(text, "{}: {spheres}, from id {}", cloud.path.shown(), cloud.first_id);

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::Run;
 use crate::args::ExportArgs;
 use crate::head::Done;
-use crate::output::{is_stdout, objects, refuse_overwriting, shell_quoted};
+use crate::output::{is_stdout, refuse_overwriting, shell_quoted};
 use crate::picture::read_composed;
 
 #[derive(Serialize)]
@@ -44,8 +44,8 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
     let command = language.command(&shell_quoted(output), size);
     let next =
         if is_stdout(output) { String::new() } else { format!("; render it with: {command}") };
-    let line = format!("{} for {}{next}", objects(&scene), language.renderer());
     let objects = ObjectCounts::of(&scene);
+    let line = format!("{objects} for {}{next}", language.renderer());
     let summary = Summary { language: language.name(), size, objects, run: command };
     Done::with_file(summary, printed, file, &line).finish("export", run)
 }

@@ -7,6 +7,7 @@ use std::time::Instant;
 use clap::{Args, value_parser};
 use kugelblitz::Result;
 use kugelblitz::control::Control;
+use kugelblitz::cost::ObjectCounts;
 use kugelblitz::frames::{
     MAX_FRAMES, check_reach, file_of_frame, pattern_of_files, read_path, turntable,
 };
@@ -20,7 +21,7 @@ use serde::Serialize;
 
 use crate::args::RenderArgs;
 use crate::head::{Done, Drawn, Times, Work};
-use crate::output::{is_stdout, objects, shell_quoted};
+use crate::output::{is_stdout, shell_quoted};
 use crate::progress::Progress;
 use crate::render::{Begun, size};
 use crate::{Run, wrong_usage};
@@ -174,7 +175,7 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         files.join(" … "),
         count(frames.len(), "frame"),
         size(&begun.pixels),
-        objects(&begun.scene),
+        ObjectCounts::of(&begun.scene),
         session.kernel().name(),
         session.device().label(),
         duration(total)

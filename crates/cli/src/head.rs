@@ -17,7 +17,7 @@ use kugelblitz::{Error, Making, Result, Session};
 use kugelblitz_judge::show::Entry;
 use serde::{Serialize, Serializer};
 
-use crate::output::{json, ms, objects, print, print_text};
+use crate::output::{json, ms, print, print_text};
 use crate::{CommandLine, Run};
 
 /// The version of `docs/json.md`; a report has its own.
@@ -329,7 +329,7 @@ pub struct Traced {
 pub fn traced_in_words(session: &Session, run: &Run) -> String {
     format!(
         "{}, {} on {}, in {}",
-        objects(session.scene()),
+        ObjectCounts::of(session.scene()),
         session.kernel().name(),
         session.device().label(),
         duration(run.start.elapsed())

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
+use kugelblitz::cost::ObjectCounts;
 use kugelblitz::picture::{Image, read_image, read_rays};
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::Scene;
@@ -20,7 +21,7 @@ use crate::args::{DeviceArgs, SizeArgs, WholeArgs};
 use crate::compare::{begin_picture, write_picture};
 use crate::head::{Done, On};
 use crate::options::number;
-use crate::output::{objects, shell_quoted};
+use crate::output::shell_quoted;
 use crate::picture::{CameraArgs, DataArgs, PictureArgs};
 use crate::progress::Progress;
 use crate::render::size;
@@ -168,7 +169,7 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<Done<Summary>> {
         args.against.shown(),
         judged.quantities().join(", "),
         args.scene.shown(),
-        objects(&scene)
+        ObjectCounts::of(&scene)
     );
     let words = head + &judged.in_words(&worst);
     let summary = Summary {

@@ -7,7 +7,6 @@ use std::time::Duration;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::{Shown, plain, plain_json, steers};
 use kugelblitz::scene::Scene;
-use kugelblitz::words::count;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
@@ -172,9 +171,4 @@ impl Run {
 /// Milliseconds for reports, to the microsecond.
 pub fn ms(duration: Duration) -> f64 {
     duration.as_micros() as f64 / 1e3
-}
-
-/// `3 spheres, 1 plane`
-pub fn objects(scene: &Scene) -> String {
-    format!("{}, {}", count(scene.spheres.len(), "sphere"), count(scene.planes.len(), "plane"))
 }

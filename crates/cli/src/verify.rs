@@ -1,6 +1,7 @@
 //! `kugelblitz verify`
 
 use kugelblitz::Result;
+use kugelblitz::cost::ObjectCounts;
 use kugelblitz::plain::Shown;
 use kugelblitz::trace::Kernel;
 use kugelblitz_judge::verify::{Verification, Verified};
@@ -10,7 +11,6 @@ use crate::Run;
 use crate::args::VerifyArgs;
 use crate::device;
 use crate::head::{Done, On};
-use crate::output::objects;
 use crate::progress::Progress;
 use crate::render::size;
 
@@ -48,7 +48,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<Done<Summary>> {
         "{}: {}, {}, on {}; {share} against exact arithmetic\n",
         args.scene.path.shown(),
         size(&pixels),
-        objects(&scene),
+        ObjectCounts::of(&scene),
         device.label()
     );
     let (words, broken) = (head + &verified.in_words(), verified.broken());

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::light::{ExactBeam, Surd, dot};
-use super::number::{double, product3, real3};
-use super::shape::{ExactShape, Place, Side};
-use super::{Dyadic, Enclosure, ExactRay, Root, integer, real, signum};
+use super::{ExactShape, Place, Side};
+use crate::exact::light::{ExactBeam, Surd, dot};
+use crate::exact::number::{double, product3, real3};
+use crate::exact::{Dyadic, Enclosure, ExactRay, Root, integer, real, signum};
 use crate::rays::WorldRay;
 use crate::scene::Sphere;
 

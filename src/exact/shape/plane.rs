@@ -1,9 +1,9 @@
 //! A plane, exactly.
 
-use super::light::{ExactBeam, Surd, dot_real};
-use super::number::{primitive, product3, real3};
-use super::shape::{ExactShape, Place, Side};
-use super::{Dyadic, Enclosure, ExactRay, Root, signum};
+use super::{ExactShape, Place, Side};
+use crate::exact::light::{ExactBeam, Surd, dot_real};
+use crate::exact::number::{primitive, product3, real3};
+use crate::exact::{Dyadic, Enclosure, ExactRay, Root, signum};
 use crate::scene::Plane;
 
 /// Numerator `N = (p − o)·n` and denominator `M = d·n` of a plane, for the ray's own (scaled)
