@@ -194,7 +194,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
         found
     }
 
-    /// The ids behind these are planes.
+    /// Ids up to this one are those of spheres, the ones behind it of planes.
     #[inline(always)]
     fn n_spheres(&self) -> u32 {
         self.scene.spheres.len() as u32
