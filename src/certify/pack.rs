@@ -5,7 +5,7 @@
 use crate::num::{Bits, Float, LaneBits, Lanes, Real, V3};
 use crate::seen::Surface;
 
-/// Rays that go side by side.
+/// Rays that go side by side in f64.
 pub const LANES: usize = 8;
 
 /// Rays side by side, and where they meet their objects.

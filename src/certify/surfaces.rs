@@ -221,10 +221,10 @@ impl<'a, F: Float> Surfaces<'a, F> {
             }
             return;
         }
-        // Small loops over packs in memory are put into registers, where one large one is not.
         let n_spheres = self.n_spheres();
         let is_sphere = |id| 0 < id && id <= n_spheres;
         let is_plane = |id| id > n_spheres;
+        // Small loops over packs in memory are put into registers, where one large one is not.
         let mut last = None;
         for pack in one_by_one(&mut *packs).filter(|pack| pack.one().is_some_and(is_sphere)) {
             self.keep_of_sphere(pack, &mut last);

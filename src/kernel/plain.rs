@@ -103,8 +103,8 @@ impl<S: Plain, P: Plain<Float = S::Float>> Lists<S, P> {
         hit
     }
 
-    /// `t` and the unit normals where rays meet these objects, which they see first; +∞ for 0, which is none. Twin of `normal_at`
-    /// in the shaders.
+    /// `t` and the unit normals where rays meet these objects, which they see first; +∞ for none of the scene, as 0, whatever a device says.
+    /// Twin of `normal_at` in the shaders.
     #[inline(always)]
     pub fn surfaces<const N: usize>(
         &self,
@@ -121,7 +121,10 @@ impl<S: Plain, P: Plain<Float = S::Float>> Lists<S, P> {
             let index = id.to_id() as usize - 1;
             let (t, along) = match self.spheres.get(index) {
                 Some(sphere) => met(sphere, ray),
-                None => met(&self.planes[index - self.spheres.len()], ray),
+                None => match self.planes.get(index - self.spheres.len()) {
+                    Some(plane) => met(plane, ray),
+                    None => continue,
+                },
             };
             let mut is_this = *ids;
             for other in 0..N {
@@ -242,5 +245,24 @@ impl<'a, F: Float> PlainRays<'a, F> {
             }
         }
         scales
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::lecture::{PlaneLecture, SphereLecture};
+
+    /// A driver may say anything.
+    #[test]
+    fn an_id_of_no_object_has_no_surface() {
+        let sphere = SphereLecture { center: [0.0, 0.0, -4.0], radius: 1.0 };
+        let lists = Lists::<_, PlaneLecture> { spheres: vec![sphere], planes: Vec::new() };
+        let [x, y, z] = [0.0, 0.0, -1.0].map(Lanes::lit);
+        let ray = Ray::new(V3([x, y, x]), V3([x, y, z]));
+        let ids = LaneBits([1, 0, 2, u32::MAX]);
+        let (t, normal) = lists.surfaces::<4>(&PlainRay { ray, origin_low: None }, &ids);
+        assert_eq!(t.0, [3.0, f32::INFINITY, f32::INFINITY, f32::INFINITY]);
+        assert_eq!(normal.0[2].0, [1.0, 0.0, 0.0, 0.0]);
     }
 }
