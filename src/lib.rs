@@ -119,7 +119,7 @@
 //!    objects of kernels without a proof.
 //! 5. f64 decides what was left open, by the same formulas ([`engine::Find64`]), and exact arithmetic ([`exact::nearest`]) the
 //!    rest; `certify/surfaces.rs` fills in `t` and normals; what f64 cannot round goes through numbers of 100 bits
-//!    (`certify/in_balls.rs`) before exact ones.
+//!    (`exact/sight.rs`) before exact ones.
 //! 6. [`shade::Painter::paint`] makes colours of the hits: flat ones by a table, means of unlit samples by
 //!    `shade/unlit.rs`, which [`tracer::Tracer::trace_samples`] finds, on the CPU after the engine has proven which
 //!    pixels show one object alone. Lit ones come of `shade/lit.rs`: `shade/pass.rs` finds bounds of their colours, of bytes

@@ -2,7 +2,6 @@
 //! Undecided rays flow one way and never loop back.
 
 mod decide;
-mod in_balls;
 mod pack;
 mod point;
 mod surfaces;

@@ -7,13 +7,13 @@ use pulp::{Simd, WithSimd};
 
 use super::Stage;
 use super::pack::{LANES, Pack, PackF64, is_id, put};
-use crate::exact::{ExactHit, ExactRay, plane_normal, visible_hit};
+use crate::exact::{ExactHit, ExactRay, Sight, unit_f32, visible_hit};
 use crate::guard::host::{HOST_UNIT_F64, input_in_f64};
 use crate::guard::{self, InputError, Reach};
 use crate::num::{Float, Lanes, Mask, Real, V3, dispatch, one_by_one};
 use crate::prepare::{Scaled, power_of_two};
 use crate::rays::{Frame, Lens, Rays};
-use crate::scene::{Plane, Scene};
+use crate::scene::Scene;
 use crate::seen::{
     Anchor, Anchors, Eye, Lengths, PlaneSeen, Ray, Record, Seen, SphereSeen, Surface,
 };
@@ -23,19 +23,6 @@ pub type TAndNormal = (f32, [f32; 3]);
 
 /// `t` and the normal of a ray that hits nothing.
 pub const MISS: TAndNormal = (f32::INFINITY, [0.0; 3]);
-
-/// The exact unit normal of a plane, each component rounded to the nearest f32.
-pub fn unit_f32(plane: &Plane) -> [f32; 3] {
-    let normal = Scaled::new(plane.normal).rounded();
-    let unit = (normal * (1.0 / normal.length())).to_array();
-    let error = guard::steps::NORMALIZED * f64::UNIT;
-    let [low, high] = [-error, error].map(|error| unit.map(|x| (x + error) as f32));
-    if low == high {
-        // Not `−0`.
-        return low.map(|x| x + 0.0);
-    }
-    plane_normal(plane).map_or([0.0; 3], |normal| normal.map(|x| x.to_f32()))
-}
 
 /// No direction is longer whose components are below 2.
 pub(super) const LONGEST_SCALED: f64 = 3.47;
@@ -507,7 +494,7 @@ impl Stage<'_> {
     /// `t` and normal of a hit that is known to exist: with some 100 bits, else exactly.
     pub fn surface(&self, index: usize, id: u32) -> Option<TAndNormal> {
         let object = self.prepared.scene.object(id)?;
-        if let Some(surface) = self.surface_in_balls(index, object) {
+        if let Some(surface) = Sight::new(self.rays, index).surface(object) {
             return Some(surface);
         }
         let ray = self.exact.ray(index);

@@ -2,7 +2,7 @@
 
 use super::surfaces::{LONGEST_SCALED, MISS, Surfaces, TAndNormal, exact_surface};
 use super::*;
-use crate::exact::{nearest, visible_hit};
+use crate::exact::{Sight, nearest, visible_hit};
 use crate::kernel::Kernel;
 use crate::num::OPEN;
 use crate::prepare::Scaled;
@@ -213,7 +213,7 @@ fn surfaces_in_balls_are_exact() {
             let hits = decided(&stage, rays.len());
             for (index, &id) in hits.id.iter().enumerate() {
                 let Some(object) = stage.prepared.scene.object(id) else { continue };
-                let Some(found) = stage.surface_in_balls(index, object) else {
+                let Some(found) = Sight::new(stage.rays, index).surface(object) else {
                     n_open += 1;
                     continue;
                 };

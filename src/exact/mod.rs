@@ -17,6 +17,7 @@ mod number;
 mod ray;
 mod root;
 mod shape;
+mod sight;
 
 use std::cmp::Ordering;
 
@@ -28,11 +29,12 @@ pub use number::{Dyadic, exact, integer, real, signum};
 pub use ray::{ExactPixels, ExactRay, ExactRays};
 pub use root::Root;
 pub(crate) use root::{lowest, nearest_f32};
-pub(crate) use shape::plane_normal;
+pub(crate) use shape::unit_f32;
 pub use shape::{
     PlaneNumbers, Side, SphereNumbers, is_outside, plane_numbers, signum_of_discriminant,
     sphere_numbers,
 };
+pub(crate) use sight::Sight;
 
 use crate::scene::Object;
 

@@ -3,15 +3,15 @@
 mod plane;
 mod sphere;
 
-pub(crate) use plane::plane_normal;
+pub(crate) use plane::unit_f32;
 pub use plane::{PlaneNumbers, plane_numbers};
 pub use sphere::{SphereNumbers, is_outside, signum_of_discriminant, sphere_numbers};
 
 use dashu_int::IBig;
 
 use super::light::{ExactBeam, Surd};
-use super::{Dyadic, Enclosure, ExactRay, Root};
-use crate::scene::Object;
+use super::{Ball, Dyadic, Enclosure, ExactRay, Root, Sight};
+use crate::scene::{Object, Source};
 
 /// The side of a surface that a ray meets (contract §1, "normal").
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -38,10 +38,16 @@ pub(super) trait ExactShape {
     fn visible_root(&self, ray: &ExactRay) -> Option<(Root, Side)>;
     /// The unit normal on the front at a root, in numbers of the same kind as the root itself.
     fn outward_normal(&self, ray: &ExactRay, root: &Root) -> Option<[Root; 3]>;
+    /// Root and facing normal of a ray that is known to hit it, from numbers of some 100 bits; `None` where these leave it open.
+    fn surface_in_balls(&self, sight: &Sight) -> Option<(Ball, [f32; 3])>;
     /// `n·w` on the front where a beam starts, and `‖n‖²`.
     fn slope<'a>(&self, beam: &ExactBeam<'a>) -> Option<(Surd<'a>, Dyadic)>;
     /// Whether it is in the way: it has a root `s` of `p + s·w` with `0 < s`, and before a point light `s < 1`.
     fn blocks(&self, beam: &ExactBeam) -> Option<bool>;
+    /// Whether it is, or may be, in the way of this light to the points on its own back.
+    fn darkens_its_back(&self, _: Source) -> bool {
+        false
+    }
     /// Bounds of a numerator and a denominator, both positive, of the smallest such root, where it is in the way.
     fn first_root(&self, beam: &ExactBeam, n_bits: usize) -> Option<[Enclosure; 2]>;
     /// Where it is.
@@ -54,6 +60,11 @@ impl<'a> Object<'a> {
             Object::Sphere(sphere) => sphere,
             Object::Plane(plane) => plane,
         }
+    }
+
+    /// Whether it is, or may be, in the way of this light to the points on its own back.
+    pub(crate) fn darkens_its_back(self, light: Source) -> bool {
+        self.exact().darkens_its_back(light)
     }
 
     /// Where it is; `None` where no ray hits it.

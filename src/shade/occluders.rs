@@ -4,11 +4,10 @@ use glam::DVec3;
 
 use crate::bvh::{Beam, Bvh, Corners, Visitor, Walk};
 use crate::certify::Stage;
-use crate::exact::is_outside;
 use crate::num::{Float, Lanes, Real};
 use crate::prepare::{Lamp, Lighting, Prepared, Scaled, exponent_of, power_of_two};
 use crate::rays::Rays;
-use crate::scene::{Object, Scene, Source};
+use crate::scene::{Scene, Source};
 use crate::seen::{Met, ShadowRay, SphereMet, Surface, Verdict, shadow};
 
 /// Spheres that a ball is compared with at a time.
@@ -121,18 +120,6 @@ impl<'a> Occluders<'a> {
                 let power = power_of_two(-exponent);
                 Beam::new(from, [slow * power, quick * power], power_of_two(exponent))
             }
-        }
-    }
-
-    /// Whether the sphere around a ray's origin is in the way of light to its inside: it is where the lamp
-    /// is outside.
-    pub fn own_is_in_the_way(&self, lamp: &Lamp, id: u32) -> bool {
-        match (lamp.origin, self.scene.object(id)) {
-            (Source::Point(position), Some(Object::Sphere(sphere))) => {
-                is_outside(position, sphere) != Some(false)
-            }
-            (Source::Sun(_), Some(Object::Sphere(_))) => true,
-            _ => false,
         }
     }
 

@@ -3,7 +3,10 @@
 use super::{ExactShape, Place, Side};
 use crate::exact::light::{ExactBeam, Surd, dot_real};
 use crate::exact::number::{primitive, product3, real3};
-use crate::exact::{Dyadic, Enclosure, ExactRay, Root, signum};
+use crate::exact::sight::ball_dot;
+use crate::exact::{Ball, Dyadic, Enclosure, ExactRay, Root, Sight, signum};
+use crate::guard::steps;
+use crate::num::{Float, Scaled};
 use crate::scene::Plane;
 
 /// Numerator `N = (p − o)·n` and denominator `M = d·n` of a plane, for the ray's own (scaled)
@@ -36,6 +39,17 @@ impl ExactShape for Plane {
         plane_normal(self)
     }
 
+    fn surface_in_balls(&self, sight: &Sight) -> Option<(Ball, [f32; 3])> {
+        let n = self.normal.to_array().map(Ball::from);
+        let slope = ball_dot(&n, &sight.direction);
+        let is_along = slope.is_positive();
+        if !(is_along || (-slope).is_positive()) {
+            return None;
+        }
+        let root = ball_dot(&n, &sight.to_point(self.point)).over(slope);
+        Some((root, unit_f32(self).map(|x| if is_along { 0.0 - x } else { x })))
+    }
+
     fn slope<'a>(&self, beam: &ExactBeam<'a>) -> Option<(Surd<'a>, Dyadic)> {
         let n = real3(self.normal)?;
         Some((dot_real(&beam.way, &n), product3(&n, &n)))
@@ -64,8 +78,21 @@ impl ExactShape for Plane {
     }
 }
 
+/// The exact unit normal of a plane, each component rounded to the nearest f32.
+pub(crate) fn unit_f32(plane: &Plane) -> [f32; 3] {
+    let normal = Scaled::new(plane.normal).rounded();
+    let unit = (normal * (1.0 / normal.length())).to_array();
+    let error = steps::NORMALIZED * f64::UNIT;
+    let [low, high] = [-error, error].map(|error| unit.map(|x| (x + error) as f32));
+    if low == high {
+        // Not `−0`.
+        return low.map(|x| x + 0.0);
+    }
+    plane_normal(plane).map_or([0.0; 3], |normal| normal.map(|x| x.to_f32()))
+}
+
 /// `nᵢ/‖n‖ = sgn(nᵢ)·√(nᵢ²·‖n‖²) / ‖n‖²`
-pub(crate) fn plane_normal(plane: &Plane) -> Option<[Root; 3]> {
+fn plane_normal(plane: &Plane) -> Option<[Root; 3]> {
     let n = real3(plane.normal)?;
     let norm_squared = product3(&n, &n);
     if signum(&norm_squared) == 0 {

@@ -5,9 +5,10 @@ use glam::DVec3;
 use super::{ExactShape, Place, Side};
 use crate::exact::light::{ExactBeam, Surd, dot};
 use crate::exact::number::{double, product3, real3};
-use crate::exact::{Dyadic, Enclosure, ExactRay, Root, integer, real, signum};
+use crate::exact::sight::ball_dot;
+use crate::exact::{Ball, Dyadic, Enclosure, ExactRay, Root, Sight, integer, real, signum};
 use crate::rays::WorldRay;
-use crate::scene::Sphere;
+use crate::scene::{Source, Sphere};
 
 /// The coefficients of a sphere in half-b form, for the ray's own (scaled) origin and direction:
 /// `a·τ² − 2b'·τ + k = 0` with `b' = d·L`, `L = c − o`, `k = L·L − r²`.
@@ -83,6 +84,28 @@ impl ExactShape for Sphere {
         }))
     }
 
+    /// With `a = d·d`, `b = d·l`, `k = l·l − r²` and `w = √(b² − ak)` the visible root is `k/(b + w)` from outside, and
+    /// `(b + w)/a` or `−k/(w − b)` from inside, whichever does not cancel.
+    fn surface_in_balls(&self, sight: &Sight) -> Option<(Ball, [f32; 3])> {
+        let (d, l) = (&sight.direction, &sight.to_point(self.center));
+        let r = sight.to_scale(self.radius.abs());
+        let (a, b, k) = (ball_dot(d, d), ball_dot(d, l), ball_dot(l, l) - r * r);
+        let w = (b * b - a * k).sqrt();
+        let is_inside = (-k).is_positive();
+        let root = match is_inside {
+            false if !(k.is_positive() && b.is_positive()) => return None,
+            false => k.over(b + w),
+            true if b.is_positive() => (b + w).over(a),
+            true => (-k).over(w - b),
+        };
+        let mut normal = [0.0; 3];
+        for axis in 0..3 {
+            let outward = (d[axis] * root - l[axis]).over(r);
+            normal[axis] = if is_inside { -outward } else { outward }.nearest_f32()?;
+        }
+        Some((root, normal))
+    }
+
     fn slope<'a>(&self, beam: &ExactBeam<'a>) -> Option<(Surd<'a>, Dyadic)> {
         let r = real(self.radius)? * &beam.point.scale;
         Some((dot(&beam.way, &beam.point.offset_from(&real3(self.center)?)), &r * &r))
@@ -112,6 +135,15 @@ impl ExactShape for Sphere {
                     && (beam.is_endless || (a + &b).signum() > 0 || (&(a + &b2) + &c).signum() < 0)
             }
         })
+    }
+
+    /// It is where the light is outside.
+    fn darkens_its_back(&self, light: Source) -> bool {
+        match light {
+            Source::Eye => false,
+            Source::Point(position) => is_outside(position, self) != Some(false),
+            Source::Sun(_) => true,
+        }
     }
 
     /// Without cancellation where the sign of `B` is known: from outside, the near root `C/(−B + √(B² − AC))`; on the sphere,

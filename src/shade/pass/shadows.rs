@@ -13,7 +13,7 @@ use crate::bvh::{Bvh, Corners, Visitor};
 use crate::certify::{Pack, is_id};
 use crate::guard::length_bound;
 use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3};
-use crate::scene::Linear;
+use crate::scene::{Linear, Object};
 use crate::seen::shadow::Aim;
 use crate::seen::{ShadowRay, SphereMet, Surface, Verdict};
 
@@ -167,7 +167,9 @@ impl<F: Linear> LightPass<'_, F> {
             if !given.iter().any(|given| given.is_lit) {
                 continue;
             }
-            let has_back = *has_back && self.occluders.own_is_in_the_way(lamp, *id);
+            let is_dark_behind = |own: Object| own.darkens_its_back(lamp.origin);
+            let has_back =
+                *has_back && self.occluders.scene.object(*id).is_some_and(is_dark_behind);
             let ball = ShadowRay::new(&of_ball, ball.middle, ball.reach);
             let is_dark = self.occluders.look_around(&ball, *id, places);
             if !is_dark && !has_back && places.is_empty() {
