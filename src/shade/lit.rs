@@ -57,7 +57,7 @@ impl Lit {
     ///
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled; those of [`Tracer::trace`].
-    pub fn shade<C: Written>(
+    pub fn shade<C: LitChannel>(
         &self,
         (pixels, ids): (&Pixels, &[u32]),
         tracer: &mut Tracer,
@@ -74,7 +74,7 @@ impl Lit {
         }
         let rays = Rays::Pixels(*samples);
         let occluders = Occluders::new(prepared, &rays, &self.lighting);
-        let mut certified = Certified::new(job, &occluders, C::IS_BYTE);
+        let mut certified = Certified::new(job, &occluders, C::FIND_IN_F32.is_some());
         certified.require_memory()?;
         certified.propose(tracer, pixels, control)?;
         let counts = certified.run(control, colors)?;
@@ -198,6 +198,25 @@ impl Job<'_> {
 const LANES_F32: usize = 16;
 const LANES_F64: usize = 8;
 
+/// How f32 finds pixels: [`LightPass::find`].
+type FindInF32<C> =
+    fn(&LightPass<f32>, PixelBlock<C>, &Control, &mut Scratch<f32, LANES_F32>) -> Result<u64>;
+
+/// A channel of a lit pixel.
+pub trait LitChannel: Written {
+    /// What finds pixels in f32, where that is good enough for such numbers. It is compiled for bytes alone.
+    const FIND_IN_F32: Option<FindInF32<Self>> = None;
+}
+
+impl LitChannel for u8 {
+    const FIND_IN_F32: Option<FindInF32<u8>> =
+        Some(|pass, part, control, scratch| pass.find(part, control, scratch));
+}
+
+impl LitChannel for u16 {}
+
+impl LitChannel for f32 {}
+
 /// The pixels of the kernel `certified`.
 pub(super) struct Certified<'a> {
     pub job: Job<'a>,
@@ -301,7 +320,7 @@ impl<'a> Certified<'a> {
     ///
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled.
-    pub fn find<C: Written>(
+    pub fn find<C: LitChannel>(
         &self,
         (first, out): (usize, &mut [[C; 3]]),
         control: &Control,
@@ -310,9 +329,9 @@ impl<'a> Certified<'a> {
         let Work { in_f32, in_f64, pixels: some, open: [after_f32, open], colors, counts } = work;
         after_f32.clear();
         open.clear();
-        if let Some(pass) = &self.in_f32 {
+        if let (Some(pass), Some(find)) = (&self.in_f32, C::FIND_IN_F32) {
             let part = PixelBlock { pixels: some, known: &[], first, out, open: after_f32 };
-            counts.f32 += pass.find(part, control, in_f32)?;
+            counts.f32 += find(pass, part, control, in_f32)?;
             some.clear();
             some.extend(after_f32.iter().map(|open| open.pixel));
         }
@@ -326,7 +345,7 @@ impl<'a> Certified<'a> {
     }
 
     /// Fills `out` with the colours of all pixels.
-    fn run<C: Written>(&self, control: &Control, out: &mut [[C; 3]]) -> Result<StageCounts> {
+    fn run<C: LitChannel>(&self, control: &Control, out: &mut [[C; 3]]) -> Result<StageCounts> {
         let job = &self.job;
         let ([cells, rows], width) = (job.block(), job.n_columns().max(1));
         let background = job.color(0).map(C::of);

@@ -10,9 +10,6 @@ use crate::seen::Bounds;
 
 /// A channel of a pixel as a picture has it.
 pub trait Written: Copy + Default + PartialEq + Send + Sync {
-    /// Whether it is a byte, which f32 is good enough for.
-    const IS_BYTE: bool = false;
-
     /// That of a mean.
     fn of(mean: f64) -> Self;
 
@@ -70,8 +67,6 @@ fn exact_code(mean: &ExactMean, channel: usize, guess: f64, edges: &Edges, most:
 }
 
 impl Written for u8 {
-    const IS_BYTE: bool = true;
-
     fn of(mean: f64) -> u8 {
         Edges::srgb8().number(mean) as u8
     }
