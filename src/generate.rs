@@ -61,14 +61,15 @@ pub struct Recipe {
 /// The most spheres that a scene can have.
 pub const MAX_COUNT: u64 = MAX_OBJECTS as u64;
 
-/// Writes the cloud as an `.npy` file: little-endian float64 of shape (N, 7) with x, y, z, radius,
-/// and linear red, green, blue. `control` counts the bytes.
+/// Writes the cloud as an `.npy` file: little-endian float64 of shape (N, 7) with x, y, z, radius, and red, green, blue as bytes
+/// in sRGB, 0 to 255. `control` counts the bytes.
 ///
 /// # Errors
 /// [`Error::Usage`] for a count that can't be; [`Error::Io`] and [`Error::Interrupted`].
 pub fn write_cloud(file: &mut OutputFile, recipe: &Recipe, control: &Control) -> Result<()> {
     recipe.check()?;
-    write_rows(file, recipe.count as usize, recipe.rows(), control)
+    let in_bytes = |(sphere, color): (Sphere, Color)| (sphere, color.to_srgb8().map(f64::from));
+    write_rows(file, recipe.count as usize, recipe.rows().map(in_bytes), control)
 }
 
 /// Writes a scene file with the cloud in the file `cloud` and a camera that sees all of it where

@@ -50,9 +50,9 @@ fn read(path: &Path, most: impl Fn(u64) -> u64, what: &str, advice: &str) -> Res
     let name = path.shown();
     let too_large = |found: String| {
         let most = most >> 20;
-        Error::TooLarge(format!(
-            "{name}: {found}, but at most {most} MiB of {what} are read; {advice}"
-        ))
+        Error::TooLarge(
+            format!("{name}: {found}, but at most {most} MiB of {what} are read; {advice}").into(),
+        )
     };
     if n_told > most {
         return Err(too_large(format!("it has {} MiB", n_told.div_ceil(1 << 20))));
@@ -64,7 +64,7 @@ fn read(path: &Path, most: impl Fn(u64) -> u64, what: &str, advice: &str) -> Res
         Ok(_) if bytes.len() as u64 > most => Err(too_large("it goes on".into())),
         Ok(_) => Ok(bytes),
         Err(error) if error.kind() == io::ErrorKind::OutOfMemory => {
-            Err(Error::TooLarge(format!("{name}: it does not fit the memory; {advice}")))
+            Err(Error::TooLarge(format!("{name}: it does not fit the memory; {advice}").into()))
         }
         Err(error) => Err(Error::io(path)(error)),
     }

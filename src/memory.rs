@@ -5,7 +5,7 @@ use std::fmt;
 
 use sysinfo::{MemoryRefreshKind, ProcessRefreshKind, ProcessesToUpdate, System};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Hint, Message, Result, Setting};
 use crate::system;
 
 /// Left for what is too small to be counted one by one: buffers, what the allocator keeps, and the
@@ -76,14 +76,22 @@ impl Available {
     ///
     /// # Errors
     /// [`Error::TooLarge`]
-    pub fn require(self, what: impl fmt::Display, needed_bytes: u64, advice: &str) -> Result<()> {
+    pub fn require(
+        self,
+        what: impl fmt::Display,
+        needed_bytes: u64,
+        advice: impl Into<Hint>,
+    ) -> Result<()> {
         if needed_bytes <= self.bytes {
             return Ok(());
         }
         let (needed, left) = (needed_bytes.div_ceil(1 << 20), self.bytes >> 20);
-        Err(Error::TooLarge(format!(
-            "{what} needs {needed} MiB of memory, but only {left} MiB are available {}: {advice}",
-            self.limit
+        Err(Error::TooLarge(Message::new(
+            format!(
+                "{what} needs {needed} MiB of memory, but only {left} MiB are available {}",
+                self.limit
+            ),
+            advice,
         )))
     }
 }
@@ -93,7 +101,7 @@ impl Available {
 ///
 /// # Errors
 /// [`Error::TooLarge`]
-pub fn require(what: impl fmt::Display, needed_bytes: u64, advice: &str) -> Result<()> {
+pub fn require(what: impl fmt::Display, needed_bytes: u64, advice: impl Into<Hint>) -> Result<()> {
     if needed_bytes < 16 << 20 {
         return Ok(());
     }
@@ -110,7 +118,7 @@ pub fn require_device() -> Result<()> {
     let of_threads = n_threads.min(MOST_DEVICE_THREADS) * DEVICE_THREAD_ADDRESSES;
     let bytes = left_of(system::address_space_left());
     let available = Available { bytes, limit: Limit::AddressSpace };
-    let advice = "raise the limit, or use `--device cpu`";
+    let advice = Hint::new("raise the limit, or use {}", [Setting::text("device", "cpu")]);
     available.require("a Vulkan driver", DEVICE_ADDRESSES + of_threads, advice)
 }
 
@@ -151,7 +159,7 @@ mod tests {
         assert_eq!(
             error.to_string(),
             "a thing needs 11 MiB of memory, but only 10 MiB are available within the limit of \
-             the address space, `ulimit -v`: use less"
+             the address space, `ulimit -v`"
         );
     }
 

@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::memory;
 use crate::plain::Shown;
 use crate::trace::{Coverage, Hits};
-use crate::words::joined;
+use crate::words::{count, joined};
 
 /// The layout of one record of a structured array of hits: `id` (u4), `t` (f4), `normal` (3f4),
 /// then what is asked for. Fields follow each other without padding, in this machine's byte order,
@@ -164,26 +164,26 @@ impl<R: Read> Array<R> {
         match self.n_data_bytes {
             Some(n_found) if u128::from(n_found) != n_bytes => {
                 let is_less = u128::from(n_found) < n_bytes;
-                let hint = if is_less { "; is the file cut off?" } else { "" };
+                let hint = if is_less { "; the file may be truncated" } else { "" };
+                let rows = count(usize::try_from(n_rows).unwrap_or(usize::MAX), "row");
                 Err(self.wrong(format!(
-                    "its header tells of {n_rows} rows, which are {n_bytes} bytes, but {n_found} \
-                     bytes follow{hint}"
+                    "expected {n_bytes} bytes of data ({rows}, according to the header), found {n_found}{hint}"
                 )))
             }
             _ => Ok(u64::try_from(n_bytes).unwrap_or(u64::MAX)),
         }
     }
 
-    /// The table of floats with an allowed number of columns, C or Fortran order, either byte order.
-    /// `expected` is for messages.
+    /// Returns the table of numbers with an allowed number of columns, C or Fortran order, either byte order. `expected` is for
+    /// messages.
     ///
     /// # Errors
     /// [`Error::Input`] for any other array.
-    pub fn floats(mut self, is_allowed: impl Fn(u64) -> bool, expected: &str) -> Result<Array<R>> {
+    pub fn numbers(mut self, is_allowed: impl Fn(u64) -> bool, expected: &str) -> Result<Array<R>> {
         let wrong = |found: String| self.wrong(format!("{found}; expected {expected}"));
         let Header { cells, shape, is_structured, is_fortran, .. } = &self.header;
         let cell = match &cells[..] {
-            [cell] if cell.kind == Some(Kind::Float) && cell.n_bytes >= 4 && !is_structured => cell,
+            [cell] if cell.kind.is_some() && !is_structured => cell,
             _ => return Err(wrong(format!("its dtype is {}", self.header.dtype()))),
         };
         let &[n_rows, n_columns] = &shape[..] else {
@@ -236,7 +236,9 @@ impl<R: Read> Array<R> {
         memory::require(&what, n_bytes, "give them in parts")?;
         let mut rows = Vec::new();
         rows.try_reserve_exact(n_rows).map_err(|_| {
-            Error::TooLarge(format!("{what} needs more memory than there is; give them in parts"))
+            Error::TooLarge(
+                format!("{what} needs more memory than there is; give them in parts").into(),
+            )
         })?;
         rows.resize(n_rows, zero);
         Ok(rows)

@@ -253,11 +253,14 @@ impl Prepared {
             return Err(Error::Usage(message.into()));
         }
         if u32::try_from(rays.len()).is_err() {
-            return Err(Error::TooLarge(format!(
-                "{} rays at once; at most {} can be counted: trace them in parts",
-                rays.len(),
-                u32::MAX
-            )));
+            return Err(Error::TooLarge(
+                format!(
+                    "{} rays at once; at most {} can be counted: trace them in parts",
+                    rays.len(),
+                    u32::MAX
+                )
+                .into(),
+            ));
         }
         Ok(())
     }
@@ -371,9 +374,10 @@ fn farthest_of(rays: &[WorldRay], reference: DVec3) -> Result<f64> {
     }
     match rays.iter().position(|ray| !is_finite(ray)) {
         None => Ok(farthest),
-        Some(index) => Err(Error::Usage(format!(
-            "ray {index} (counted from 0) has a number that is not finite; leave it out"
-        ))),
+        Some(index) => Err(Error::Usage(
+            format!("ray {index} (counted from 0) has a number that is not finite; leave it out")
+                .into(),
+        )),
     }
 }
 

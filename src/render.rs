@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use crate::control::Control;
-use crate::error::{Error, Result};
+use crate::error::{Error, Hint, Message, Result, Setting};
 use crate::memory::Available;
 use crate::picture::{Format, PictureOptions, Sink, writer_bytes};
 use crate::rays::Pixels;
@@ -109,14 +109,16 @@ pub fn plan(
             return Ok(plan);
         }
         if plan.n_band_rows == 1 {
-            return Err(Error::TooLarge(format!(
-                "writing a {format} picture {} pixels wide needs {} KiB of memory, but only {} \
-                 KiB are available {}; free some, or render narrower parts with --crop",
+            let text = format!(
+                "writing a {format} picture {} pixels wide needs {} KiB of memory, but only {} KiB are available {}",
                 pixels.width,
                 plan.bytes.div_ceil(1 << 10),
                 available.bytes >> 10,
                 available.limit
-            )));
+            );
+            let hint =
+                Hint::new("free some, or render narrower parts with {}", [Setting::named("crop")]);
+            return Err(Error::TooLarge(Message::new(text, hint)));
         }
         plan.n_band_rows /= 2;
     }

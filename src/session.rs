@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use crate::control::Control;
 use crate::device::{Device, Made};
 use crate::digest::{Digest, scene_hash};
-use crate::error::Result;
+use crate::error::{Hint, Result, Setting};
 use crate::memory::{self, Available};
 use crate::output::{self, OutputFile};
 use crate::picture::{Format, Metadata, PictureOptions, PictureWriter, Sink};
@@ -356,7 +356,8 @@ impl Session {
         let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
         let band = pixels.rows(0, n_band_rows);
         let bytes = band_bytes(&band, &style, wants, self.scene.n_objects());
-        memory::require("rows of the picture", bytes, "take a narrower part with --crop")?;
+        let hint = Hint::new("take a narrower part with {}", [Setting::named("crop")]);
+        memory::require("rows of the picture", bytes, hint)?;
         let mut digest = Digest::new(pixels, n_samples);
         self.render_into(pixels, style, wants, n_band_rows, &mut digest, control)?;
         Ok(digest.finish())

@@ -257,13 +257,6 @@ def named(given: Any, n: int) -> list[tuple[int, str]]:
     return list(given.items())
 
 
-def in_arguments(text: str) -> str:
-    """The command line's options in a text as arguments: ``--device cpu`` as ``device="cpu"``, ``--look-at`` as ``look_at``."""
-    text = text.replace("--device cpu", 'device="cpu"')
-    # Not within the names of files.
-    return re.sub(r"(?<![\w/.-])--([a-z][a-z-]*)", lambda option: option[1].replace("-", "_"), text)
-
-
 def arguments(options: str) -> str:
     """The command line's options as arguments: ``--id-offset 1`` as ``id_offset=1``."""
     return ", ".join(_argument(*match) for match in re.findall(r"--([\w-]+)[ =]?((?:(?! *--).)*)", options))

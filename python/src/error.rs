@@ -3,6 +3,8 @@
 use std::ffi::CString;
 
 use kugelblitz::Error;
+use kugelblitz::error::{Setting, SettingValue};
+use kugelblitz::words::joined;
 use pyo3::create_exception;
 use pyo3::exceptions::{
     PyAssertionError, PyKeyboardInterrupt, PyMemoryError, PyOSError, PyRuntimeError, PyTypeError,
@@ -10,8 +12,6 @@ use pyo3::exceptions::{
 };
 use pyo3::prelude::*;
 use pyo3::type_object::PyTypeInfo;
-
-use crate::table::helpers;
 
 create_exception!(
     kugelblitz,
@@ -37,12 +37,11 @@ pub fn exception(error: Error, subject: &str) -> PyErr {
         let reason = said.split(" (os error").next().unwrap_or(&said).to_string();
         return PyOSError::new_err((number, reason, path.display().to_string()));
     }
-    let text = match &error {
-        Error::Scene(fault) => format!("{fault}; {}", fault.help),
-        error => error.to_string(),
+    let hint = match &error {
+        Error::Scene(scene) if !scene.is_about_bare_data() => scene.hint.to_string(),
+        error => error.hint().worded(argument),
     };
-    let text = Python::attach(|py| helpers(py)?.call_method1("in_arguments", (&text,))?.extract())
-        .unwrap_or(text);
+    let text = if hint.is_empty() { error.to_string() } else { format!("{error}; {hint}") };
     let text = if subject.is_empty() { text } else { format!("{subject}: {text}") };
     match error {
         Error::Scene(_) => SceneError::new_err(text),
@@ -54,6 +53,28 @@ pub fn exception(error: Error, subject: &str) -> PyErr {
         Error::TooLarge(_) => PyMemoryError::new_err(text),
         Error::Interrupted => PyKeyboardInterrupt::new_err(text),
         Error::Shader(_) | Error::Host(_) => PyRuntimeError::new_err(text),
+    }
+}
+
+/// Returns a setting as an argument: `columns={"radius": False}`.
+pub fn argument(Setting { key, value }: &Setting) -> String {
+    match value {
+        None => format!("`{key}`"),
+        Some(value) => format!("`{key}={}`", object(value)),
+    }
+}
+
+/// Returns the value of an argument as Python writes it.
+fn object(value: &SettingValue) -> String {
+    match value {
+        SettingValue::Text(text) => format!("{text:?}"),
+        SettingValue::Number(number) => number.clone(),
+        SettingValue::Absent => "False".into(),
+        SettingValue::Table(entries) => {
+            let entries =
+                entries.iter().map(|(name, value)| format!("{name:?}: {}", object(value)));
+            format!("{{{}}}", joined(entries, ", "))
+        }
     }
 }
 

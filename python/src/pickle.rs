@@ -53,7 +53,7 @@ pub fn scene_of_state(py: Python<'_>, state: State<'_>) -> PyResult<Scene> {
     let mut scene = parse_scene(&text, "a pickled scene".as_ref()).map_err(error::of(""))?;
     scene.spheres = colored(py, in_rows(&rows.readonly())?, Some(colors.extract()?))?;
     names.into_iter().for_each(|(index, name)| scene.spheres.set_name(index, name));
-    scene.notes = notes;
+    scene.notes = notes.into_iter().map(Into::into).collect();
     let coloring = coloring.map(|(column, map, range, missing_color, n_missing)| Coloring {
         column,
         map: ColorMap::from_name(&map).unwrap_or_default(),

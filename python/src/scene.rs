@@ -131,8 +131,19 @@ impl Scene {
 }
 
 /// The arguments of [`Scene::open`] beside [`FRAMING`].
-const OF_DATA: [&str; 8] =
-    ["radius", "color", "color_by", "colormap", "range", "columns", "frame", "samples"];
+const OF_DATA: [&str; 11] = [
+    "radius",
+    "color",
+    "color_by",
+    "color_space",
+    "colormap",
+    "range",
+    "columns",
+    "header",
+    "missing",
+    "frame",
+    "samples",
+];
 
 #[pymethods]
 impl Scene {
@@ -263,7 +274,7 @@ impl Scene {
     /// What the reader of its files chose or understood: sentences.
     #[getter]
     pub fn notes(&self) -> Vec<String> {
-        self.of.notes.clone()
+        self.of.notes.iter().map(|note| note.worded(error::argument)).collect()
     }
 
     /// Columns and rows that the scene asks for, if it does.

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use kugelblitz::Error;
+use kugelblitz::error::Message;
 use kugelblitz::scene::schema::{self, Reader, Section, read_value};
 use kugelblitz::scene::{Scene, parse_scene};
 use kugelblitz::words::did_you_mean_at_end;
@@ -12,7 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Serialize;
 
-use crate::error::{SceneError, exception, wrong_type};
+use crate::error::{SceneError, argument, exception, wrong_type};
 
 /// An argument that may be left out.
 pub type Given<'py> = Option<Bound<'py, PyAny>>;
@@ -99,7 +100,7 @@ pub fn section<S: Section>(lines: &[String]) -> PyResult<S> {
         return Ok(S::default());
     }
     read_value(S::INFO.header, &inline(lines), schema::table)
-        .map_err(|[found, help]| SceneError::new_err(format!("{found}; {help}")))
+        .map_err(|fault| wrong_argument(fault.subject.key.unwrap_or_default(), &fault))
 }
 
 /// A scene of lines, before each of which the argument stands that it is of.
@@ -112,10 +113,16 @@ pub fn scene_of(lines: &[(String, String)]) -> PyResult<Scene> {
         Error::Scene(fault) => {
             let line = lines.get(fault.line.wrapping_sub(1));
             let subject = line.map_or("arguments", |(subject, _)| subject);
-            SceneError::new_err(format!("{subject}: {}; {}", fault.message, fault.help))
+            wrong_argument(subject, &fault)
         }
         other => exception(other, ""),
     })
+}
+
+/// The exception for an argument that the scene's reader refuses.
+fn wrong_argument(subject: &str, fault: &kugelblitz::error::SceneError) -> PyErr {
+    let text = Message::new(fault.message.as_str(), fault.hint.clone()).worded(argument);
+    SceneError::new_err(if subject.is_empty() { text } else { format!("{subject}: {text}") })
 }
 
 /// The value of a scene's key, out of the argument `name`.
@@ -123,8 +130,7 @@ pub fn scene_of(lines: &[(String, String)]) -> PyResult<Scene> {
 /// # Errors
 /// As [`scene_of`].
 pub fn value_of<T>(name: &'static str, given: &Bound<'_, PyAny>, read: Reader<T>) -> PyResult<T> {
-    read_value(name, &value(name, given)?, read)
-        .map_err(|[found, help]| SceneError::new_err(format!("{name}: {found}; {help}")))
+    read_value(name, &value(name, given)?, read).map_err(|fault| wrong_argument(name, &fault))
 }
 
 /// The value of a scene file that an object stands for, in TOML.

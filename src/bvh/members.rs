@@ -26,9 +26,12 @@ pub(super) fn check_size(n_spheres: usize) -> Result<()> {
 
 fn check_size_in(n_spheres: usize, available: Available) -> Result<()> {
     if n_spheres > MOST_SPHERES {
-        return Err(Error::TooLarge(format!(
-            "{n_spheres} spheres; a hierarchy holds at most {MOST_SPHERES}: split the scene"
-        )));
+        return Err(Error::TooLarge(
+            format!(
+                "{n_spheres} spheres; a hierarchy holds at most {MOST_SPHERES}: split the scene"
+            )
+            .into(),
+        ));
     }
     let needed = n_spheres as u64 * BUILD_BYTES;
     let most = available.bytes / BUILD_BYTES;
@@ -141,7 +144,8 @@ mod tests {
         assert!(check_size(1_000_000, BUILD_BYTES * 1_000_000).is_ok());
         let too_little = check_size(1_000_000, BUILD_BYTES * 1_000_000 - 1).unwrap_err();
         assert_eq!(too_little.exit_code(), 7);
-        assert!(too_little.to_string().contains("enough for 999999 spheres"), "{too_little}");
+        let hint = too_little.hint().to_string();
+        assert!(hint.contains("999999 spheres"), "{hint}");
         let too_many = check_size(MOST_SPHERES + 1, u64::MAX).unwrap_err();
         assert_eq!(too_many.exit_code(), 7);
         assert!(too_many.to_string().contains("at most 536870912"), "{too_many}");

@@ -3,7 +3,7 @@
 use std::env;
 
 use super::Device;
-use crate::error::{Error, Result};
+use crate::error::{Error, Message, Result};
 use crate::gpu::{Gpu, are_at_hand, has_software_alone};
 use crate::prepare::FEW_SPHERES;
 use crate::scene::{Samples, Scene};
@@ -71,7 +71,7 @@ impl DeviceChoice {
     ///
     /// # Errors
     /// Those of [`Gpu::open`] and [`Gpu::arithmetic`]; [`Error::NoAdapter`] for a kernel that the device can't run.
-    pub fn open(&self, kernel: Option<Kernel>) -> Result<(Device, Option<String>)> {
+    pub fn open(&self, kernel: Option<Kernel>) -> Result<(Device, Option<Message>)> {
         let Some(name) = self.adapter() else { return Ok((Device::Cpu, None)) };
         let open = || {
             let gpu = Gpu::open(&name)?;

@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Hint, Message, Result, Setting};
 use crate::kernel::{FloatType, Kernel};
 use crate::plain::Shown;
 
@@ -72,12 +72,13 @@ impl AdapterFacts {
     /// [`Error::NoAdapter`] when they need what it lacks.
     pub fn check_kernel(&self, kernel: Kernel) -> Result<()> {
         if kernel.about().float == FloatType::F64 && !self.f64 {
-            return Err(Error::NoAdapter(format!(
-                "`{}` has no f64 in its shaders, which the kernel `{}` needs: use `--device cpu`, \
-                 or another kernel",
-                self.name,
-                kernel.name()
-            )));
+            let text = format!(
+                "the kernel `{}` needs f64 in shaders, which `{}` does not support",
+                kernel.name(),
+                self.name
+            );
+            let hint = Hint::new("use {} or another kernel", [Setting::text("device", "cpu")]);
+            return Err(Error::NoAdapter(Message::new(text, hint)));
         }
         Ok(())
     }
@@ -151,16 +152,19 @@ pub(super) fn choose(
 ) -> Result<(wgpu::Adapter, AdapterFacts)> {
     let names: Vec<String> = adapters.iter().map(|(_, f)| format!("`{}`", f.name)).collect();
     if adapters.is_empty() {
-        return Err(Error::NoAdapter(format!("no Vulkan device found: {INSTALL_HINT}")));
+        return Err(Error::NoAdapter(format!("no Vulkan device found: {INSTALL_HINT}").into()));
     }
     let wanted = name.to_lowercase();
     let fits = |facts: &AdapterFacts| facts.name.to_lowercase().contains(&wanted);
     let position = adapters.iter().position(|(_, facts)| fits(facts)).ok_or_else(|| {
-        Error::NoAdapter(format!(
-            "no Vulkan device has `{}` in its name; there is {}",
-            name.shown(),
-            names.join(", ")
-        ))
+        Error::NoAdapter(
+            format!(
+                "no Vulkan device has `{}` in its name; there is {}",
+                name.shown(),
+                names.join(", ")
+            )
+            .into(),
+        )
     })?;
     Ok(adapters.swap_remove(position))
 }

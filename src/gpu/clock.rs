@@ -59,7 +59,7 @@ impl Clock {
         let mapped = gpu.map(&self.staging, BYTES);
         gpu.check()?;
         let view = mapped.map_err(|reason| {
-            Error::Device(format!("`{}` did not give its time: {reason}", gpu.facts.name))
+            Error::Device(format!("`{}` did not give its time: {reason}", gpu.facts.name).into())
         })?;
         let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&view[..]);
         drop(view);

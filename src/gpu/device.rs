@@ -4,7 +4,7 @@ use std::sync::PoisonError;
 use std::time::Duration;
 
 use super::open::Gpu;
-use crate::error::{Error, Result};
+use crate::error::{Error, Hint, Message, Result, Setting};
 
 /// What takes a device longer than this is given up.
 pub(crate) const TIMEOUT: Duration = Duration::from_secs(60);
@@ -31,13 +31,12 @@ impl Gpu {
         match errors.first() {
             Some(Failure::OutOfMemory) => {
                 errors.clear();
-                Err(Error::TooLarge(format!(
-                    "`{}` has too little memory for this; use fewer objects or `--device cpu`",
-                    self.facts.name
-                )))
+                let text = format!("`{}` has too little memory for this", self.facts.name);
+                let hint = Hint::new("use fewer objects, or {}", [Setting::text("device", "cpu")]);
+                Err(Error::TooLarge(Message::new(text, hint)))
             }
             Some(Failure::Other(error)) => {
-                Err(Error::Device(format!("`{}`: {error}", self.facts.name)))
+                Err(Error::Device(format!("`{}`: {error}", self.facts.name).into()))
             }
             None => Ok(()),
         }

@@ -6,7 +6,7 @@ use super::pipeline::{Named, Resource};
 use super::slabs::LEAST_SLACK;
 use super::texture::{TEXEL_BYTES, TEXELS_PER_ROW, texture};
 use crate::bvh::FlatBox;
-use crate::error::{Error, Result};
+use crate::error::{Error, Hint, Message, Result, Setting};
 use crate::kernel::FloatType;
 use crate::prepare::{InSpace, Prepared};
 
@@ -51,12 +51,13 @@ fn check_limits(gpu: &Gpu, n_spheres: usize, n_more: usize) -> Result<()> {
     let texels = TEXELS_PER_ROW as usize * gpu.facts.max_texture_side as usize;
     let most = texels.saturating_sub(n_more) / TEXELS_PER_SPHERE;
     if n_spheres > most {
-        return Err(Error::TooLarge(format!(
-            "the hierarchy has {n_spheres} spheres; `{}` takes at most {most}, in a texture of \
-             {} MiB: use fewer spheres, or `--device cpu`",
+        let text = format!(
+            "the hierarchy has {n_spheres} spheres; `{}` takes at most {most}, in a texture of {} MiB",
             gpu.facts.name,
             (texels * TEXEL_BYTES) >> 20
-        )));
+        );
+        let hint = Hint::new("use fewer spheres, or {}", [Setting::text("device", "cpu")]);
+        return Err(Error::TooLarge(Message::new(text, hint)));
     }
     Ok(())
 }

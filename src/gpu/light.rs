@@ -10,7 +10,7 @@ use super::pipeline::Named;
 use super::tiles::DeviceTile;
 use crate::bvh::MOST_BOXES_TO_LIGHT;
 use crate::control::Control;
-use crate::error::Result;
+use crate::error::{Hint, Result, Setting};
 use crate::kernel::certified::SphereWords;
 use crate::memory;
 use crate::num::Float as _;
@@ -169,7 +169,7 @@ fn lists_of_tree(
     memory::require(
         format!("{} spheres in the light of a device", spheres.len()),
         3 * (bytes * spheres.len()) as u64,
-        "use fewer spheres, or `--device cpu`",
+        Hint::new("use fewer spheres, or {}", [Setting::text("device", "cpu")]),
     )?;
     let anchors = Anchors::new(picture);
     let seen = |index: usize| -> AnchoredWords {

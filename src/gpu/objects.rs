@@ -3,7 +3,7 @@
 use super::open::Gpu;
 use super::pipeline::Named;
 use super::texture::UPLOAD_BYTES;
-use crate::error::{Error, Result};
+use crate::error::{Error, Hint, Message, Result, Setting};
 use crate::memory;
 use crate::prepare::{Hierarchy, Prepared};
 
@@ -35,13 +35,14 @@ pub fn check_limits(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
     for (what, bytes, count) in parts {
         if bytes > limit {
             let most = limit / (bytes / count as u64);
-            return Err(Error::TooLarge(format!(
-                "the scene needs {} MiB for {count} {what}; `{}` binds at most {} MiB at once: \
-                 use at most {most} {what}, or `--device cpu`",
+            let text = format!(
+                "the scene needs {} MiB for {count} {what}; `{}` binds at most {} MiB at once",
                 bytes >> 20,
                 facts.name,
                 limit >> 20
-            )));
+            );
+            let hint = Hint::new("use {}, or at most ", [Setting::text("device", "cpu")]);
+            return Err(Error::TooLarge(Message::new(text, hint.then(format!("{most} {what}")))));
         }
     }
     let objects = (spheres.len() + planes.len()) as u64;
@@ -49,5 +50,6 @@ pub fn check_limits(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
     let on_their_way = objects + hierarchy.min(UPLOAD_BYTES as u64);
     let kept = if facts.is_software() { objects + hierarchy } else { 0 };
     let what = format!("handing the scene to `{}`", facts.name);
-    memory::require(what, on_their_way + kept, "use fewer objects, or `--device cpu`")
+    let hint = Hint::new("use fewer objects, or {}", [Setting::text("device", "cpu")]);
+    memory::require(what, on_their_way + kept, hint)
 }

@@ -82,7 +82,9 @@ impl Gpu {
             ..wgpu::DeviceDescriptor::default()
         }))
         .map_err(|error| {
-            Error::NoAdapter(format!("`{}` can't be opened: {error}; {INSTALL_HINT}", facts.name))
+            Error::NoAdapter(
+                format!("`{}` can't be opened: {error}; {INSTALL_HINT}", facts.name).into(),
+            )
         })?;
         let errors = Arc::new(Mutex::new(Vec::new()));
         let sink = Arc::clone(&errors);

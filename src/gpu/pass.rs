@@ -10,7 +10,7 @@ use super::pipeline::{Named, Program};
 use super::room::{PerRay, Room};
 use super::tiles::{DeviceTile, TileSize};
 use crate::control::Control;
-use crate::error::{Error, Result};
+use crate::error::{Error, Hint, Message, Result, Setting};
 use crate::kernel::FloatType;
 use crate::prepare::{LightKey, Prepared, ShaderKey};
 use crate::trace::{Rays, Timing};
@@ -166,10 +166,13 @@ impl Pass {
     }
 
     fn lost(&self, n_rays: usize, reason: &str) -> Error {
-        Error::Device(format!(
-            "`{}` did not finish {n_rays} rays: {reason}; try `--device cpu`, or fewer objects and lights",
-            self.gpu.facts.name
-        ))
+        let text =
+            format!("`{}` did not finish tracing {n_rays} rays: {reason}", self.gpu.facts.name);
+        let hint = Hint::new(
+            "try {}, or a scene with fewer objects and lights",
+            [Setting::text("device", "cpu")],
+        );
+        Error::Device(Message::new(text, hint))
     }
 
     /// Room for a tile of so many rays.

@@ -4,7 +4,7 @@
 use super::compile::{Shader, WORKGROUP};
 use super::open::Gpu;
 use super::texture::{FORMAT, TEXEL_BYTES};
-use crate::error::{Error, Result};
+use crate::error::{Error, Hint, Message, Result, Setting};
 
 /// A buffer or a texture, with the name that shaders have for it.
 pub type Named = (&'static str, Resource);
@@ -174,10 +174,14 @@ fn check_limits(gpu: &Gpu, shader: &Shader, entries: &[wgpu::BindGroupLayoutEntr
         ("rows of a workgroup", most(|[_, y, _]| y), limits.max_compute_workgroup_size_y),
     ];
     match needs.into_iter().find(|(_, needed, limit)| needed > limit) {
-        Some((what, needed, limit)) => Err(Error::TooLarge(format!(
-            "a shader for this needs {needed} {what}, and `{}` has at most {limit}: use `--device cpu`",
-            gpu.facts.name
-        ))),
+        Some((what, needed, limit)) => {
+            let text = format!(
+                "a shader for this needs {needed} {what}, and `{}` has at most {limit}",
+                gpu.facts.name
+            );
+            let hint = Hint::new("use {}", [Setting::text("device", "cpu")]);
+            Err(Error::TooLarge(Message::new(text, hint)))
+        }
         None => Ok(()),
     }
 }

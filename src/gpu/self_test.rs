@@ -292,7 +292,7 @@ fn on_device<F: SampledFloat>(gpu: &Gpu, samples: &[Sample<F>]) -> Result<Vec<Ou
     let room = Room::new(gpu, &program, samples.len(), &results, bound)?;
     let groups = [(samples.len() as u32).div_ceil(64), 1];
     let unfinished = |reason: &str| {
-        Error::Device(format!("`{}` did not finish its self-test: {reason}", gpu.facts.name))
+        Error::Device(format!("`{}` did not finish its self-test: {reason}", gpu.facts.name).into())
     };
     let mut outcomes = Vec::new();
     let encoder = room.dispatch(gpu, &program, groups, None);

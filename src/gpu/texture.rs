@@ -51,7 +51,7 @@ pub fn texture(gpu: &Gpu, label: &str, bytes: &[u8]) -> Result<wgpu::TextureView
         );
         let done = gpu.submit(gpu.encoder().finish());
         gpu.wait(Some(done)).map_err(|reason| {
-            Error::Device(format!("`{}` did not take the spheres: {reason}", gpu.facts.name))
+            Error::Device(format!("`{}` did not take the spheres: {reason}", gpu.facts.name).into())
         })
     };
     let (whole, last) = bytes.split_at(bytes.len() / row_bytes * row_bytes);

@@ -15,7 +15,7 @@ use exr::meta::attribute::{ChannelDescription, IntegerBounds, LineOrder, SampleT
 use exr::meta::header::{Header, LayerAttributes};
 
 use super::{Encoder, Metadata, NBytes, PictureOptions, SOFTWARE, linear};
-use crate::error::{Error, Result};
+use crate::error::{Error, Hint, Message, Result, Setting};
 use crate::parallel;
 use crate::rays::Pixels;
 use crate::shade::Framebuffer;
@@ -64,19 +64,23 @@ pub(super) fn n_bytes(
     n_band_rows: u32,
 ) -> Result<NBytes> {
     if pixels.image_width > MAX_EDGE_PX || pixels.image_height > MAX_EDGE_PX {
-        return Err(Error::TooLarge(format!(
-            "OpenEXR holds at most {MAX_EDGE_PX} pixels a side, not {}x{}; write .npy",
-            pixels.image_width, pixels.image_height
-        )));
+        return Err(Error::TooLarge(
+            format!(
+                "OpenEXR holds at most {MAX_EDGE_PX} pixels a side, not {}x{}; write .npy",
+                pixels.image_width, pixels.image_height
+            )
+            .into(),
+        ));
     }
     let pixel = (channels(options).len() * SAMPLE_BYTES) as u128;
     let max_width = MAX_BLOCK_BYTES / (pixel * BLOCK_LINES as u128);
     if u128::from(pixels.width) > max_width {
-        return Err(Error::TooLarge(format!(
-            "OpenEXR holds at most {max_width} columns of these channels, not {}; write .npy, or \
-             parts with --crop",
+        let text = format!(
+            "OpenEXR holds at most {max_width} columns of these channels, not {}",
             pixels.width
-        )));
+        );
+        let hint = Hint::new("write .npy, or parts with {}", [Setting::named("crop")]);
+        return Err(Error::TooLarge(Message::new(text, hint)));
     }
     let line_bytes = u128::from(pixels.width) * pixel;
     let n_lines = u128::from(n_band_rows) + BLOCK_LINES as u128;

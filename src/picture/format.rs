@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-use crate::error::{Error, Result, wrong_usage};
+use crate::error::{Error, Hint, Message, Result, Setting, wrong_usage};
 use crate::output::OutputFile;
 use crate::plain::Shown;
 use crate::shade::Encoding;
@@ -44,10 +44,10 @@ impl Format {
     /// [`Error::Usage`] for another ending, for none, and for `-` (standard output).
     pub fn from_path(path: &Path) -> Result<Format> {
         if path == Path::new(OutputFile::STDOUT) {
-            return wrong_usage(format!(
-                "standard output has no ending that tells the format; add --format {}",
-                Format::ALL.map(Format::name).join("|")
-            ));
+            let formats = Format::ALL.map(Format::name).join("|");
+            let hint = Hint::new("give it with {}: ", [Setting::named("format")]).then(formats);
+            let text = "standard output has no ending that gives the format";
+            return wrong_usage(Message::new(text, hint));
         }
         let Some(ending) = path.extension() else {
             return wrong_usage(format!(
@@ -114,7 +114,7 @@ fn find(name: &str, prefix: &str, wrong: impl FnOnce() -> String) -> Result<Form
     found.ok_or_else(|| {
         let near = did_you_mean(Format::ALL.map(Format::name), name);
         let hint = near.map_or(String::new(), |format| format!("; did you mean {prefix}{format}?"));
-        Error::Usage(format!("{}; use {}{hint}", wrong(), names(prefix)))
+        Error::Usage(format!("{}; use {}{hint}", wrong(), names(prefix)).into())
     })
 }
 
@@ -140,7 +140,7 @@ mod tests {
 
     fn usage(result: Result<impl fmt::Debug>) -> String {
         match result {
-            Err(Error::Usage(message)) => message,
+            Err(Error::Usage(message)) => message.text,
             other => panic!("expected wrong usage, got {other:?}"),
         }
     }

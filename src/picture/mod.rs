@@ -20,7 +20,7 @@ use std::fmt::Display;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
-use crate::error::{Error, Result, wrong_usage};
+use crate::error::{Error, Hint, Message, Result, Setting, wrong_usage};
 use crate::plain::Shown;
 use crate::rays::Pixels;
 use crate::shade::{Colors, Encoding, Framebuffer};
@@ -56,7 +56,10 @@ impl PictureOptions {
     /// [`Error::Usage`] for a transparent PPM.
     pub fn check(self, format: Format) -> Result<()> {
         if self.transparent && format == Format::Ppm {
-            return wrong_usage("ppm has no alpha for --transparent; write .png, .exr or .npy");
+            return wrong_usage(Message::new(
+                "PPM has no alpha for a transparent background",
+                "write .png, .exr or .npy",
+            ));
         }
         Ok(())
     }
@@ -98,10 +101,11 @@ pub fn writer_bytes(
         n_bytes(options, pixels, n_band_rows.min(height))?;
     let file_bytes = u128::from(width) * u128::from(height) * pixel_bytes;
     if file_bytes > u128::from(MAX_FILE_BYTES) {
-        return Err(Error::TooLarge(format!(
-            "a picture of {width}x{height} pixels has {file_bytes} bytes, more than a file can \
-             have ({MAX_FILE_BYTES}); render parts of it with --crop"
-        )));
+        let text = format!(
+            "a picture of {width}x{height} pixels has {file_bytes} bytes, more than a file can have ({MAX_FILE_BYTES})"
+        );
+        let hint = Hint::new("render parts of it with {}", [Setting::named("crop")]);
+        return Err(Error::TooLarge(Message::new(text, hint)));
     }
     // What doesn't fit u64 doesn't fit any memory either, and the caller compares with that.
     Ok(u64::try_from(band_bytes).unwrap_or(u64::MAX))
@@ -380,7 +384,7 @@ mod tests {
     fn a_rectangle_outside_its_picture_is_refused() {
         for pixels in [Pixels { x: 5, ..whole(8, 8) }, Pixels { y: u32::MAX, ..whole(8, 8) }] {
             let refused = writer_bytes(Format::Png, PictureOptions::default(), &pixels, 1);
-            assert!(matches!(&refused, Err(Error::Usage(why)) if why.contains("not inside")));
+            assert!(matches!(&refused, Err(Error::Usage(why)) if why.text.contains("not inside")));
         }
     }
 }

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use png::{BitDepth, ColorType, Compression, Filter, SrgbRenderingIntent, StreamWriter};
 
 use super::{ChannelBits, Encoder, Metadata, NBytes, PictureOptions, SOFTWARE, be_bytes};
-use crate::error::{Error, Result};
+use crate::error::{Error, Hint, Message, Result, Setting};
 use crate::rays::Pixels;
 use crate::shade::Framebuffer;
 
@@ -33,11 +33,12 @@ pub(super) fn n_bytes(
     n_band_rows: u32,
 ) -> Result<NBytes> {
     if pixels.width.max(pixels.height) > MAX_SIDE_PX {
-        return Err(Error::TooLarge(format!(
-            "PNG holds at most {MAX_SIDE_PX} pixels a side, not {}x{}; write .npy, or parts with \
-             --crop",
+        let text = format!(
+            "PNG holds at most {MAX_SIDE_PX} pixels a side, not {}x{}",
             pixels.width, pixels.height
-        )));
+        );
+        let hint = Hint::new("write .npy, or parts with {}", [Setting::named("crop")]);
+        return Err(Error::TooLarge(Message::new(text, hint)));
     }
     let pixel = pixel_bytes(options);
     let row_bytes = u128::from(pixels.width) * pixel + 1;

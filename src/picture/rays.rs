@@ -1,6 +1,5 @@
 //! Lists of rays from a file, and what they hit into one.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -11,12 +10,11 @@ use crate::npy::{Array, Record};
 use crate::output::OutputFile;
 use crate::plain::Shown;
 use crate::rays::WorldRay;
-use crate::scene::Watched;
-use crate::system;
+use crate::scene::open_input;
 use crate::trace::Hits;
 
 /// Origin x, y, z, then direction x, y, z.
-const EXPECTED: &str = "a NumPy array of float64 or float32 with shape (N, 6)";
+const EXPECTED: &str = "a NumPy array of numbers with shape (N, 6)";
 
 /// The path that means standard input.
 pub const STDIN: &str = "-";
@@ -24,7 +22,7 @@ pub const STDIN: &str = "-";
 /// The name of standard input in messages.
 const STDIN_IN_WORDS: &str = "standard input";
 
-/// Reads the rays of an `.npy` file: shape (N, 6), float64 or float32, C or Fortran order, either
+/// Reads the rays of an `.npy` file: shape (N, 6), floats of up to 64 bits or integers, C or Fortran order, either
 /// byte order; [`STDIN`] is standard input. A row is an origin in world units and a direction of any
 /// length but zero. `control` counts the bytes and can stop the reading.
 ///
@@ -39,17 +37,11 @@ pub fn read_rays(path: &Path, control: &Control) -> Result<Vec<WorldRay>> {
 
 fn read(path: &Path, control: &Control) -> Result<Vec<WorldRay>> {
     let is_stdin = path == Path::new(STDIN);
-    let open = || {
-        let file = if is_stdin { system::stdin()? } else { File::open(path)? };
-        let file = Watched { file, control };
-        // What is read of standard input may begin behind the beginning of a file.
-        let n_bytes = if is_stdin { None } else { file.n_bytes()? };
-        Ok((file, n_bytes))
-    };
-    let (file, n_bytes) = open().map_err(Error::io(path))?;
+    let input = open_input(path, control).map_err(Error::io(path))?;
+    let n_bytes = input.n_bytes();
     let path = if is_stdin { PathBuf::from(STDIN_IN_WORDS) } else { path.to_owned() };
     control.expect_bytes(n_bytes.unwrap_or(0));
-    let table = Array::new(file, n_bytes, &path, EXPECTED)?.floats(|n| n == 6, EXPECTED)?;
+    let table = Array::new(input, n_bytes, &path, EXPECTED)?.numbers(|n| n == 6, EXPECTED)?;
     let mut rays = table.rows_of(WorldRay { origin: DVec3::ZERO, direction: DVec3::ZERO })?;
     table.read(&[0, 1, 2, 3, 4, 5].map(|column| (column, column)), |row, column, value| {
         let ray = &mut rays[row];

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::Prepared;
 use crate::bvh::{FlatBox, REACH};
-use crate::error::Result;
+use crate::error::{Hint, Result, Setting};
 use crate::guard;
 use crate::memory;
 use crate::num::{Float, round_up};
@@ -34,7 +34,7 @@ impl Prepared {
         memory::require(
             format!("{n_spheres} spheres on a device"),
             n_spheres as u64 * BYTES,
-            "use fewer spheres, or `--device cpu`",
+            Hint::new("use fewer spheres, or {}", [Setting::text("device", "cpu")]),
         )?;
         let spread = self.eye.spread;
         if spread > REACH {

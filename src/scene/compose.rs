@@ -4,20 +4,22 @@
 //! shows is what the text says. Two things are found by looking at the spheres, and then written into
 //! it: a camera that frames them, and the radius of spheres that have none.
 
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::clouds::is_cloud_file;
 use super::document::{OF_DATA, SIZE, SceneDocument, file_of, folder_of, lay, seen_from, usual};
 use super::framing::bounds;
 use super::neighbours::usual_radius;
 use super::open::Reader;
 use super::overrides::usual_up;
 use super::schema::{CameraKeys, CloudKeys, ImageKeys};
-use super::{Camera, Framing, MAX_SIDE, Scene, SceneOverrides, Viewpoint};
+use super::sniff::{Content, recognize};
+use super::{Camera, Framing, InputFormat, MAX_SIDE, Scene, SceneOverrides, Viewpoint};
 use crate::control::Control;
-use crate::error::{Error, Result, SceneError};
+use crate::error::{Error, Hint, Message, Result, SceneError, Setting, wrong_usage};
+use crate::output::OutputFile;
 use crate::plain::Shown;
 
 /// A scene as it was put together.
@@ -25,8 +27,8 @@ use crate::plain::Shown;
 pub struct Composed {
     /// The scene.
     pub scene: Scene,
-    /// What was chosen because nobody said it, a sentence each.
-    pub notes: Vec<String>,
+    /// Notes of what was chosen by default.
+    pub notes: Vec<Message>,
     /// The file that it came from.
     path: PathBuf,
     text: String,
@@ -60,14 +62,28 @@ pub fn recompose_scene(
 }
 
 fn compose(reader: Reader, path: &Path, overrides: &SceneOverrides) -> Result<Composed> {
-    let of_data = is_cloud_file(path);
-    let mut text = if of_data { OF_DATA.to_owned() } else { reader.text(path)? };
+    let input = reader.open_scene(path)?;
+    let content = match overrides.input_format {
+        None => recognize(input.head(), path),
+        Some(InputFormat::Scene) => Content::Scene,
+        Some(InputFormat::Data(format)) => Content::Data(format),
+    };
+    let (mut text, opened, of_data) = match content {
+        Content::Scene => (reader.text_of(input, path)?, None, false),
+        Content::Data(_) => (OF_DATA.to_owned(), Some(input), true),
+        Content::Foreign(foreign) => {
+            let message = format!("expected a scene or data, found {}", foreign.what);
+            return Err(SceneError::whole_file(path, message, foreign.hint(path)).into());
+        }
+    };
+    let opened = RefCell::new(opened);
+    let reader = Reader { opened: of_data.then_some((path, &opened)), ..reader };
     let mut notes = Vec::new();
     let is_as_written = !of_data && overrides.leave_the_text();
     let mut scene = if is_as_written {
         reader.parse(&text, path)?.0
     } else {
-        // What is wrong in the text itself, the reader tells.
+        // What is wrong in the text itself, the reader reports.
         let mut document = SceneDocument::new(&text, path)
             .or_else(|odd| reader.parse(&text, path).and(Err(odd)))?;
         document.apply(overrides, path, of_data)?;
@@ -81,7 +97,7 @@ fn compose(reader: Reader, path: &Path, overrides: &SceneOverrides) -> Result<Co
     };
     if of_data && scene.spheres.is_empty() {
         let help = "give a row or a line for each sphere";
-        return Err(SceneError::whole_file(path, "there is no sphere in it", help).into());
+        return Err(SceneError::whole_file(path, "the data have no sphere", help).into());
     }
     let lacks_camera = scene.camera.is_none() && (overrides.needs_camera || !is_as_written);
     if lacks_camera || overrides.frame() {
@@ -90,10 +106,10 @@ fn compose(reader: Reader, path: &Path, overrides: &SceneOverrides) -> Result<Co
         document.set("camera", &CameraKeys::from(&camera));
         text = document.text();
         if !of_data && scene.camera.is_none() {
-            notes.push(format!(
-                "{}: the scene has no [camera]; this one frames all spheres",
-                path.shown()
-            ));
+            let name = path.shown();
+            notes.push(
+                format!("{name}: the scene has no [camera]; this one frames all spheres").into(),
+            );
         }
         scene.camera = Some(camera);
     }
@@ -114,6 +130,13 @@ impl Composed {
     /// [`Error::Io`] for a folder that is not there; [`Error::Usage`] for a path that has no place in a
     /// text.
     pub fn text(&self, place: Option<&Path>) -> Result<String> {
+        if self.path.as_os_str() == OutputFile::STDOUT {
+            let hint = "save them as a file, and give its path";
+            return wrong_usage(Message::new(
+                "a scene cannot name data that come from standard input",
+                hint,
+            ));
+        }
         let mut document = SceneDocument::new(&self.text, &self.path)?;
         if self.image != ImageKeys::default() {
             document.set("image", &self.image);
@@ -150,9 +173,9 @@ pub fn place_camera(
     if scene.spheres.is_empty() && of_scene.is_none() {
         return scene.require_camera(path).cloned();
     }
-    let up = overrides.camera.up;
-    let above = up.or(of_scene.map(|camera| camera.up)).unwrap_or(DVec3::Y);
-    let up = |from| up.unwrap_or_else(|| usual_up(from, above));
+    let above = overrides.camera.up.or(of_scene.map(|camera| camera.up)).unwrap_or(DVec3::Y);
+    // Seen along `up` itself, another direction is up in the picture.
+    let up = |from| usual_up(from, above);
     let projection = overrides.projection(of_scene.map(|camera| camera.projection));
     if let Some(position) = overrides.camera.position {
         // With a `look_at` as well, the text has all of it.
@@ -182,30 +205,35 @@ fn choose(
     scene: &mut Scene,
     mut chosen: CloudKeys,
     document: &mut SceneDocument,
-) -> Option<String> {
+) -> Option<Message> {
     if let Some(radius) = &mut chosen.radius {
         *radius = with_three_digits(usual_radius(&scene.spheres));
         scene.spheres.iter_mut().for_each(|sphere| sphere.radius = *radius);
     }
     document.clouds().into_iter().for_each(|cloud| lay(cloud, &chosen));
     let radius = chosen.radius?;
-    Some(format!(
-        "the data have no radius: each sphere gets {radius:?}, half the median distance between \
-         neighbours; --radius says another"
-    ))
+    let text = format!(
+        "the data have no radius: each sphere gets {radius:?}, half the median distance between neighbours"
+    );
+    Some(Message::new(text, Hint::new("{} gives another one", [Setting::named("radius")])))
 }
 
-/// An error in a text that the user never saw.
+/// Returns the error of a text that the user has not seen.
 fn of_document(error: Error, path: &Path, of_data: bool) -> Error {
     let Error::Scene(error) = error else { return error };
-    let name = path.shown();
-    if !of_data {
-        let path = format!("{name}, with the options").into();
-        return Box::new(SceneError { path, ..*error }).into();
-    }
-    // Of data, places in the text say nothing: the message names the file and the line.
-    let message = error.message.strip_prefix(&format!("{name}: ")).unwrap_or(&error.message);
-    SceneError::whole_file(path, message, error.help.as_str()).into()
+    let (text, span, line, column) = (String::new(), 0..0, 0, 0);
+    let path = match of_data {
+        // The subject has the place in the data; places in the text are of no use.
+        true => path.to_owned(),
+        false => {
+            return Box::new(SceneError {
+                path: format!("{}, with the options", path.shown()).into(),
+                ..*error
+            })
+            .into();
+        }
+    };
+    Box::new(SceneError { path, text, span, line, column, ..*error }).into()
 }
 
 /// The nearest number with three digits, which a scene can name shortly.

@@ -7,8 +7,8 @@ use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
 use super::overrides::usual_up;
 use super::schema::{CameraKeys, CloudKeys, ImageKeys, SceneKeys, Section};
-use super::{Camera, Color, Samples, SceneOverrides};
-use crate::error::{Error, Result, wrong_usage};
+use super::{Camera, Color, InputFormat, Samples, SceneOverrides};
+use crate::error::{Error, Hint, Message, Result, Setting, wrong_usage};
 use crate::output;
 use crate::plain::Shown;
 
@@ -57,7 +57,7 @@ impl SceneDocument {
         let odd = |_| {
             let path = path.shown();
             let help = "options can't be written into this scene; change it by hand";
-            Error::Usage(format!("{path}: {help}"))
+            Error::Usage(format!("{path}: {help}").into())
         };
         Ok(SceneDocument { document: text.parse().map_err(odd)? })
     }
@@ -87,14 +87,21 @@ impl SceneDocument {
         of_data: bool,
     ) -> Result<()> {
         if options.frame() && options.camera.position.is_some() {
-            return wrong_usage(
-                "a position says where the camera is, but a view, a margin or an automatic height \
-                 choose it so that everything is in the picture; leave one of them out",
-            );
+            let placed =
+                [Setting::named("view"), Setting::named("margin"), Setting::text("height", "auto")];
+            let hint = Hint::new("remove {}, {} and {}, which place the camera", placed);
+            return wrong_usage(Message::new(
+                "a position cannot be combined with an automatic camera",
+                hint,
+            ));
         }
         if of_data {
             let name = path.file_name().map(PathBuf::from).unwrap_or_default();
-            let keys = CloudKeys::of_file(&name)?;
+            let format = match options.input_format {
+                Some(InputFormat::Data(format)) => Some(format),
+                _ => None,
+            };
+            let keys = CloudKeys { format, ..CloudKeys::of_file(&name)? };
             self.clouds().into_iter().for_each(|cloud| lay(cloud, &keys));
             let (size, samples) =
                 (options.size.unwrap_or(SIZE), options.samples.unwrap_or(SAMPLES));
@@ -129,7 +136,7 @@ impl SceneDocument {
         if !of_data && self.document.contains_key("camera") {
             self.set("camera", &options.camera);
         } else if let (Some(position), Some(look_at)) = (position, look_at) {
-            let up = up.unwrap_or_else(|| usual_up(position - look_at, DVec3::Y));
+            let up = usual_up(position - look_at, up.unwrap_or(DVec3::Y));
             let projection = options.projection(None);
             let camera = Camera { position, look_at, up, projection }.check()?;
             self.set("camera", &CameraKeys::from(&camera));
@@ -144,12 +151,11 @@ impl SceneDocument {
         let mut clouds = self.clouds();
         let n_clouds = clouds.len();
         let [cloud] = &mut clouds[..] else {
-            return wrong_usage(format!(
-                "{}: --radius, --color, --color-by, --colormap, --range, --columns and --frame are for \
-                 data, or for a scene with one [[spheres]], but this one has {n_clouds}; change the \
-                 scene itself",
+            let message = format!(
+                "{}: options for data need data, or a scene with exactly one [[spheres]]; found {n_clouds}",
                 path.shown()
-            ));
+            );
+            return wrong_usage(Message::new(message, "set the keys in the scene file instead"));
         };
         if options.cloud.color.is_some() {
             for key in ["colormap", "range", "missing_color"] {

@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::{Camera, Projection, Sphere};
 use crate::control::Control;
-use crate::error::{Error, Result, wrong_usage};
+use crate::error::{Error, Hint, Message, Result, Setting, wrong_usage};
 use crate::parallel;
 use crate::rays::View;
 
@@ -269,9 +269,10 @@ pub(crate) fn bounds(spheres: &[Sphere]) -> Result<(DVec3, f64)> {
         high = high.max(*center + *radius);
     }
     if spheres.is_empty() {
-        return wrong_usage(
-            "there is no sphere that a camera could be placed for; give --position and --look-at",
-        );
+        return wrong_usage(Message::new(
+            "there are no spheres that a camera could frame",
+            place_it(),
+        ));
     }
     let (middle, size) = (0.5 * low + 0.5 * high, (high - low).length());
     // Products of two lengths are formed, and distances are many times the size.
@@ -284,10 +285,14 @@ pub(crate) fn bounds(spheres: &[Sphere]) -> Result<(DVec3, f64)> {
 }
 
 fn too_large() -> Error {
-    Error::Usage(
-        "the spheres are too large, too small or too far from the origin for a camera to be placed by \
-         itself; give --position and --look-at"
-            .into(),
+    let text = "the spheres are too large, too small or too far from the origin to be framed automatically";
+    Error::Usage(Message::new(text, place_it()))
+}
+
+fn place_it() -> Hint {
+    Hint::new(
+        "place the camera with {} and {}",
+        [Setting::named("position"), Setting::named("look_at")],
     )
 }
 

@@ -4,6 +4,7 @@ mod clouds;
 mod color;
 mod colormap;
 mod compose;
+mod decode;
 mod document;
 mod edges;
 mod framing;
@@ -26,9 +27,8 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use crate::error::{Result, SceneError};
+use crate::error::{Message, Result, SceneError};
 
-pub use clouds::is_cloud_file;
 pub use color::{Color, hex, linear_from_srgb, linear_of_bytes, srgb_from_linear};
 pub use colormap::ColorMap;
 pub use compose::{Composed, compose_scene, place_camera, recompose_scene};
@@ -39,12 +39,13 @@ pub use framing::Framing;
 pub(crate) use framing::turned;
 pub use legend::Coloring;
 pub use light::{Light, Sky, Source};
-pub(crate) use open::Watched;
-pub use overrides::{SceneOverrides, Viewpoint};
+pub(crate) use open::open_input;
+pub use overrides::{InputFormat, SceneOverrides, Viewpoint};
 pub use read::{parse_scene, read_scene, read_scene_text};
 pub use samples::Samples;
 pub(crate) use save::write_rows;
 pub use shipped::SHIPPED_SCENES;
+pub use sniff::{DATA_FORMATS, DataFormat};
 pub use spheres::{Sphere, Spheres};
 
 /// The most objects that a scene may have: ids are `u32`, 0 is the background, and one more is
@@ -119,8 +120,10 @@ pub struct Cloud {
     pub n_spheres: usize,
     /// Id of the first sphere; the others follow in the order of the file.
     pub first_id: u32,
-    /// Which column gave the spheres their colours, where one did.
+    /// Colour map and column that gave the spheres their colours, if one did.
     pub coloring: Option<Coloring>,
+    /// Names of the columns that were not used, in the order of the file.
+    pub unused_columns: Vec<String>,
 }
 
 /// A checked scene. Object ids count from 1: single spheres in file order, then cloud spheres, then
@@ -147,8 +150,8 @@ pub struct Scene {
     pub planes: Vec<Plane>,
     /// The files that the clouds came from, in file order.
     pub clouds: Vec<Cloud>,
-    /// What the reader understood and the user may want to know: sentences, each about a file.
-    pub notes: Vec<String>,
+    /// Notes of the reader that a user may want to know, each about a file.
+    pub notes: Vec<Message>,
 }
 
 impl Scene {
@@ -168,9 +171,8 @@ impl Scene {
         self.camera.as_ref().ok_or_else(|| {
             SceneError::whole_file(
                 path,
-                "the scene has no [camera]",
-                "a picture needs one; `kugelblitz render` places one where there are spheres, and with \
-                 --print-scene writes it down; or add for example\n\n[camera]\nposition = [0.0, 1.0, 6.0]\n\
+                "the scene has no [camera], and no spheres that a camera could frame",
+                "add a camera, for example:\n\n[camera]\nposition = [0.0, 1.0, 6.0]\n\
                  look_at  = [0.0, 0.5, 0.0]\nfov      = 40.0",
             )
             .into()

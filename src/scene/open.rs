@@ -1,61 +1,86 @@
-//! How the files of a scene are opened.
+//! Opens the files of a scene.
 
+use std::cell::RefCell;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
+use super::decode::Input;
 use super::schema::CloudKeys;
 use crate::control::Control;
+use crate::output::OutputFile;
 use crate::system;
 
 /// How a scene and the files that it names are read.
 #[derive(Clone, Copy)]
-pub(super) struct Reader<'r> {
-    /// Counts the bytes of clouds, and can stop the reading.
-    pub control: &'r Control,
-    /// True where pipes and devices are refused: opening and reading one may wait for as long as it likes.
+pub(super) struct Reader<'r, 'c> {
+    /// Counts the bytes of data, and can stop the reading.
+    pub control: &'c Control,
+    /// Whether pipes and devices are refused, because opening and reading one may block for any time.
     pub only_regular: bool,
-    /// What is chosen for a cloud where neither its file nor the scene says it; without, that is an error.
+    /// Values of keys that neither the data nor the scene give; without them, a missing one is an error.
     pub usual: Option<&'r CloudKeys>,
+    /// A data file that is open already, because its content had to be recognized. The first reader takes it.
+    pub opened: Option<(&'r Path, &'r RefCell<Option<Input<'c>>>)>,
 }
 
-impl<'r> Reader<'r> {
-    /// Reads any file, and chooses nothing.
-    pub fn new(control: &'r Control) -> Reader<'r> {
-        Reader { control, only_regular: false, usual: None }
+impl<'r, 'c> Reader<'r, 'c> {
+    /// Creates a reader that reads any file and has no defaults.
+    pub fn new(control: &'c Control) -> Reader<'r, 'c> {
+        Reader { control, only_regular: false, usual: None, opened: None }
     }
 
-    pub fn open(self, path: &Path) -> io::Result<File> {
+    /// Opens a file, decompressed and as UTF-8. The path `-` is standard input.
+    pub fn input(self, path: &Path) -> io::Result<Input<'c>> {
+        if let Some((at, opened)) = self.opened
+            && at == path
+            && let Some(input) = opened.take()
+        {
+            return Ok(input);
+        }
+        let control = self.control;
+        if path.as_os_str() == OutputFile::STDOUT {
+            if self.only_regular {
+                return Err(not_regular());
+            }
+            let stream = Watched { file: system::stdin()?, control };
+            return Input::new(Box::new(stream), None);
+        }
+        let file = self.open(path)?;
+        let metadata = file.metadata()?;
+        let n_bytes = metadata.is_file().then_some(metadata.len());
+        Input::new(Box::new(Watched { file, control }), n_bytes)
+    }
+
+    fn open(self, path: &Path) -> io::Result<File> {
         if !self.only_regular {
             return File::open(path);
         }
-        // Else a pipe that nobody writes to would keep its reader here.
+        // A pipe without a writer would block its reader for ever.
         let file = system::open_at_once(path)?;
-        if file.metadata()?.is_file() {
-            Ok(file)
-        } else {
-            Err(io::Error::other(
-                "it is no regular file any more, and an open window waits for no other",
-            ))
-        }
+        if file.metadata()?.is_file() { Ok(file) } else { Err(not_regular()) }
     }
 }
 
-/// A file that counts what is read from it into a [`Control`], and fails once that is cancelled.
-pub(crate) struct Watched<'c> {
-    pub file: File,
-    pub control: &'c Control,
+/// Opens a file as [`Reader::input`] does.
+///
+/// # Errors
+/// Those of opening and reading.
+pub(crate) fn open_input<'c>(path: &Path, control: &'c Control) -> io::Result<Input<'c>> {
+    Reader::new(control).input(path)
 }
 
-impl Watched<'_> {
-    /// Bytes of the file, where it tells them.
-    pub fn n_bytes(&self) -> io::Result<Option<u64>> {
-        let metadata = self.file.metadata()?;
-        Ok(metadata.is_file().then_some(metadata.len()))
-    }
+fn not_regular() -> io::Error {
+    io::Error::other("it is no longer a regular file, and an open window reads no other")
 }
 
-impl Read for Watched<'_> {
+/// A stream that counts the bytes read from it in a [`Control`], and fails once that is cancelled.
+struct Watched<'c, R> {
+    file: R,
+    control: &'c Control,
+}
+
+impl<R: Read> Read for Watched<'_, R> {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
         // Not as `ErrorKind::Interrupted`, upon which callers would read again.
         self.control.check().map_err(io::Error::other)?;
@@ -69,7 +94,7 @@ impl Read for Watched<'_> {
 mod tests {
     #[test]
     #[cfg(unix)]
-    fn a_pipe_keeps_nobody_who_wants_regular_files() {
+    fn a_pipe_does_not_block_a_reader_of_regular_files() {
         use super::*;
 
         let folder = tempfile::tempdir().unwrap();
@@ -81,12 +106,12 @@ mod tests {
         let control = Control::default();
         let any = Reader::new(&control);
         let regular = Reader { only_regular: true, ..any };
-        for path in [&pipe, &"/dev/zero".into(), &folder.path().into()] {
-            let error = regular.open(path).unwrap_err();
+        for path in [&pipe, &"/dev/zero".into(), &folder.path().into(), &"-".into()] {
+            let error = regular.input(path).err().unwrap();
             assert!(error.to_string().contains("regular file"), "{error}");
         }
         for reader in [any, regular] {
-            assert_eq!(io::read_to_string(reader.open(&file).unwrap()).unwrap(), "text");
+            assert_eq!(io::read_to_string(reader.input(&file).unwrap()).unwrap(), "text");
         }
     }
 }

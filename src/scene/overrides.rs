@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::schema::{CameraKeys, CloudKeys, LightKeys, SkyKeys};
-use super::{Color, Projection, Samples};
+use super::{Color, DataFormat, Projection, Samples};
 
 /// What options ask for. What is `None` is as the scene says it, or as is usual.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -36,6 +36,28 @@ pub struct SceneOverrides {
     pub ambient: Option<Option<Color>>,
     /// Keys of the data, or of a scene's only cloud.
     pub cloud: CloudKeys,
+    /// Format of the file, if it is not recognized by its content.
+    pub input_format: Option<InputFormat>,
+}
+
+/// A format that a scene can be made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InputFormat {
+    /// A scene file.
+    Scene,
+    /// Data.
+    Data(DataFormat),
+}
+
+impl InputFormat {
+    /// All formats, with their names on the command line.
+    pub const ALL: [(&'static str, InputFormat); 5] = [
+        ("toml", InputFormat::Scene),
+        ("npy", InputFormat::Data(DataFormat::Npy)),
+        ("csv", InputFormat::Data(DataFormat::Table)),
+        ("xyz", InputFormat::Data(DataFormat::Xyz)),
+        ("lammps", InputFormat::Data(DataFormat::Lammps)),
+    ];
 }
 
 /// A side that everything can be seen from: its name, and the way from what is seen to the camera where y is up.
@@ -86,8 +108,7 @@ fn with_up(DVec3 { x, y, z }: DVec3, up: DVec3) -> DVec3 {
     }
 }
 
-/// The direction that appears upward where nobody says it: `usual`, or across it where the camera looks
-/// along that.
+/// Returns the direction that appears upward: `usual`, or one across it if the camera looks along `usual`.
 pub(super) fn usual_up(from: DVec3, usual: DVec3) -> DVec3 {
     let is_along = |up: DVec3| from.cross(up).length() <= 1e-9 * from.length() * up.length();
     if !is_along(usual) {
@@ -102,9 +123,9 @@ pub(super) fn usual_up(from: DVec3, usual: DVec3) -> DVec3 {
 impl SceneOverrides {
     /// True where the file's own text is what is wanted, but for size and samples and perhaps a camera.
     pub(super) fn leave_the_text(&self) -> bool {
-        let SceneOverrides { size, samples, n_turns, needs_camera, .. } = *self;
+        let SceneOverrides { size, samples, n_turns, needs_camera, input_format, .. } = *self;
         let rest = SceneOverrides::default();
-        *self == SceneOverrides { size, samples, n_turns, needs_camera, ..rest }
+        *self == SceneOverrides { size, samples, n_turns, needs_camera, input_format, ..rest }
     }
 
     /// True where the camera's place is chosen so that everything is in the picture.

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use crate::error::SceneError;
+use crate::error::{Hint, SceneError, Subject};
 use crate::words::cut;
 
 impl SceneError {
@@ -12,11 +12,19 @@ impl SceneError {
     pub(super) fn new(
         span: Range<usize>,
         message: impl Into<String>,
-        help: impl Into<String>,
+        hint: impl Into<Hint>,
     ) -> Box<SceneError> {
-        let (path, text, message, help) =
-            (PathBuf::new(), String::new(), message.into(), help.into());
-        Box::new(SceneError { path, text, span, line: 0, column: 0, message, help })
+        Box::new(SceneError {
+            path: PathBuf::new(),
+            text: String::new(),
+            span,
+            line: 0,
+            column: 0,
+            subject: Subject::default(),
+            value: None,
+            message: message.into(),
+            hint: hint.into(),
+        })
     }
 
     /// The error with its place in `text`.
@@ -35,9 +43,9 @@ impl SceneError {
     pub(super) fn whole_file(
         path: &Path,
         message: impl Into<String>,
-        help: impl Into<String>,
+        hint: impl Into<Hint>,
     ) -> Box<SceneError> {
-        Box::new(SceneError { path: path.to_owned(), ..*SceneError::new(0..0, message, help) })
+        Box::new(SceneError { path: path.to_owned(), ..*SceneError::new(0..0, message, hint) })
     }
 }
 

@@ -1,22 +1,24 @@
 //! Scene files: what a valid scene is.
 
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::Path;
 
 use glam::DVec3;
 use toml::de::DeTable;
 
-use super::clouds::{is_cloud_file, read_clouds};
+use super::clouds::read_clouds;
+use super::decode::Input;
 use super::open::Reader;
 use super::schema::{
     CameraKeys, CloudKeys, FOV, HEIGHT, ImageKeys, LightKeys, PlaneKeys, SceneKeys, Section,
     SkyKeys, SphereKeys,
 };
-use super::sniff::look_of_bytes;
+use super::shipped::shipped_scene;
+use super::sniff::{Content, recognize};
 use super::table::{Checked, lacks, read_table, syntax_fault};
 use super::{Camera, Color, Light, Plane, Projection, Scene, Sky, Source, Sphere, Spheres};
 use crate::control::Control;
-use crate::error::{Error, Result, SceneError};
+use crate::error::{Error, Message, Result, SceneError};
 use crate::input::MAX_BYTES;
 use crate::memory;
 use crate::plain::Shown;
@@ -45,14 +47,15 @@ pub fn read_scene_text(path: &Path) -> Result<String> {
     Reader::new(&Control::default()).text(path)
 }
 
-/// The error of a file that is something else.
-fn no_scene(path: &Path, found: &str) -> Error {
-    let name = path.shown();
-    let help = format!(
-        "a scene is a text in TOML; data that end in .npy, .csv or .xyz become one by `kugelblitz render \
-         {name} --print-scene=scene.toml`, and all commands but `report` take them as they are"
-    );
-    SceneError::whole_file(path, format!("this is no scene, but {found}"), help).into()
+/// The error of a scene file or data that cannot be read.
+fn cannot_read(path: &Path, error: &io::Error) -> Error {
+    let help = match error.kind() {
+        io::ErrorKind::NotFound => {
+            "check the path; built-in scenes such as `figure1` need no file, and `kugelblitz new scene.toml` writes one to start from"
+        }
+        _ => "give the path of a scene (TOML) or of data",
+    };
+    SceneError::whole_file(path, format!("cannot read it: {error}"), help).into()
 }
 
 /// Reads and checks the text of a scene file. `path` is for messages, and the files of clouds are
@@ -64,28 +67,46 @@ pub fn parse_scene(text: &str, path: &Path) -> Result<Scene> {
     Ok(Reader::new(&Control::default()).parse(text, path)?.0)
 }
 
-impl Reader<'_> {
-    /// The text of a scene file, as [`read_scene_text`] has it.
+impl<'c> Reader<'_, 'c> {
+    /// Opens a scene file or data. The name of a built-in scene stands for its text if there is no file with this name.
+    pub(super) fn open_scene(self, path: &Path) -> Result<Input<'c>> {
+        let opened = self.input(path).or_else(|error| match shipped_scene(path) {
+            Some(text) if error.kind() == io::ErrorKind::NotFound => {
+                Input::new(Box::new(text.as_bytes()), Some(text.len() as u64))
+            }
+            _ => Err(error),
+        });
+        opened.map_err(|error| {
+            self.control.check().err().unwrap_or_else(|| cannot_read(path, &error))
+        })
+    }
+
+    /// Reads the text of a scene file, as [`read_scene_text`] does.
     pub(super) fn text(self, path: &Path) -> Result<String> {
-        let mut bytes = Vec::new();
-        let file = self.open(path);
-        file.and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes)).map_err(
-            |error| {
-                let message = format!("cannot read the scene: {error}");
-                SceneError::whole_file(path, message, "give the path of a scene file (TOML)")
-            },
-        )?;
-        const CLOUD: &str = "give many spheres as a cloud, in a file of their own: [[spheres]]";
-        if is_cloud_file(path) {
-            return Err(no_scene(path, "data of spheres, by its name"));
+        let input = self.open_scene(path)?;
+        match recognize(input.head(), path) {
+            Content::Scene => self.text_of(input, path),
+            Content::Data(_) => {
+                let help = "commands take data as they are; to make a scene of them, use `kugelblitz render DATA --print-scene=SCENE`";
+                Err(SceneError::whole_file(path, "expected a scene, found data", help).into())
+            }
+            Content::Foreign(foreign) => {
+                let message = format!("expected a scene or data, found {}", foreign.what);
+                Err(SceneError::whole_file(path, message, foreign.hint(path)).into())
+            }
         }
+    }
+
+    /// Reads the text of an open scene file.
+    pub(super) fn text_of(self, input: Input, path: &Path) -> Result<String> {
+        let mut bytes = Vec::new();
+        let read = input.take(MAX_BYTES + 1).read_to_end(&mut bytes);
+        read.map_err(|error| cannot_read(path, &error))?;
+        const CLOUD: &str = "give many spheres as a cloud, in a file of their own: [[spheres]]";
         if bytes.len() as u64 > MAX_BYTES {
             let message =
                 format!("the scene is larger than {} MiB, the most that is read", MAX_BYTES >> 20);
             return Err(SceneError::whole_file(path, message, CLOUD).into());
-        }
-        if let Some(found) = look_of_bytes(&bytes) {
-            return Err(no_scene(path, found));
         }
         let what = format!("{}: parsing the scene", path.shown());
         memory::require(what, bytes.len() as u64 * PARSE_BYTES, CLOUD)?;
@@ -222,8 +243,9 @@ impl Camera {
     /// [`Error::Usage`] in the words of the scene's reader.
     pub fn check(self) -> Result<Camera> {
         let checked = CameraKeys::from(&self).camera();
-        checked
-            .map_err(|error| Error::Usage(format!("the camera: {}; {}", error.message, error.help)))
+        checked.map_err(|error| {
+            Error::Usage(Message::new(format!("the camera: {}", error.message), error.hint))
+        })
     }
 }
 

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::ops::Range;
 use std::path::Path;
 
-use super::schema::{CloudKeys, SceneKeys};
+use super::schema::{CloudKeys, ColorSpace, SceneKeys};
 use super::{Color, Scene, Sphere};
 use crate::control::Control;
 use crate::error::{Error, Result, wrong_usage};
@@ -31,7 +31,10 @@ impl Scene {
         }
         let n_single = self.n_spheres_in_file();
         let cloud_path = path.with_extension("npy");
-        let cloud = CloudKeys::of_file(cloud_path.file_name().unwrap_or_default().as_ref())?;
+        let cloud = CloudKeys {
+            color_space: Some(ColorSpace::Linear),
+            ..CloudKeys::of_file(cloud_path.file_name().unwrap_or_default().as_ref())?
+        };
         let has_cloud = n_single < self.spheres.len();
         let text = SceneKeys::of(self, n_single, has_cloud.then_some(cloud)).document();
         let mut file = OutputFile::create(path, false)?;
@@ -41,6 +44,7 @@ impl Scene {
         }
         let mut data = OutputFile::create(&cloud_path, false)?;
         let rows = self.spheres.iter().copied().zip(self.spheres.colors()).skip(n_single);
+        let rows = rows.map(|(sphere, Color(linear))| (sphere, linear));
         write_rows(&mut data, self.spheres.len() - n_single, rows, control)?;
         output::commit([data, file], control)
     }
@@ -59,20 +63,18 @@ impl Scene {
     }
 }
 
-/// Writes an `.npy` file of so many spheres: rows of x, y, z, radius and linear red, green, blue. `control` counts its
-/// bytes.
+/// Writes an `.npy` file of spheres: rows of x, y, z, radius, red, green, blue. `control` counts its bytes.
 ///
 /// # Errors
 /// [`Error::Io`]; [`Error::Interrupted`].
 pub(crate) fn write_rows(
     file: &mut OutputFile,
     n_rows: usize,
-    mut rows: impl Iterator<Item = (Sphere, Color)>,
+    mut rows: impl Iterator<Item = (Sphere, [f64; 3])>,
     control: &Control,
 ) -> Result<()> {
     let append = |part: Range<usize>, bytes: &mut Vec<u8>| {
-        for (Sphere { center, radius }, Color([red, green, blue])) in rows.by_ref().take(part.len())
-        {
+        for (Sphere { center, radius }, [red, green, blue]) in rows.by_ref().take(part.len()) {
             let row = [center.x, center.y, center.z, radius, red, green, blue];
             bytes.extend(row.map(f64::to_le_bytes).as_flattened());
         }

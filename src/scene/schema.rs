@@ -9,7 +9,8 @@ use glam::DVec3;
 
 use super::table::{Checked, Field};
 use super::{
-    Camera, Color, ColorMap, Light, Plane, Projection, Samples, Scene, Sky, Source, Sphere,
+    Camera, Color, ColorMap, DataFormat, Light, Plane, Projection, Samples, Scene, Sky, Source,
+    Sphere,
 };
 use crate::error::{Result, wrong_usage};
 use crate::plain::Shown;
@@ -168,30 +169,35 @@ section! {
         "color_by", "color",
         "`color` is one colour for all spheres, `color_by` the column that gives each its own"
     )] {
-        file: String, text = "\"cloud.npy\"", "Its path from the folder of the scene: .npy, .csv or .xyz.";
-        radius: f64, radius = "0.01", "Of all, where the file has none.";
-        color: Color, color = "\"#1f77b4\"", "Of all, where the file has none.";
-        columns: ColumnKeys, table = "{ radius = \"R\" }", "The names of columns, where they are others.";
-        color_by: String, column = "\"speed\"", "A column that gives the colour, by a colour map.";
-        colormap: ColorMap, colormap = "\"viridis\"", "The colour map; viridis without it.";
+        file: String, text = "\"cloud.npy\"", "Path from the folder of the scene: .npy, .csv, .xyz or a LAMMPS dump.";
+        format: DataFormat, data_format = "\"csv\"", "Format, if the content is not recognized: npy, csv, xyz or lammps.";
+        radius: f64, radius = "0.01", "Radius of all spheres, if the file has none.";
+        color: Color, color = "\"#1f77b4\"", "Colour of all spheres, if the file has none.";
+        color_space: ColorSpace, color_space = "\"linear\"", "Colour space of colours in the file: srgb (default) or linear.";
+        columns: ColumnKeys, table = "{ radius = \"R\" }", "Names of columns, if they are not known ones.";
+        header: u32, header = "3", "Line that names the columns of a table, from 1; the first one by default.";
+        missing: Missing, missing = "\"skip\"", "Leaves out rows without a coordinate or a radius.";
+        color_by: String, column = "\"speed\"", "Column that a colour map is applied to.";
+        colormap: ColorMap, colormap = "\"viridis\"", "Colour map; viridis by default.";
         range: [f64; 2], range = "[0.0, 2.5]",
-            "The ends of the colour map; the column's least and largest without it.";
-        missing_color: Color, color = "\"#ff00ff\"", "Where the column has no number.";
-        frame: u32, frame = "0", "Which frame of a file of several.";
+            "Numbers at the ends of the colour map; by default, the column's minimum and maximum.";
+        missing_color: Color, color = "\"#ff00ff\"", "Colour of rows without a number in that column.";
+        frame: i32, frame = "0", "Frame of a file of several, from 0; -1 is the last one.";
     }
 }
 section! {
-    /// The names of a file's columns.
-    ColumnKeys "`columns` of [[spheres]]", "The names of a file's columns; false: there is none.", [] {
-        x: Option<String>, column_or_none = "\"px\"", "A coordinate of the centre.";
-        y: Option<String>, column_or_none = "\"py\"", "A coordinate of the centre.";
-        z: Option<String>, column_or_none = "\"pz\"", "A coordinate of the centre.";
-        radius: Option<String>, column_or_none = "\"grain_radius\"", "The radius.";
-        diameter: Option<String>, column_or_none = "\"grain_size\"", "Twice the radius.";
-        red: Option<String>, column_or_none = "\"R\"", "A part of the colour.";
-        green: Option<String>, column_or_none = "\"G\"", "A part of the colour.";
-        blue: Option<String>, column_or_none = "\"B\"", "A part of the colour.";
-        element: Option<String>, column_or_none = "\"atom\"", "The chemical element.";
+    /// The columns of a file.
+    ColumnKeys "`columns` of [[spheres]]", "Names of a file's columns; false: there is none.", [] {
+        x: ColumnChoice, column_choice = "\"px\"", "Coordinate of the centre, or a number such as 0.0 for all.";
+        y: ColumnChoice, column_choice = "\"py\"", "Coordinate of the centre, or a number such as 0.0 for all.";
+        z: ColumnChoice, column_choice = "\"pz\"", "Coordinate of the centre, or a number such as 0.0 for all.";
+        radius: ColumnChoice, column_choice = "\"grain_radius\"", "Radius.";
+        diameter: ColumnChoice, column_choice = "\"grain_size\"", "Twice the radius.";
+        red: ColumnChoice, column_choice = "\"R\"", "Component of the colour.";
+        green: ColumnChoice, column_choice = "\"G\"", "Component of the colour.";
+        blue: ColumnChoice, column_choice = "\"B\"", "Component of the colour.";
+        color: ColumnChoice, column_choice = "\"paint\"", "Whole colours: \"#rrggbb\", CSS names, packed numbers.";
+        element: ColumnChoice, column_choice = "\"atom\"", "Chemical element.";
     }
 }
 section! {

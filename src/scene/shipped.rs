@@ -1,5 +1,7 @@
 //! The scenes that come along with the library.
 
+use std::path::Path;
+
 macro_rules! scenes {
     ($($path:literal),+ $(,)?) => {
         /// The lecture's scenes, the hard ones, and those that are hard to light: their paths below `scenes/`, and their texts.
@@ -30,6 +32,8 @@ scenes! {
     "hard/distant_1e4.toml",
     "hard/distant_1e6.toml",
     "hard/near_parallel.toml",
+    "lit/figure1.toml",
+    "lit/figure2.toml",
     "lit/hard/contacts.toml",
     "lit/hard/contacts_1e-3.toml",
     "lit/hard/contacts_1e-6.toml",
@@ -55,10 +59,15 @@ scenes! {
     "lit/hard/beyond_f64.toml",
 }
 
+/// Returns the text of the built-in scene with this name: `figure1`, `hard/tiny`, or the same with `.toml`.
+pub(super) fn shipped_scene(name: &Path) -> Option<&'static str> {
+    let is_it = |path: &str| Path::new(path) == name || Path::new(path).with_extension("") == name;
+    SHIPPED_SCENES.iter().find(|(path, _)| is_it(path)).map(|(_, text)| *text)
+}
+
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
-    use std::path::Path;
 
     use super::*;
 
@@ -66,10 +75,15 @@ mod tests {
     fn no_scene_file_is_forgotten() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
         let mut on_disk = BTreeSet::new();
-        for folder in ["", "hard/", "lit/hard/"] {
+        // Scenes of `lit` that need a data file are not built in.
+        for folder in ["", "hard/", "lit/", "lit/hard/"] {
             for entry in std::fs::read_dir(root.join(folder)).unwrap() {
                 let name = entry.unwrap().file_name().into_string().unwrap();
-                if name.ends_with(".toml") {
+                let needs_data = || {
+                    let text = std::fs::read_to_string(root.join(folder).join(&name)).unwrap();
+                    text.contains("[[spheres]]")
+                };
+                if name.ends_with(".toml") && !needs_data() {
                     on_disk.insert(format!("{folder}{name}"));
                 }
             }

@@ -1,53 +1,228 @@
-//! What a file looks like that is no scene.
+//! Recognizes what a file contains by its first bytes.
 
-/// Bytes that a binary file is known by.
-const BINARY: [(&[u8], &str); 11] = [
-    (b"\x93NUMPY", "an array of NumPy; name it with the ending .npy"),
-    (b"PK\x03\x04", "an archive (ZIP, as .npz files are); save one array with numpy.save"),
-    (b"\x1f\x8b", "compressed with gzip; unpack it first"),
-    (b"BZh", "compressed with bzip2; unpack it first"),
-    (b"\xfd7zXZ", "compressed with xz; unpack it first"),
-    (b"\x28\xb5\x2f\xfd", "compressed with zstd; unpack it first"),
-    (b"\x89HDF", "an HDF5 file; save the columns as .npy or .csv"),
-    (b"\x89PNG", "a PNG picture"),
-    (b"\xff\xd8\xff", "a JPEG picture"),
-    (b"\x76\x2f\x31\x01", "an OpenEXR picture"),
-    (b"P6\n", "a PPM picture"),
+use std::ffi::OsStr;
+use std::path::Path;
+
+use crate::error::Hint;
+use crate::plain::Shown;
+
+/// A format of data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DataFormat {
+    /// An array of NumPy.
+    Npy,
+    /// A table of text: `.csv` and others.
+    Table,
+    /// Atoms in XYZ or extended XYZ.
+    Xyz,
+    /// A dump of LAMMPS.
+    Lammps,
+}
+
+impl DataFormat {
+    /// Returns the format that the ending of a file's name stands for; `.gz` is left out.
+    pub fn of_name(path: &Path) -> Option<DataFormat> {
+        match ending(path)?.as_str() {
+            "npy" => Some(DataFormat::Npy),
+            "csv" | "tsv" | "txt" | "dat" => Some(DataFormat::Table),
+            "xyz" | "extxyz" => Some(DataFormat::Xyz),
+            "dump" | "lammpstrj" | "lammpsdump" => Some(DataFormat::Lammps),
+            _ => None,
+        }
+    }
+}
+
+/// The formats that are read, for help texts.
+pub const DATA_FORMATS: &str = ".npy, .csv, .xyz, LAMMPS dumps";
+
+/// Returns the ending of a file's name in lower case, without `.gz`.
+fn ending(path: &Path) -> Option<String> {
+    let ending = path.extension().and_then(OsStr::to_str)?.to_ascii_lowercase();
+    if ending == "gz" { self::ending(Path::new(path.file_stem()?)) } else { Some(ending) }
+}
+
+/// What a file contains.
+#[derive(Debug, PartialEq)]
+pub(super) enum Content {
+    /// A scene.
+    Scene,
+    /// Data.
+    Data(DataFormat),
+    /// Something that is not read.
+    Foreign(Foreign),
+}
+
+/// A file of another kind.
+#[derive(Debug, PartialEq)]
+pub(super) struct Foreign {
+    /// The kind, with an article.
+    pub what: &'static str,
+    /// How to convert it; `IN` stands for the file's name, `OUT` for that without its ending.
+    advice: &'static str,
+}
+
+impl Foreign {
+    /// Returns the command or the step that converts the file at `path`.
+    pub fn hint(&self, path: &Path) -> Hint {
+        let stem = path.with_extension("");
+        self.advice.replace("IN", &path.shown()).replace("OUT", &stem.shown()).into()
+    }
+}
+
+const fn foreign(what: &'static str, advice: &'static str) -> Foreign {
+    Foreign { what, advice }
+}
+
+/// First bytes of binary files that are not read.
+const BINARY: [(&[u8], Foreign); 18] = [
+    (b"PK\x03\x04", foreign("a ZIP archive", ZIP)),
+    (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", foreign("an Excel workbook", XLS)),
+    (b"BZh", foreign("a file compressed with bzip2", "decompress it first: `bunzip2 -k IN`")),
+    (b"\xfd7zXZ", foreign("a file compressed with xz", "decompress it first: `xz -dk IN`")),
+    (
+        b"\x28\xb5\x2f\xfd",
+        foreign("a file compressed with zstd", "decompress it first: `zstd -d IN`"),
+    ),
+    (b"\x89HDF", foreign("an HDF5 file", HDF5)),
+    (b"MATLAB 7.3", foreign("a MATLAB file in HDF5", HDF5)),
+    (b"MATLAB 5.0", foreign("a MATLAB file", MATLAB)),
+    (b"PAR1", foreign("a Parquet file", PARQUET)),
+    (b"LASF", foreign("a LAS point cloud", LAS)),
+    (b"\xf8\xff\xff\xff\xff\xff\xff\xffDUMP", foreign("a binary LAMMPS dump", LAMMPS_BINARY)),
+    (b"\xf6\xff\xff\xff\xff\xff\xff\xffDUMP", foreign("a binary LAMMPS dump", LAMMPS_BINARY)),
+    (b"LammpS RestartT", foreign("a LAMMPS restart file", LAMMPS_RESTART)),
+    (b"\x89PNG", foreign("a PNG picture", PICTURE)),
+    (b"\xff\xd8\xff", foreign("a JPEG picture", PICTURE)),
+    (b"\x76\x2f\x31\x01", foreign("an OpenEXR picture", PICTURE)),
+    (b"P6\n", foreign("a PPM picture", PICTURE)),
+    (b"%PDF", foreign("a PDF document", PICTURE)),
 ];
 
-/// Bytes that are looked at.
-const N_LOOKED_AT: usize = 1 << 13;
+const PICTURE: &str = "give a scene (TOML) or data (.npy, .csv, .xyz, LAMMPS dump)";
+const NPZ: &str =
+    "take one array out of it: `unzip -l IN` lists them, `unzip IN NAME.npy` writes one";
+const ZIP: &str = "unpack it first: `unzip IN`";
+const XLSX: &str = "save the sheet as CSV, or run `python3 -c \"import pandas; pandas.read_excel('IN').to_csv('OUT.csv', index=False)\"` \
+                    (needs pandas and openpyxl)";
+const XLS: &str = "save the sheet as CSV in the spreadsheet program";
+const HDF5: &str = "save a dataset: `python3 -c \"import h5py, numpy; numpy.save('OUT.npy', h5py.File('IN')['NAME'][:])\"`; \
+                    `python3 -c \"import h5py; h5py.File('IN').visit(print)\"` lists the names (needs h5py)";
+const PARQUET: &str = "run `python3 -c \"import pandas; pandas.read_parquet('IN').to_csv('OUT.csv', index=False)\"` (needs pandas and \
+                       pyarrow)";
+const LAS: &str = "run `python3 -c \"import laspy, numpy; numpy.save('OUT.npy', laspy.read('IN').xyz)\"` (needs laspy[lazrs])";
+const MATLAB: &str = "run `python3 -c \"import numpy, scipy.io; numpy.save('OUT.npy', scipy.io.loadmat('IN')['NAME'])\"`, with the \
+                      name of the variable (needs scipy)";
+const PLY: &str = "run `python3 -c \"import numpy, plyfile; numpy.save('OUT.npy', plyfile.PlyData.read('IN')['vertex'].data)\"` (needs \
+                   plyfile)";
+const PCD: &str = "run `python3 -c \"import numpy, pypcd4; numpy.save('OUT.npy', pypcd4.PointCloud.from_path('IN').pc_data)\"` (needs \
+                   pypcd4)";
+const VTK: &str = "run `python3 -c \"import numpy, pyvista; numpy.save('OUT.npy', pyvista.read('IN').points)\"` (needs pyvista)";
+const ATOMS: &str = "run `ase convert -n 0 IN OUT.xyz` (needs ase)";
+const LAMMPS_DATA: &str =
+    "run `ase convert -i lammps-data IN OUT.xyz` (needs ase), or dump the atoms in LAMMPS";
+const LAMMPS_BINARY: &str = "run LAMMPS' `binary2txt IN`, which writes `IN.txt`";
+const LAMMPS_RESTART: &str = "run `lmp -restart2dump IN all custom OUT.dump id type x y z radius`";
 
-/// What bytes look like that are surely no text in UTF-8.
-pub(super) fn look_of_bytes(bytes: &[u8]) -> Option<&'static str> {
-    if let Some((_, look)) = BINARY.iter().find(|(start, _)| bytes.starts_with(start)) {
-        return Some(look);
+/// Recognizes the content of a file by its first bytes, and by its name if these can be several things.
+pub(super) fn recognize(head: &[u8], path: &Path) -> Content {
+    if head.starts_with(b"\x93NUMPY") {
+        return Content::Data(DataFormat::Npy);
     }
-    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
-        return Some("text in UTF-16; save it as UTF-8");
+    if let Some(foreign) = binary(head) {
+        return Content::Foreign(foreign);
     }
-    // A text with a few damaged bytes is told where they are.
-    let seen = &bytes[..bytes.len().min(N_LOOKED_AT)];
-    let n_zeros = seen.iter().filter(|&&byte| byte == 0).count();
-    (n_zeros > seen.len() / 16).then_some("binary data")
-}
-
-/// What a text looks like that is not TOML.
-pub(super) fn look_of_text(text: &str) -> Option<&'static str> {
+    let text = String::from_utf8_lossy(head);
     let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
-    let (first, last) = (lines.next()?, lines.take(9).last()?);
+    let first = lines.next().unwrap_or_default();
+    let second = lines.next().unwrap_or_default();
+    if let Some(foreign) = foreign_text(&text, first, second) {
+        return Content::Foreign(foreign);
+    }
     if first.starts_with("ITEM:") {
-        return Some("a dump of LAMMPS");
+        return Content::Data(DataFormat::Lammps);
     }
-    if first.parse::<u64>().is_ok() && numbers(last) >= 3 {
-        return Some("a file of atoms (.xyz)");
+    // A count of atoms; a comment; atoms. A table of one number would be of no use.
+    if is_count(first) && n_numbers(text.lines().nth(2).unwrap_or_default()) >= 3 {
+        return Content::Data(DataFormat::Xyz);
     }
-    let is_toml = |line: &str| line.contains('=') || line.starts_with(['[', '#']);
-    (!is_toml(first) && numbers(last) >= 3).then_some("a table of numbers (.csv)")
+    let by_name = DataFormat::of_name(path);
+    if let Some(format @ (DataFormat::Xyz | DataFormat::Lammps)) = by_name
+        && is_count(first)
+    {
+        return Content::Data(format);
+    }
+    match by_name {
+        _ if is_table(&text) => Content::Data(DataFormat::Table),
+        Some(format) => Content::Data(format),
+        None => Content::Scene,
+    }
 }
 
-/// Numbers that a line consists of, but for a word among them.
-fn numbers(line: &str) -> usize {
+fn binary(head: &[u8]) -> Option<Foreign> {
+    let found = BINARY.iter().find(|(start, _)| head.starts_with(start));
+    if let Some((_, Foreign { what, advice })) = found {
+        let has = |part: &[u8]| head.windows(part.len()).any(|window| window == part);
+        return Some(match *advice {
+            ZIP if has(b"xl/") || has(b"docProps/") => foreign("an Excel workbook", XLSX),
+            ZIP if has(b".npy") => foreign("an .npz archive of NumPy arrays", NPZ),
+            _ => foreign(what, advice),
+        });
+    }
+    // A text may have a few damaged bytes.
+    let seen = &head[..head.len().min(1 << 13)];
+    let n_zeros = seen.iter().filter(|&&byte| byte == 0).count();
+    (n_zeros > seen.len() / 16).then_some(foreign("binary data", PICTURE))
+}
+
+/// Recognizes texts of other programs.
+fn foreign_text(text: &str, first: &str, second: &str) -> Option<Foreign> {
+    let starts = |words: &[&str]| words.iter().any(|word| first.starts_with(word));
+    let has_line = |word: &str| text.lines().any(|line| line.starts_with(word));
+    let is_gro = || {
+        let atom = text.lines().nth(2).unwrap_or_default();
+        let places = [(20, 28), (28, 36), (36, 44)];
+        let is_number = |(start, end)| {
+            atom.get(start..end).is_some_and(|part: &str| part.trim().parse::<f64>().is_ok())
+        };
+        !is_count(first) && is_count(second) && places.into_iter().all(is_number)
+    };
+    if first == "ply" {
+        Some(foreign("a PLY file", PLY))
+    } else if starts(&["# .PCD", "VERSION .7", "VERSION 0.7"]) {
+        Some(foreign("a PCD file", PCD))
+    } else if starts(&["# vtk DataFile", "<VTKFile"]) || second.starts_with("<VTKFile") {
+        Some(foreign("a VTK file", VTK))
+    } else if (has_line("ATOM  ") || has_line("HETATM")) && !text.contains("ITEM:") {
+        Some(foreign("a PDB file", ATOMS))
+    } else if starts(&["data_"]) && has_line("_") || has_line("loop_") {
+        Some(foreign("a CIF file", ATOMS))
+    } else if is_gro() {
+        Some(foreign("a GRO file", ATOMS))
+    } else if has_line("Atoms") && text.contains(" atoms") && text.contains("xlo xhi") {
+        Some(foreign("a LAMMPS data file", LAMMPS_DATA))
+    } else {
+        None
+    }
+}
+
+fn is_count(line: &str) -> bool {
+    line.parse::<u64>().is_ok()
+}
+
+/// Whether a text looks like a table and not like TOML.
+fn is_table(text: &str) -> bool {
+    let is_comment = |line: &&str| line.starts_with('#') || line.starts_with("//");
+    let lines = || text.lines().map(str::trim).filter(|line| !line.is_empty());
+    let Some(first) = lines().find(|line| !is_comment(line)) else { return false };
+    if first.to_ascii_lowercase().starts_with("sep=") {
+        return true;
+    }
+    let is_toml = first.contains('=') || first.starts_with('[');
+    !is_toml && lines().take(10).any(|line| n_numbers(line) >= 3)
+}
+
+/// Counts the numbers in a line.
+fn n_numbers(line: &str) -> usize {
     let cells = line.split([',', ';', '\t', ' ']).map(str::trim).filter(|cell| !cell.is_empty());
     cells.filter(|cell| cell.parse::<f64>().is_ok()).count()
 }
@@ -55,31 +230,41 @@ fn numbers(line: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::schema::Named;
 
     #[test]
-    fn files_are_known_by_their_beginning() {
-        let look = |bytes: &[u8]| look_of_bytes(bytes).unwrap_or_default();
-        assert!(look(b"\x93NUMPY\x01\x00").contains(".npy"));
-        assert!(look(b"\x1f\x8b\x08").contains("gzip"));
-        assert!(look(b"ab\0c").contains("binary"));
-        assert!(look(b"\xff\xfea\0").contains("UTF-16"));
-        assert_eq!(look("# caf\u{e9}\n[camera]\n".as_bytes()), "");
-        assert_eq!(look(b"# caf\xe9\n"), "");
-        assert_eq!(look(b"# one zero in a long \0 line of text is damage, not binary data\n"), "");
-        assert_eq!(look(b""), "");
-    }
-
-    #[test]
-    fn tables_are_told_from_toml() {
+    fn data_are_recognized_by_content_under_any_name() {
+        let names =
+            |format| DataFormat::NAMES.iter().find(|(_, other)| *other == format).unwrap().0;
+        let data = |content: &[u8], name: &str| match recognize(content, Path::new(name)) {
+            Content::Data(format) => names(format),
+            Content::Scene => "scene",
+            Content::Foreign(Foreign { what, .. }) => what,
+        };
+        for name in ["a", "a.toml", "a.csv", "a.npy", "a.dump.1000", "a.xyz"] {
+            assert_eq!(data(b"\x93NUMPY\x01\x00", name), "npy");
+            assert_eq!(data(b"ITEM: TIMESTEP\n0\n", name), "lammps");
+            assert_eq!(data(b"2\nwater\nO 0 0 0\nH 1 0 0\n", name), "xyz");
+            assert_eq!(data(b"x,y,z\n1,2,3\n", name), "csv");
+            assert_eq!(data(b"ply\nformat ascii 1.0\n", name), "a PLY file");
+        }
         for table in
-            ["x,y,z\n1,2,3\n", "1 2 3\n4 5 6\n", "x;y;z;r\n1;2;3;4\n", "x\ty\tz\n1\t2\t-3e4\n"]
+            ["1 2 3\n4 5 6\n", "x;y;z;r\n1;2;3;4\n", "x\ty\tz\n1\t2\t-3e4\n", "# x y z\n1 2 3\n"]
         {
-            assert_eq!(look_of_text(table), Some("a table of numbers (.csv)"), "{table}");
+            assert_eq!(data(table.as_bytes(), "a.melt"), "csv", "{table}");
         }
-        assert_eq!(look_of_text("2\nwater\nO 0 0 0\nH 1 0 0\n"), Some("a file of atoms (.xyz)"));
-        assert_eq!(look_of_text("ITEM: TIMESTEP\n0\n"), Some("a dump of LAMMPS"));
-        for toml in ["", "\n", "a", "[camera]\nposition = [1, 2, 3", "# 1 2 3\na b\n1, 2, 3\n"] {
-            assert_eq!(look_of_text(toml), None, "{toml}");
+        for toml in
+            ["", "\n", "a", "[camera]\nposition = [1, 2, 3", "# 1 2 3\n[[sphere]]\n1, 2, 3\n"]
+        {
+            assert_eq!(data(toml.as_bytes(), "a"), "scene", "{toml}");
         }
+        assert_eq!(data(b"0.0 0.0 0.0\n1.0 0.0 0.0\n", "lidar.xyz"), "csv");
+        assert_eq!(data(b"", "a.csv"), "csv");
+        assert_eq!(data(b"ab\0c", "a"), "binary data");
+        assert_eq!(
+            data(b"# one zero in a long \0 line of text is damage, not binary data\n", "a"),
+            "scene"
+        );
+        assert_eq!(data(b"PK\x03\x04 docProps/app.xml", "a"), "an Excel workbook");
     }
 }

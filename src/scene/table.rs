@@ -9,7 +9,6 @@ use super::places::{char_start, quoted};
 use super::schema::{
     CloudKeys, Key, PlaneKeys, SECTIONS, SceneKeys, Section, SectionInfo, SphereKeys,
 };
-use super::sniff::look_of_text;
 use crate::error::SceneError;
 use crate::plain::Shown;
 use crate::words::{did_you_mean, joined};
@@ -101,7 +100,9 @@ impl<'t> Field<'t> {
             "" => format!("expected {expected}"),
             example => format!("expected {expected}, e.g. `{} = {example}`", self.key.name),
         };
-        SceneError::new(self.span(), found, help)
+        let mut error = SceneError::new(self.span(), found, help);
+        error.subject.key = Some(self.key.name);
+        error
     }
 
     /// The fault of a name that is none of the `known` ones of `what`.
@@ -114,12 +115,12 @@ impl<'t> Field<'t> {
     ) -> Box<SceneError> {
         let mut fault = self.wrong(format!("{:?} is not {what}", quoted(name)), expected);
         if let Some(near) = did_you_mean(known, name) {
-            fault.help = format!("did you mean {near:?}? {}", fault.help);
+            fault.hint = fault.hint.after(format!("did you mean {near:?}? "));
         }
         fault
     }
 
-    fn integer(&self, expected: &str) -> Checked<i64> {
+    pub fn integer(&self, expected: &str) -> Checked<i64> {
         let DeValue::Integer(integer) = self.value() else {
             return Err(self.wrong_type(expected));
         };
@@ -217,10 +218,9 @@ fn unknown_key(
 
 pub(super) fn syntax_fault(text: &str, error: &toml::de::Error) -> Box<SceneError> {
     let span = error.span().unwrap_or(text.len()..text.len());
-    if let Some(found) = look_of_text(text) {
-        let help = "a scene is a text in TOML; data have a name that ends in .npy, .csv or .xyz, and then \
-                    `kugelblitz render` takes them as they are";
-        return SceneError::new(span, format!("this is no scene: it looks like {found}"), help);
+    if is_windows_path(text, &span) {
+        let help = "in \"…\", a backslash starts an escape; write paths with `/`, or in '…': file = 'C:\\data\\table.csv'";
+        return SceneError::new(span, format!("invalid TOML: {}", error.message()), help);
     }
     let (found, expected) = match error.message().split_once(", expected ") {
         Some((found, expected)) => (found, format!("expected {expected}")),
@@ -236,5 +236,12 @@ pub(super) fn syntax_fault(text: &str, error: &toml::de::Error) -> Box<SceneErro
     } else {
         "lines are `key = value` under [table] headers; see https://toml.io".to_owned()
     };
-    SceneError::new(span, format!("not valid TOML: {found}"), help)
+    SceneError::new(span, format!("invalid TOML: {found}"), help)
+}
+
+/// Whether an error at this place of a scene file is about a backslash in a string that may be a path of Windows.
+fn is_windows_path(text: &str, span: &Range<usize>) -> bool {
+    let start = text[..char_start(text, span.start)].rfind('\n').map_or(0, |newline| newline + 1);
+    let line = text[start..].lines().next().unwrap_or_default();
+    line.contains('\\') && line.contains('"')
 }

@@ -81,7 +81,7 @@ macro_rules! encodings {
                         "the colours are {:?}, not {:?}",
                         other.encoding(),
                         Self::ENCODING
-                    ))),
+                    ).into())),
                 }
             }
         })+

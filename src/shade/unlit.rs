@@ -4,7 +4,7 @@ use super::mean::ExactMean;
 use super::written::{Written, exact_pixel, pixel_between};
 use super::{Background, Colors, Encoding, PIXELS_AT_ONCE, Style, of_any};
 use crate::control::Control;
-use crate::error::{Error, Result};
+use crate::error::{Error, Hint, Message, Result, Setting};
 use crate::num::Float;
 use crate::parallel;
 use crate::scene::{Color, Scene};
@@ -78,11 +78,15 @@ impl Palette {
         let largest_id = ids.iter().fold(0, |largest, &id| largest.max(id));
         let n_colors = self.palette.len();
         if largest_id as usize >= n_colors {
-            return Err(Error::Device(format!(
-                "a pixel has the id {largest_id}, but the ids of this scene end at {}; the device \
-                 gave a wrong answer: try --device cpu, and `kugelblitz probe` to look at it",
+            let text = format!(
+                "the device gave a wrong answer: a pixel has the id {largest_id}, but the ids of this scene end at {}",
                 n_colors - 1
-            )));
+            );
+            let hint = Hint::new(
+                "use {}; `kugelblitz probe` shows the device",
+                [Setting::text("device", "cpu")],
+            );
+            return Err(Error::Device(Message::new(text, hint)));
         }
         colors.look_up(&self.palette, ids);
         Ok(())

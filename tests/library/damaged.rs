@@ -136,7 +136,7 @@ fn no_damaged_file_panics() {
                         && (1..=error.text.matches('\n').count() + 1).contains(&error.line)
                         && error.column > 0;
                     let is_placed = is_placed || error.text.is_empty() && error.line == 0;
-                    let says = !error.message.is_empty() && !error.help.is_empty();
+                    let says = !error.message.is_empty() && !error.hint.is_empty();
                     assert!(is_placed && says, "case {case}: {error:?}\nfrom {name}\n{shown}");
                 }
                 Err(error) => {

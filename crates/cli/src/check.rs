@@ -9,13 +9,15 @@ use kugelblitz::trace::Kernel;
 use kugelblitz::words::{bytes, count};
 
 use crate::Run;
-use crate::args::CheckArgs;
+use crate::args::{CheckArgs, SceneArgs};
 use crate::head::Done;
+use crate::picture::unused_columns;
 use crate::progress::Progress;
 
 /// Reads a scene and says what it costs.
 pub fn run(args: &CheckArgs, run: &Run) -> Result<Done<Cost>> {
-    let scene = args.scene.scene(run)?;
+    let SceneArgs { path, size, picture } = &args.scene;
+    let scene = picture.scene_of_rays(path, size.whole.size, run)?;
     let pixels = scene.camera.as_ref().map(|_| args.scene.pixels(&scene)).transpose()?;
     let progress = Progress::of_preparing(run, &scene, Kernel::Certified);
     let cost = progress.during(|| Cost::new(&scene, pixels.as_ref(), &run.control))?;
@@ -23,6 +25,9 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<Done<Cost>> {
     for cloud in &scene.clouds {
         let spheres = count(cloud.n_spheres, "sphere");
         let _ = writeln!(text, "{}: {spheres}, from id {}", cloud.path.shown(), cloud.first_id);
+        if !cloud.unused_columns.is_empty() {
+            let _ = writeln!(text, "{}: {}", cloud.path.shown(), unused_columns(cloud));
+        }
     }
     if let Some(light) = &cost.light {
         let _ = writeln!(text, "lit by {}", light_in_words(light));

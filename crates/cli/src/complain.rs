@@ -1,19 +1,20 @@
-//! Errors, as the user sees them on standard error.
+//! Prints errors on standard error, and words their next steps as options.
 
 use std::io::ErrorKind;
 use std::path::Path;
 
 use crate::CommandLine;
 use crate::head::failed_in_json;
-use crate::output::{STDOUT, talk, talk_in_colour};
+use crate::output::{STDOUT, talk, talk_in_colour, text_quoted};
 use anstream::{AutoStream, ColorChoice};
 use kugelblitz::Error;
-use kugelblitz::error::SceneError;
+use kugelblitz::error::{SceneError, Setting, SettingValue};
 use kugelblitz::plain::{Shown, plain};
+use kugelblitz::words::joined;
 use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
 
-/// Prints what went wrong: a scene error with its place in the file, all else as one line. `writes`
-/// says whether the command has output files.
+/// Prints an error: its place in the scene file, the problem and the next step. `writes` says whether the command has output
+/// files.
 pub fn complain(error: &Error, writes: bool) {
     match error {
         Error::Scene(error) => complain_about_scene(error),
@@ -21,8 +22,46 @@ pub fn complain(error: &Error, writes: bool) {
         // Nobody reads any more (`… | head`), so nobody misses anything.
         Error::Io { path, source }
             if path.as_os_str() == STDOUT && source.kind() == ErrorKind::BrokenPipe => {}
-        _ => talk(&format!("error: {error}")),
+        _ => {
+            let help = help_of(error);
+            let help = if help.is_empty() { String::new() } else { format!("\n = help: {help}") };
+            talk(&format!("error: {error}{help}"));
+        }
     }
+}
+
+/// Returns the next step of an error: with keys for a scene file, with options otherwise.
+pub fn help_of(error: &Error) -> String {
+    match error {
+        Error::Scene(scene) if !scene.is_about_bare_data() => error.hint().to_string(),
+        _ => error.hint().worded(option),
+    }
+}
+
+/// Returns a setting as an option: `--columns radius=false`.
+pub fn option(Setting { key, value }: &Setting) -> String {
+    let name = format!("--{}", key.replace('_', "-"));
+    match value {
+        None => name,
+        Some(value) => format!("{name} {}", word(value)),
+    }
+}
+
+/// Returns the value of an option, in quotes if a shell would split or change it.
+fn word(value: &SettingValue) -> String {
+    let plain = match value {
+        SettingValue::Text(text) => text.clone(),
+        SettingValue::Number(number) => number.clone(),
+        SettingValue::Absent => "false".into(),
+        SettingValue::Table(entries) => {
+            let entry = |(name, value): &(&str, SettingValue)| match value {
+                SettingValue::Text(text) => format!("{name}={text}"),
+                value => format!("{name}={value}"),
+            };
+            joined(entries.iter().map(entry), ",")
+        }
+    };
+    text_quoted(&plain)
 }
 
 /// Prints what clap found in the command line: that it is wrong, or that it asks for help or the
@@ -40,7 +79,7 @@ pub fn complain_about_usage<C: CommandLine>(error: clap::Error) -> u8 {
         _ if error.use_stderr() => {
             let rendered = error.render().to_string();
             let (message, _) = rendered.split_once("\n\n").unwrap_or((&rendered, ""));
-            let usage = Error::Usage(message.trim().trim_start_matches("error: ").to_string());
+            let usage = Error::Usage(message.trim().trim_start_matches("error: ").into());
             failed_in_json::<C>(&usage);
             usage.exit_code()
         }
@@ -80,7 +119,11 @@ fn complain_about_scene(error: &SceneError) {
     if error.line > 0 {
         drawn += &format!("{margin} {blue}│{end}\n");
     }
-    let help = plain(&error.help).replace('\n', &format!("\n{margin}   "));
+    let help = match error.is_about_bare_data() {
+        true => error.hint.worded(option),
+        false => error.hint.to_string(),
+    };
+    let help = plain(&help).replace('\n', &format!("\n{margin}   "));
     talk_in_colour(&(drawn + &format!("{margin} {blue}={end} help: {help}")));
 }
 
@@ -140,6 +183,7 @@ fn excerpt(before: &str, behind: &str, n_bytes: usize) -> Line {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use kugelblitz::error::{Hint, Subject};
 
     /// `text` has the place between `‹` and `›`, and so have the lines that are expected.
     fn check(text: &str, expected: &str) {
@@ -151,8 +195,10 @@ mod tests {
             span: start..end,
             line: 1 + text[..start].matches('\n').count(),
             column: 1,
+            subject: Subject::default(),
+            value: None,
             message: String::new(),
-            help: String::new(),
+            hint: Hint::NONE,
         };
         let shown = |(number, [before, place, behind]): (usize, Line)| match number == error.line {
             true => format!("{before}‹{place}›{behind}"),

@@ -29,7 +29,7 @@ pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, run: &Run) -> Result<
     }
     let (device, why) = opened?;
     if let Some(why) = why {
-        run.warn(&format!("tracing on the CPU: {why}"));
+        run.warn(&format!("tracing on the CPU: {}", why.text));
     }
     if let Device::Gpu(gpu) = &device {
         run.note(&format!(

@@ -8,7 +8,7 @@ use kugelblitz::{Error, Result};
 use kugelblitz_judge::explain::{DEFAULT_OBJECTS, ExplainStyle, Explanation, explain, latex, text};
 use serde::Serialize;
 
-use crate::args::ExplainArgs;
+use crate::args::{ExplainArgs, SceneArgs};
 use crate::device;
 use crate::head::{Done, On};
 use crate::{Run, wrong_usage};
@@ -24,7 +24,11 @@ pub struct Summary {
 
 /// Shows the formulas of one ray with its numbers in them.
 pub fn run(args: &ExplainArgs, run: &Run) -> Result<Done<Summary>> {
-    let scene = args.scene.scene(run)?;
+    let SceneArgs { path, size, picture } = &args.scene;
+    let scene = match args.ray {
+        Some(_) => picture.scene_of_rays(path, size.whole.size, run)?,
+        None => args.scene.scene(run)?,
+    };
     let rays = match (args.ray, args.pixel.unwrap_or_default()) {
         (Some(ray), _) => Rays::List(vec![usable(ray)?]),
         (None, pixel) => Rays::Pixels(one_pixel(args.scene.pixels(&scene)?, pixel)?),
@@ -47,13 +51,16 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<Done<Summary>> {
 /// The pixel alone, as part of its picture.
 fn one_pixel(pixels: Pixels, [x, y]: [i64; 2]) -> Result<Pixels> {
     pixels.pixel([x, y]).ok_or_else(|| {
-        Error::Usage(format!(
-            "--pixel {x},{y} is not in the picture: X goes from {} to {}, Y from {} to {}",
-            pixels.x,
-            u64::from(pixels.x) + u64::from(pixels.width) - 1,
-            pixels.y,
-            u64::from(pixels.y) + u64::from(pixels.height) - 1
-        ))
+        Error::Usage(
+            format!(
+                "--pixel {x},{y} is not in the picture: X goes from {} to {}, Y from {} to {}",
+                pixels.x,
+                u64::from(pixels.x) + u64::from(pixels.width) - 1,
+                pixels.y,
+                u64::from(pixels.y) + u64::from(pixels.height) - 1
+            )
+            .into(),
+        )
     })
 }
 

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use kugelblitz::cost::ObjectCounts;
 use kugelblitz::device::Device;
+use kugelblitz::error::Subject;
 use kugelblitz::gpu::AdapterFacts;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::Shown;
@@ -17,6 +18,7 @@ use kugelblitz::{Error, Making, Result, Session};
 use kugelblitz_judge::show::Entry;
 use serde::{Serialize, Serializer};
 
+use crate::complain::help_of;
 use crate::output::{json, ms, print, print_text};
 use crate::{CommandLine, Run};
 
@@ -120,9 +122,26 @@ struct Failure {
     error: String,
     /// The exit code.
     code: u8,
+    /// The next step.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    help: String,
     /// The place of a scene error.
     #[serde(skip_serializing_if = "Option::is_none")]
     place: Option<Place>,
+    /// What an error of a scene or of data is about.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    subject: Option<About>,
+}
+
+/// The data file, line, row, column and key that an error is about, and the value there.
+#[derive(Serialize)]
+struct About {
+    file: Option<String>,
+    line: Option<u64>,
+    row: Option<u64>,
+    column: Option<String>,
+    key: Option<&'static str>,
+    value: Option<String>,
 }
 
 /// The place of a scene error.
@@ -132,22 +151,31 @@ struct Place {
     /// From 1; 0 where the error is about the file as a whole.
     line: usize,
     column: usize,
-    /// The next step.
-    help: String,
 }
 
 impl From<&Error> for Failure {
     fn from(error: &Error) -> Failure {
-        let place = match error {
-            Error::Scene(error) => Some(Place {
-                file: error.path.display().to_string(),
-                line: error.line,
-                column: error.column,
-                help: error.help.clone(),
-            }),
+        let scene = match error {
+            Error::Scene(error) => Some(error),
             _ => None,
         };
-        Failure { error: error.to_string(), code: error.exit_code(), place }
+        let place = scene.map(|error| Place {
+            file: error.path.display().to_string(),
+            line: error.line,
+            column: error.column,
+        });
+        let subject = scene.filter(|error| error.subject != Subject::default()).map(|error| {
+            let Subject { file, line, row, column, key } = error.subject.clone();
+            let file = file.map(|file| file.display().to_string());
+            About { file, line, row, column, key, value: error.value.clone() }
+        });
+        Failure {
+            error: error.to_string(),
+            code: error.exit_code(),
+            help: help_of(error),
+            place,
+            subject,
+        }
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 use kugelblitz::cost::ObjectCounts;
+use kugelblitz::error::Message;
 use kugelblitz::picture::{Image, read_image, read_rays};
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::Scene;
@@ -215,11 +216,14 @@ fn scene_and_rays(args: &JudgeArgs, image: &Image, run: &Run) -> Result<(Arc<Sce
     let picture = PictureArgs { camera, data, ..PictureArgs::default() };
     let read = |size| picture.scene(&args.scene, size, run);
     if let Some(rays) = &args.rays {
-        return Ok((read(None)?, Rays::List(read_rays(rays, &run.control)?)));
+        let scene = picture.scene_of_rays(&args.scene, None, run)?;
+        return Ok((scene, Rays::List(read_rays(rays, &run.control)?)));
     }
     let SizeArgs { whole: WholeArgs { size }, crop } = args.size;
     let size = whole_size(image, size, crop).map_err(|error| match error {
-        Error::Usage(what) => Error::Usage(format!("{}: {what}", args.against.shown())),
+        Error::Usage(Message { text, hint }) => {
+            Error::Usage(Message { text: format!("{}: {text}", args.against.shown()), hint })
+        }
         error => error,
     })?;
     let scene = read(size)?;

@@ -113,7 +113,7 @@ fn start_threads() -> Result<()> {
     let touch = |_| drop(std::hint::black_box(vec![0_u8; 64]));
     rayon::ThreadPoolBuilder::new().start_handler(touch).build_global().map_err(|error| {
         let advice = "set RAYON_NUM_THREADS to fewer, or raise the limits (`ulimit`)";
-        Error::TooLarge(format!("the threads can't be started ({error}): {advice}"))
+        Error::TooLarge(format!("the threads can't be started ({error}): {advice}").into())
     })
 }
 

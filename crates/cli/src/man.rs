@@ -55,10 +55,9 @@ fn find<'a>(program: &'a Command, names: &[String]) -> Result<&'a Command> {
             let known = command.get_subcommands().map(Command::get_name).chain([SCENE_PAGE]);
             let near = did_you_mean(known, name);
             let hint = near.map_or(String::new(), |near| format!("did you mean `{near}`? "));
-            Error::Usage(format!(
-                "there is no page `{}`; {hint}see kugelblitz --help",
-                name.shown()
-            ))
+            Error::Usage(
+                format!("there is no page `{}`; {hint}see kugelblitz --help", name.shown()).into(),
+            )
         })
     })
 }

@@ -101,7 +101,7 @@ pub fn check_size([width, height]: [u32; 2]) -> Result<[u32; 2]> {
         return Err(Error::TooLarge(format!(
             "--size {width}x{height}: a picture has at most {MAX_SIDE} pixels a side; render several \
              with different cameras"
-        )));
+        ).into()));
     }
     Ok([width, height])
 }
@@ -128,10 +128,13 @@ impl SizeArgs {
         let pixels = self.whole.pixels(scene, path)?;
         let Some(crop @ [x, y, width, height]) = self.crop else { return Ok(pixels) };
         pixels.part(crop).ok_or_else(|| {
-            Error::Usage(format!(
-                "--crop {x},{y},{width},{height} is not inside the picture of {}x{} pixels",
-                pixels.image_width, pixels.image_height
-            ))
+            Error::Usage(
+                format!(
+                    "--crop {x},{y},{width},{height} is not inside the picture of {}x{} pixels",
+                    pixels.image_width, pixels.image_height
+                )
+                .into(),
+            )
         })
     }
 }

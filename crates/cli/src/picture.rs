@@ -7,13 +7,16 @@ use std::sync::Arc;
 
 use clap::{Args, Command, CommandFactory};
 use glam::DVec3;
+use kugelblitz::error::Message;
 use kugelblitz::output::{self, OutputFile};
-use kugelblitz::plain::plain_json;
+use kugelblitz::plain::{Shown, plain_json};
 use kugelblitz::scene::schema::{
-    self, CameraKeys, CloudKeys, ColumnKeys, LightKeys, SkyKeys, Value as _, option, read_value,
+    self, CameraKeys, CloudKeys, ColorSpace, ColumnKeys, LightKeys, Missing, SkyKeys, Value as _,
+    option, read_value,
 };
 use kugelblitz::scene::{
-    Color, ColorMap, Composed, Framing, Samples, Scene, SceneOverrides, Viewpoint, compose_scene,
+    Cloud, Color, ColorMap, Composed, Framing, InputFormat, Samples, Scene, SceneOverrides,
+    Viewpoint, compose_scene,
 };
 use kugelblitz::words::joined;
 use kugelblitz::{Error, Result};
@@ -23,6 +26,7 @@ use crate::options::{check_size, number, parser_of, samples_parser};
 use crate::output::{is_stdout, print, refuse_overwriting, text_quoted};
 use crate::progress::Progress;
 
+use crate::complain;
 use crate::{Run, wrong_usage};
 
 /// What a picture shows: the options win over the scene.
@@ -40,7 +44,7 @@ pub struct PictureArgs {
 #[derive(Args, Clone, Default)]
 #[command(next_help_heading = "What the picture shows (wins over the scene)")]
 pub struct CameraArgs {
-    /// Frame everything, seen from this side: quarter, iso, x, -x, y, -y, z, -z [default without a
+    /// Frame all spheres, seen from this side: quarter, iso, x, -x, y, -y, z, -z [default without a
     /// camera: quarter]
     #[arg(
         long,
@@ -112,30 +116,49 @@ pub struct DrawArgs {
 
 /// How data are read, and the spheres of a scene's only cloud.
 #[derive(Args, Clone, Default)]
-#[command(next_help_heading = "Data (.npy, .csv, .xyz), or a scene's only cloud")]
+#[command(next_help_heading = "Data (.npy, .csv, .xyz, LAMMPS dumps), or a scene's only cloud")]
 pub struct DataArgs {
-    /// Radius of all spheres, where the data have none [default: half the median distance between
+    /// Format of SCENE, if its content is not recognized: toml, npy, csv, xyz or lammps
+    #[arg(long, value_name = "FORMAT", value_parser = parser_of(InputFormat::ALL.map(|(_, format)| format), name_of_input),
+        hide_possible_values = true)]
+    pub input_format: Option<InputFormat>,
+    /// Radius of all spheres, if the data have none [default: half the median distance between
     /// neighbours]
     #[arg(long, value_name = "R", value_parser = option(schema::radius), allow_negative_numbers = true)]
     pub radius: Option<f64>,
-    /// Colour of all spheres, where the data have none: "#rrggbb", a name, or linear R,G,B
+    /// Colour of all spheres, if the data have none: "#rrggbb", a CSS name, or linear R,G,B
     #[arg(long, value_name = "COLOUR", value_parser = option(schema::color), conflicts_with = "color_by")]
     pub color: Option<Color>,
-    /// Make colours of the numbers in this column
+    /// Colour space of colours in the data: srgb or linear [default: srgb]
+    #[arg(long, value_name = "SPACE", value_parser = option(schema::color_space))]
+    pub color_space: Option<ColorSpace>,
+    /// Apply a colour map to this column
     #[arg(long, value_name = "COLUMN")]
     pub color_by: Option<String>,
-    /// The colour map: viridis, magma, turbo, coolwarm, grey, …
+    /// Colour map: viridis, magma, turbo, coolwarm, grey, … [default: viridis]
     #[arg(long, value_name = "NAME", value_parser = option(schema::colormap))]
     pub colormap: Option<ColorMap>,
-    /// The numbers at both ends of the colour map [default: the column's least and largest]
+    /// Numbers at the ends of the colour map [default: the column's minimum and maximum]
     #[arg(long, value_name = "LO,HI", value_parser = option(schema::range), allow_hyphen_values = true)]
     pub range: Option<[f64; 2]>,
-    /// Which columns are which, where their names differ: radius=R,x=px
+    /// Columns whose names are not known ones (radius=R,x=px), columns to ignore (radius=false), and a coordinate of all spheres
+    /// (z=0.0)
     #[arg(long, value_name = "KEY=NAME,…", value_delimiter = ',', value_parser = parse_column)]
     pub columns: Vec<(String, String)>,
-    /// Which frame of several in a file, from 0
-    #[arg(long, value_name = "N")]
-    pub frame: Option<u32>,
+    /// Line that names the columns of a table, from 1
+    #[arg(long, value_name = "LINE", value_parser = option(schema::header))]
+    pub header: Option<u32>,
+    /// Treatment of rows without a coordinate or a radius: skip leaves them out [default: an error]
+    #[arg(long, value_name = "WHAT", value_parser = option(schema::missing))]
+    pub missing: Option<Missing>,
+    /// Frame of a file of several, from 0; -1 is the last one [default: 0]
+    #[arg(long, value_name = "N", value_parser = option(schema::frame), allow_negative_numbers = true)]
+    pub frame: Option<i32>,
+}
+
+/// Returns the name of an input format.
+fn name_of_input(format: InputFormat) -> &'static str {
+    InputFormat::ALL.iter().find(|(_, other)| *other == format).map_or("", |(name, _)| name)
 }
 
 /// A value, or the word in its place: `auto` for a height, `none` for light. By this name clap takes it for a value.
@@ -170,15 +193,30 @@ impl PictureArgs {
             sky: light.sky.clone(),
             ambient: light.ambient,
             cloud: data.keys()?,
+            input_format: data.input_format,
             ..SceneOverrides::default()
         })
     }
 
-    /// Reads what `render` with these options draws: but a scene without a camera has none unless an option asks for one.
+    /// Reads the scene that `render` with these options draws, with a camera that frames all spheres if there is none.
     ///
     /// # Errors
     /// Those of [`PictureArgs::overrides`] and [`compose_scene`].
     pub fn scene(&self, path: &Path, size: Option<[u32; 2]>, run: &Run) -> Result<Arc<Scene>> {
+        let overrides = SceneOverrides { needs_camera: true, ..self.overrides(size)? };
+        read_composed(path, &overrides, run).map(|(scene, _)| scene)
+    }
+
+    /// Reads the scene for a command that needs no camera.
+    ///
+    /// # Errors
+    /// Those of [`PictureArgs::scene`].
+    pub fn scene_of_rays(
+        &self,
+        path: &Path,
+        size: Option<[u32; 2]>,
+        run: &Run,
+    ) -> Result<Arc<Scene>> {
         read_composed(path, &self.overrides(size)?, run).map(|(scene, _)| scene)
     }
 
@@ -221,10 +259,12 @@ pub fn read_composed(
 ) -> Result<(Arc<Scene>, Composed)> {
     let compose = || compose_scene(path, overrides, &run.control);
     let mut composed = Progress::of_bytes(run).during(compose)?;
-    for note in &composed.notes {
-        run.say(&format!("note: {note}"));
+    for note in composed.notes.iter().chain(&composed.scene.notes) {
+        run.say(&format!("note: {}", note.worded(complain::option)));
     }
-    composed.scene.notes.iter().for_each(|note| run.say(note));
+    for cloud in composed.scene.clouds.iter().filter(|cloud| !cloud.unused_columns.is_empty()) {
+        run.note(&format!("{}: {}", cloud.path.shown(), unused_columns(cloud)));
+    }
     let scene = Arc::new(std::mem::take(&mut composed.scene));
     Ok((scene, composed))
 }
@@ -280,20 +320,43 @@ impl DataArgs {
         if let Some((key, _)) = self.columns.iter().find(|(key, _)| !said.insert(key)) {
             return wrong_usage(format!("--columns: `{key}` is said twice; say it once"));
         }
-        let pair = |(key, name): &(String, String)| format!("{} = {}", key.toml(), name.toml());
+        let pair =
+            |(key, value): &(String, String)| format!("{} = {}", key.toml(), column_toml(value));
         let toml = format!("{{ {} }}", joined(self.columns.iter().map(pair), ", "));
-        let columns = read_value::<ColumnKeys>("columns", &toml, schema::table)
-            .map_err(|[found, help]| Error::Usage(format!("--columns: {found}; {help}")))?;
+        let columns =
+            read_value::<ColumnKeys>("columns", &toml, schema::table).map_err(|fault| {
+                Error::Usage(Message::new(format!("--columns: {}", fault.message), fault.hint))
+            })?;
         Ok(CloudKeys {
             radius: self.radius,
             color: self.color,
             columns: Some(columns).filter(|_| !self.columns.is_empty()),
+            color_space: self.color_space,
             color_by: self.color_by.clone(),
             colormap: self.colormap,
             range: self.range,
+            header: self.header,
+            missing: self.missing,
             frame: self.frame,
             ..CloudKeys::default()
         })
+    }
+}
+
+/// Returns the names of the columns of a cloud that are not used.
+pub fn unused_columns(cloud: &Cloud) -> String {
+    let names = joined(cloud.unused_columns.iter().map(|name| name.shown()), ", ");
+    format!("columns not used: {names}")
+}
+
+/// Returns the value of a column in TOML: `false` for none, a number with a point for all spheres, else a name.
+fn column_toml(value: &str) -> String {
+    let is_float =
+        value.contains(['.', 'e', 'E']) && value.parse::<f64>().is_ok_and(f64::is_finite);
+    match value {
+        "false" => value.into(),
+        _ if is_float => value.parse::<f64>().map_or(value.toml(), |number| number.toml()),
+        _ => value.toml(),
     }
 }
 
@@ -333,7 +396,7 @@ fn parse_column(text: &str) -> Result<(String, String), String> {
         Some((key, name)) if !key.trim().is_empty() && !name.is_empty() => {
             Ok((key.trim().into(), name.into()))
         }
-        _ => Err("give pairs of what a column is and its name, e.g. radius=R,x=px".into()),
+        _ => Err("expected KEY=NAME pairs, for example radius=R,x=px".into()),
     }
 }
 

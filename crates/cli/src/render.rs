@@ -217,7 +217,7 @@ fn write_legend(path: &Path, args: &RenderArgs, scene: &Scene) -> Result<OutputF
             "--legend: no cloud of {} is coloured by a column; say which, e.g. `color_by = \"speed\"` \
              in its [[spheres]]",
             args.scene.shown()
-        ))
+        ).into())
     })?;
     written(path, svg.as_bytes())
 }

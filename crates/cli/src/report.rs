@@ -10,7 +10,7 @@ use kugelblitz::gpu::{AdapterFacts, Gpu};
 use kugelblitz::input;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::Shown;
-use kugelblitz::scene::{is_cloud_file, read_scene_text};
+use kugelblitz::scene::read_scene_text;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result, memory};
 use kugelblitz_report::{
@@ -117,9 +117,9 @@ fn cases(args: &ReportArgs, size: [u32; 2], run: &Run) -> Result<Vec<ReportScene
     }
     let case = |path: &PathBuf| {
         let scene = args.picture.scene(path, Some(size), run)?;
-        // A pipe is read once, and data say nothing of themselves.
-        let has_text = path.is_file() && !is_cloud_file(path);
-        let text = if has_text { read_scene_text(path)? } else { String::new() };
+        // A pipe can be read only once, and data have no comments.
+        let text =
+            if path.is_file() { read_scene_text(path).unwrap_or_default() } else { String::new() };
         let mut case = ReportScene::new(scene, &text, path, Class::Given)?;
         if args.scenes.iter().filter(|other| other.file_stem() == path.file_stem()).count() > 1 {
             case.name = path.to_string_lossy().into_owned();
@@ -149,7 +149,7 @@ fn devices(args: &ReportArgs, missing: &mut Vec<Missing>, run: &Run) -> Result<V
         return Ok(vec![device::open(choice, None, run)?]);
     }
     if let Err(Error::TooLarge(why)) = memory::require_device() {
-        missing.push(Missing { what: "Vulkan devices".into(), why });
+        missing.push(Missing { what: "Vulkan devices".into(), why: why.text });
         return Ok(vec![Device::Cpu]);
     }
     let (opened, noise) = quietly(Gpu::open_all);

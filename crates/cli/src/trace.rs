@@ -29,7 +29,7 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<Done<Traced>> {
     let wants = Wants { surface: true, level: args.certificates };
     let start = Instant::now();
     let picture = PictureArgs { data: args.data.clone(), ..PictureArgs::default() };
-    let scene = picture.scene(&args.scene, None, run)?;
+    let scene = picture.scene_of_rays(&args.scene, None, run)?;
     refuse_overwriting([&args.output], [&args.scene, &args.rays], &scene)?;
     let mut file = OutputFile::create(&args.output, false)?;
     let read = || read_rays(&args.rays, &run.control);

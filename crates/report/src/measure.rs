@@ -226,7 +226,7 @@ impl<'a> Work<'a> {
                         Err(Error::TooLarge(why)) if !matches!(own.of, Of::Scene { .. }) => {
                             let device = own.benchmark.device_name();
                             let what = format!("{} on {device}", own.of.name());
-                            missing.push(Missing { what, why });
+                            missing.push(Missing { what, why: why.text });
                         }
                         added => {
                             added?;

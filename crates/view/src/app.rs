@@ -12,6 +12,7 @@ use eframe::wgpu;
 use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
+use kugelblitz::error::Message;
 use kugelblitz::gpu::Gpu;
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::Scene;
@@ -154,7 +155,7 @@ fn device_error(error: &wgpu::Error) -> Error {
     let words = error.to_string();
     match words.contains("Surface::") || words.contains("Queue::present") {
         true => display_lost(),
-        false => Error::Device(words),
+        false => Error::Device(words.into()),
     }
 }
 
@@ -162,7 +163,7 @@ fn device_error(error: &wgpu::Error) -> Error {
 fn window_error(error: eframe::Error, scene: &Path) -> Error {
     use winit::error::EventLoopError;
     let render = format!("use `kugelblitz render {} -o picture.png`", scene.shown());
-    Error::NoAdapter(match error {
+    let text = match error {
         // All that winit says of Wayland.
         eframe::Error::WinitEventLoop(EventLoopError::ExitFailure(_)) => {
             return display_lost();
@@ -180,13 +181,14 @@ fn window_error(error: eframe::Error, scene: &Path) -> Error {
                     Some(format!(" ({name}={value})"))
                 });
             let asked = asked.unwrap_or_default();
-            format!("there is no display to open a window on: {why}{asked}; {render}")
+            format!("there is no display to open a window on: {why}{asked}")
         }
         eframe::Error::Wgpu(error) => {
-            format!("no Vulkan device can show pictures in a window here: {error}; {render}")
+            format!("no Vulkan device can show pictures in a window here: {error}")
         }
-        error => format!("the window can't be opened: {error}; {render}"),
-    })
+        error => format!("the window cannot be opened: {error}"),
+    };
+    Error::NoAdapter(Message::new(text, render))
 }
 
 /// Passes what other threads say to the window, and wakes it.
@@ -428,12 +430,10 @@ impl<'a> App<'a> {
         Ok(())
     }
 
-    /// Tells the fault of a scene, in as many lines as it takes.
+    /// Shows the error of a scene and its next step.
     fn wrong(&mut self, error: Error) -> String {
-        let error = match error {
-            Error::Scene(wrong) => format!("{wrong}\n{}", wrong.help),
-            other => other.to_string(),
-        };
+        let hint = error.hint();
+        let error = if hint.is_empty() { error.to_string() } else { format!("{error}\n{hint}") };
         (self.notify)(&Notice::SceneWrong { error: &error });
         error
     }

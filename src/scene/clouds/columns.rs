@@ -1,169 +1,256 @@
-//! Which column of a file is what.
+//! Finds the columns of a file that have the centre, the radius, the colour and the element of a sphere.
 //!
-//! A file's columns have names: those of a csv header, of the fields of a structured array, of
-//! `Properties=`. A field of several numbers is as many columns, `velocity:0`, `velocity:1` and so on.
-//! What a scene names under `columns` is taken; the rest is found by the names that people give it.
+//! Columns have names: from a header, from the fields of a structured array, from `Properties=`. A field of several numbers is
+//! several columns: `velocity:0`, `velocity:1` and so on. What the scene names under `columns` is used; the rest is found by the
+//! names that programs give it.
 
 use std::ops::Range;
 
+use glam::DVec3;
+
 use super::CloudFile;
-use crate::error::{Error, Result};
+use super::units::{Factor, Unit, name_and_unit};
+use crate::error::{Hint, Result, SceneError, Setting, SettingValue};
 use crate::plain::Shown;
 use crate::scene::places::quoted;
-use crate::scene::schema::{ColumnKeys, Section};
+use crate::scene::schema::{ColumnChoice, ColumnKeys, Section};
 use crate::scene::{Color, Sphere};
-use crate::words::{cut, did_you_mean};
+use crate::words::{cut, did_you_mean, list};
 
-/// What a column may be: the place of its key in [`ColumnKeys`]. What spheres are coloured by is in the places of
-/// their colours.
-pub(super) type Part = usize;
+/// What a column contains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    /// A coordinate of the centre, by its axis.
+    Center(usize),
+    Radius,
+    Diameter,
+    /// A component of the colour.
+    Color(usize),
+    Alpha,
+    /// A whole colour: `#rrggbb`, a name, or perhaps three bytes packed into a number.
+    WholeColor {
+        may_be_packed: bool,
+    },
+    /// A component of what a colour map is applied to.
+    Scalar(usize),
+}
 
-const X: Part = 0;
-const RADIUS: Part = 3;
-const DIAMETER: Part = 4;
-pub(super) const RED: Part = 5;
-const ELEMENT: Part = 8;
-
-/// Puts the number of a part in its place.
+/// Stores the number of a part in a sphere and its colour.
 pub(super) fn put(part: Part, number: f64, sphere: &mut Sphere, color: &mut Color) {
     match part {
-        X..RADIUS => sphere.center[part] = number,
-        RADIUS => sphere.radius = number,
-        DIAMETER => sphere.radius = 0.5 * number,
-        _ => color.0[part - RED] = number,
+        Part::Center(axis) => sphere.center[axis] = number,
+        Part::Radius => sphere.radius = number,
+        Part::Diameter => sphere.radius = 0.5 * number,
+        Part::Color(component) | Part::Scalar(component) => color.0[component] = number,
+        Part::Alpha | Part::WholeColor { .. } => {}
     }
 }
 
-/// What the scene says of each part: the name of its column, `None` in place of one where there is none.
-fn said(columns: &ColumnKeys) -> [Option<Option<&str>>; 9] {
-    let ColumnKeys { x, y, z, radius, diameter, red, green, blue, element, .. } = columns;
-    [x, y, z, radius, diameter, red, green, blue, element]
-        .map(|said| said.as_ref().map(Option::as_deref))
-}
-
-/// A file's columns, and how its kind calls them.
+/// A file's columns, and what its format calls them.
 pub(super) struct Header<'h> {
-    /// The names as they stand in the file.
+    /// Names as they are in the file.
     pub names: &'h [String],
     /// What has these names: `the header`, for one.
     pub what: &'h str,
-    /// How a file of this kind is written.
-    pub help: &'h str,
-    /// True where a column `element` tells what lacks.
+    /// How a file of this format is written.
+    pub help: &'static str,
+    /// Whether a column `element` gives the radius and the colour that are missing.
     pub has_elements: bool,
-    /// True where a column may be named by its place, from 0.
+    /// Whether a column may be named by its place, from 0.
     pub has_places: bool,
 }
 
 /// The columns that are read, by their places.
 pub(super) struct Layout {
-    pub parts: Vec<(usize, Part)>,
-    /// The element, where it gives the radius, the colour.
-    pub element: Option<(usize, [bool; 2])>,
-    /// What the file calls that which spheres are coloured by.
+    /// Place and part of each column of numbers, with the factor to the unit of x.
+    pub parts: Vec<(usize, Part, Factor)>,
+    /// Coordinates that are the same for all spheres.
+    pub constants: [Option<f64>; 3],
+    /// Element.
+    pub element: Option<usize>,
+    /// Name in the file of the column that a colour map is applied to.
     pub color_by: String,
-    /// True where the file gives a radius, by itself or by the element.
+    /// Whether the file has a radius for each sphere.
     pub has_radius: bool,
-    /// True where there are columns of colours.
+    /// Whether the file has a colour for each sphere.
     pub has_colors: bool,
-    /// True where spheres are coloured by the length of a vector.
+    /// Whether the element may give the radius, the colour: the scene allows it.
+    pub takes_of_element: [bool; 2],
+    /// Whether the length of a vector is what a colour map is applied to.
     pub has_vector: bool,
+    /// Names of the columns that are not read.
+    pub unused: Vec<String>,
+    /// Names of the columns of red, green and blue, if they are known by their names.
+    color_names: Vec<String>,
 }
 
-/// Names of centres; the first are those of an error.
-const CENTERS: [[&str; 3]; 9] = [
+/// Names of the three coordinates; the first are those of an error.
+const CENTERS: [[&str; 3]; 14] = [
     ["x", "y", "z"],
     ["xu", "yu", "zu"],
     ["pos:0", "pos:1", "pos:2"],
     ["position:0", "position:1", "position:2"],
+    ["positions:0", "positions:1", "positions:2"],
     ["points:0", "points:1", "points:2"],
+    ["coordinates:0", "coordinates:1", "coordinates:2"],
     ["center:0", "center:1", "center:2"],
     ["pos_x", "pos_y", "pos_z"],
     ["position_x", "position_y", "position_z"],
+    ["position x", "position y", "position z"],
+    ["position.x", "position.y", "position.z"],
     ["center_x", "center_y", "center_z"],
+    ["coord_x", "coord_y", "coord_z"],
 ];
 const RADII: [&str; 3] = ["r", "radius", "radii"];
 const DIAMETERS: [&str; 2] = ["diameter", "diam"];
-const COLORS: [[&str; 3]; 6] = [
-    ["red", "green", "blue"],
-    ["r", "g", "b"],
-    ["color:0", "color:1", "color:2"],
-    ["colour:0", "colour:1", "colour:2"],
-    ["colors:0", "colors:1", "colors:2"],
-    ["rgb:0", "rgb:1", "rgb:2"],
+/// Names of the components of a colour and of alpha.
+const COLORS: [[&str; 4]; 11] = [
+    ["red", "green", "blue", "alpha"],
+    ["r", "g", "b", "a"],
+    ["rf", "gf", "bf", "af"],
+    ["color:0", "color:1", "color:2", "color:3"],
+    ["colour:0", "colour:1", "colour:2", "colour:3"],
+    ["colors:0", "colors:1", "colors:2", "colors:3"],
+    ["rgb:0", "rgb:1", "rgb:2", "rgb:3"],
+    ["rgba:0", "rgba:1", "rgba:2", "rgba:3"],
+    ["color_r", "color_g", "color_b", "color_a"],
+    ["colour_r", "colour_g", "colour_b", "colour_a"],
+    ["color.r", "color.g", "color.b", "color.a"],
 ];
+/// Names of columns of whole colours.
+const WHOLE_COLORS: [&str; 5] = ["color", "colour", "colors", "rgb", "rgba"];
 const ELEMENTS: [&str; 3] = ["element", "species", "symbol"];
+/// Parts of names that are probably a radius or a colour.
+const LIKE_RADIUS: [&str; 3] = ["radius", "radii", "diameter"];
+const LIKE_COLOR: [&str; 3] = ["color", "colour", "rgb"];
 
-/// A name as it is compared: in lower case, without a unit: `X [m]`, `x(mm)` and `x / m` are `x`.
-fn plain_name(name: &str) -> String {
-    let name = name.trim();
-    let ends = [name.find(['[', '(']), name.find(" / ")];
-    let end = ends.into_iter().flatten().filter(|end| *end > 0).min().unwrap_or(name.len());
-    name[..end].trim_end().to_lowercase()
+/// Whether these names contain three coordinates.
+pub(super) fn have_center(names: &[String]) -> bool {
+    let plain: Vec<String> = names.iter().map(|name| name_and_unit(name).0).collect();
+    let is_there = |name: &&str| plain.iter().any(|plain| plain == name);
+    CENTERS.iter().any(|names| names.iter().all(|name| is_there(&name)))
+}
+
+/// A coordinate: the place of its column, or the number of all spheres.
+#[derive(Clone, Copy, Debug)]
+enum Coordinate {
+    Column(usize),
+    Constant(f64),
 }
 
 /// The columns of one file, while their parts are found.
-struct Finder<'f> {
-    source: &'f CloudFile<'f>,
+struct Finder<'f, 'r> {
+    source: &'f CloudFile<'f, 'r>,
     columns: &'f ColumnKeys,
-    said: [Option<Option<&'f str>>; 9],
     header: &'f Header<'f>,
+    /// Names in lower case, without units.
     plain: Vec<String>,
+    units: Vec<Option<&'f str>>,
 }
 
 impl Layout {
-    /// Finds the columns. What lacks, what could be two things, and a radius that nobody would read
-    /// are errors.
-    pub fn find(source: &CloudFile, header: &Header) -> Result<Layout> {
+    /// Finds the columns. Missing and ambiguous ones are errors, and so is a radius or a colour that would not be read. Notes
+    /// are added to `notes`.
+    pub fn find<'f>(
+        source: &'f CloudFile<'f, '_>,
+        header: &'f Header<'f>,
+        notes: &mut Vec<String>,
+    ) -> Result<Layout> {
         let keys = source.keys;
-        let columns = &keys.columns.clone().unwrap_or_default();
-        let plain = header.names.iter().map(|name| plain_name(name)).collect();
-        let finder = Finder { source, columns, said: said(columns), header, plain };
+        let none = ColumnKeys::default();
+        let columns = keys.columns.as_ref().unwrap_or(&none);
+        let (plain, units) = header.names.iter().map(|name| name_and_unit(name)).unzip();
+        let finder = Finder { source, columns, header, plain, units };
         let center = finder.center()?;
         let color = finder.color()?;
-        let radius = finder.radius(color)?;
-        let color = color.filter(|_| keys.color_by.is_none());
+        let radius = finder.radius(&color)?;
+        let color = if keys.color_by.is_some() { Vec::new() } else { color };
         let element = finder.element()?;
-        let (mut colors, mut color_by) =
-            (Vec::from(color.as_slice().as_flattened()), String::new());
+        let (mut scalars, mut color_by) = (Vec::new(), String::new());
         if let Some(name) = &keys.color_by {
-            colors = finder.color_by(name, center, radius)?;
-            color_by = match colors[..] {
+            scalars = finder.color_by(name, center, radius)?;
+            color_by = match scalars[..] {
                 [column] => header.names[column].clone(),
                 _ => name.clone(),
             };
         }
-        let gives =
-            [radius.is_none() && !finder.denies(RADIUS), colors.is_empty() && !finder.denies(RED)];
-        let element = element.filter(|_| gives.contains(&true));
-        let numbered = |columns: &[usize], first: Part| {
-            columns.iter().copied().zip(first..).collect::<Vec<_>>()
+        let lengths = finder.lengths(center, radius, notes)?;
+        let scalars = scalars.iter().zip(0..).map(|(&column, i)| (column, Part::Scalar(i)));
+        let others = color.iter().copied().chain(scalars);
+        let parts: Vec<_> = lengths
+            .into_iter()
+            .chain(others.map(|(column, part)| (column, part, Factor::ONE)))
+            .collect();
+        let denies_color = finder.denies_color();
+        let is_used = |place: usize| {
+            parts.iter().any(|(column, ..)| *column == place) || element == Some(place)
         };
+        let unused = (0..header.names.len()).filter(|&place| !is_used(place));
         Ok(Layout {
-            parts: [numbered(&center, X), Vec::from_iter(radius), numbered(&colors, RED)].concat(),
-            element: element.map(|column| (column, gives)),
+            constants: center.map(|coordinate| match coordinate {
+                Coordinate::Constant(number) => Some(number),
+                Coordinate::Column(_) => None,
+            }),
+            element,
             color_by,
-            has_radius: radius.is_some() || element.is_some() && gives[0],
-            has_colors: color.is_some(),
-            has_vector: color.is_none() && colors.len() > 1,
+            has_radius: radius.is_some(),
+            has_colors: !color.is_empty(),
+            takes_of_element: [columns.radius != Some(ColumnChoice::Absent), !denies_color],
+            color_names: color
+                .iter()
+                .take(3)
+                .map(|(place, _)| header.names[*place].clone())
+                .collect(),
+            has_vector: parts.iter().any(|(_, part, _)| *part == Part::Scalar(1)),
+            unused: unused.map(|place| header.names[place].clone()).collect(),
+            parts,
         })
     }
 }
 
-impl Finder<'_> {
-    /// True where the scene says that no column is that.
-    fn denies(&self, part: Part) -> bool {
-        self.said[part] == Some(None)
+impl Layout {
+    /// Whether each colour is one cell, whose scale is known.
+    pub fn has_whole_colors(&self) -> bool {
+        self.parts.iter().any(|(_, part, _)| matches!(part, Part::WholeColor { .. }))
     }
 
-    /// The one column that is called so by its plain name.
+    /// Returns the advice to read the colours without their alpha.
+    pub fn hint_without_alpha(&self) -> Hint {
+        let keys = ["red", "green", "blue"];
+        let names = self.color_names.iter().map(|name| SettingValue::Text(name.clone()));
+        let columns = Setting {
+            key: "columns",
+            value: Some(SettingValue::Table(keys.into_iter().zip(names).collect())),
+        };
+        Hint::new("to ignore alpha, name the columns of the colour: {}", [columns])
+    }
+}
+
+impl<'f> Finder<'f, '_> {
+    fn wrong(&self, message: impl Into<String>, hint: impl Into<Hint>) -> Box<SceneError> {
+        self.source.wrong(message, hint)
+    }
+
+    fn denies_color(&self) -> bool {
+        let ColumnKeys { red, green, blue, color, .. } = self.columns;
+        [red, green, blue, color].iter().any(|choice| **choice == Some(ColumnChoice::Absent))
+    }
+
+    /// Returns the column with this plain name.
     fn find(&self, name: &str) -> Result<Option<usize>> {
         let mut places = (0..self.plain.len()).filter(|&column| self.plain[column] == name);
         let place = places.next();
-        if places.next().is_some() {
-            let message = format!("{} names the column `{name}` twice", self.header.what);
-            let help = "rename one of them, or name another under `columns`";
-            return Err(self.source.wrong(message, help));
+        if let (Some(one), Some(other)) = (place, places.next()) {
+            let message = format!("{} has two columns `{name}`", self.header.what);
+            let names = [one, other].map(|column| &self.header.names[column]);
+            let hint = if names[0] == names[1] {
+                Hint::from("rename one of them")
+            } else {
+                let part = part_of(name).unwrap_or("x");
+                let setting = Setting::column_named(part, names[0].as_str());
+                Hint::new("choose one with {}", [setting])
+            };
+            return Err(self.wrong(message, hint).into());
         }
         Ok(place)
     }
@@ -172,10 +259,9 @@ impl Finder<'_> {
         self.plain.iter().any(|plain| plain == name)
     }
 
-    /// The columns that the user calls so: as it stands, by its plain name, by its place, or as a
-    /// vector.
+    /// Returns the columns with this name: as it is in the file, its plain name, its place, or a vector.
     fn called(&self, name: &str) -> Result<Vec<usize>> {
-        let plain = plain_name(name);
+        let (plain, _) = name_and_unit(name);
         let is_place = |place: &usize| self.header.has_places && *place < self.plain.len();
         let found = match self.header.names.iter().position(|other| other == name) {
             Some(column) => Some(column),
@@ -188,130 +274,284 @@ impl Finder<'_> {
         parts.map_while(Result::transpose).collect()
     }
 
-    /// The column that the scene names for a part.
-    fn named(&self, part: Part) -> Result<Option<usize>> {
-        let Some(Some(name)) = self.said[part] else { return Ok(None) };
-        let span = self.columns.span(ColumnKeys::INFO.keys[part].name);
+    /// Returns the column that the scene names for this key of `columns`.
+    fn chosen(&self, key: &'static str, choice: &Option<ColumnChoice>) -> Result<Option<usize>> {
+        let Some(choice) = choice else { return Ok(None) };
+        let span = self.columns.span(key);
+        let name = match choice {
+            ColumnChoice::Absent => return Ok(None),
+            ColumnChoice::Named(name) => name,
+            ColumnChoice::Constant(number) => {
+                let hint = match key {
+                    "radius" => Hint::new(
+                        "give all spheres one radius with {}",
+                        [Setting::number("radius", *number)],
+                    ),
+                    _ => Hint::from("name a column; only x, y and z can be a number"),
+                };
+                let message = format!("`{key}` cannot be the number {number:?}");
+                return Err(self.source.wrong_at(span, message, hint).into());
+            }
+        };
         match self.called(name)?[..] {
             [column] => Ok(Some(column)),
-            [] => Err(self.unknown(span, name)),
-            _ => Err(self.vector(span, name)),
+            [] => Err(self.unknown(span, name).into()),
+            _ => Err(self.vector(span, name).into()),
         }
     }
 
-    fn unknown(&self, span: Range<usize>, name: &str) -> Error {
+    fn unknown(&self, span: Range<usize>, name: &str) -> Box<SceneError> {
         let known = self.header.names.iter().chain(&self.plain).map(String::as_str);
         let hint = did_you_mean(known, name)
             .map_or(String::new(), |near| format!("did you mean {:?}? ", quoted(near)));
         let all = self.header.names.join(", ");
-        let found = format!("{} has no column {:?}", self.header.what, quoted(name));
+        let message = format!("{} has no column {:?}", self.header.what, quoted(name));
         let help = format!("{hint}its columns are {}", cut(&all, 300).shown());
-        self.source.wrong_at(span, found, help)
+        self.source.wrong_at(span, message, help)
     }
 
-    fn vector(&self, span: Range<usize>, name: &str) -> Error {
-        let name = quoted(name);
-        let help = format!("choose one of them, \"{}:0\" for the first", name.shown());
-        self.source.wrong_at(span, format!("{name:?} has several numbers"), help)
+    fn vector(&self, span: Range<usize>, name: &str) -> Box<SceneError> {
+        let shown = quoted(name);
+        let help = format!("choose one of them, \"{}:0\" for the first", shown.shown());
+        self.source.wrong_at(span, format!("{shown:?} has several numbers"), help)
     }
 
-    /// Three columns from this part on: those that the scene names, and the others by these names.
-    fn three(&self, first: Part, names: &[&str; 3]) -> Result<[usize; 3]> {
-        let mut columns = [0; 3];
-        for (axis, name) in names.iter().enumerate() {
-            columns[axis] = match self.named(first + axis)? {
-                Some(column) => column,
-                None => self.find(name)?.ok_or_else(|| {
-                    let found = self.header.names.join(", ").to_lowercase();
-                    let what = self.header.what;
-                    let message =
-                        format!("{what} has no column `{name}`, only {:?}", quoted(&found));
-                    self.source.wrong(message, self.header.help)
-                })?,
+    /// Returns the column of this name, which must be there. `key` is its key of `columns`.
+    fn required(&self, key: &'static str, name: &str) -> Result<usize> {
+        if let Some(column) = self.find(name)? {
+            return Ok(column);
+        }
+        let names = self.header.names;
+        let found = names.join(", ");
+        let message =
+            format!("{} has no column `{name}`, only {:?}", self.header.what, quoted(&found));
+        let has_others = || ["x", "y"].iter().all(|name| self.is_there(name));
+        let hint = if key == "z" && has_others() {
+            let zero = Setting::column("z", SettingValue::Number("0.0".into()));
+            Hint::new("for data in a plane, give all spheres the same z with {}", [zero])
+        } else if names.is_empty() {
+            self.header.help.into()
+        } else {
+            let other =
+                names.iter().find(|name| name.to_lowercase().contains(key)).unwrap_or(&names[0]);
+            let setting = Setting::column_named(key, other.as_str());
+            Hint::new("name the column, for example {}", [setting])
+        };
+        Err(self.wrong(message, hint).into())
+    }
+
+    fn center(&self) -> Result<[Coordinate; 3]> {
+        let ColumnKeys { x, y, z, .. } = self.columns;
+        let choices = [("x", x), ("y", y), ("z", z)];
+        let is_chosen = choices.iter().any(|(_, choice)| choice.is_some());
+        // A name that is left over belongs to the same set as the others.
+        let fits = |names: &&[&str; 3]| {
+            let mut pairs = names.iter().zip(&choices);
+            pairs.all(|(name, (_, choice))| choice.is_some() || self.is_there(name))
+        };
+        let names = CENTERS
+            .iter()
+            .find(fits)
+            .filter(|_| !is_chosen || choices.iter().any(|(_, choice)| choice.is_none()));
+        let names = names.unwrap_or(&CENTERS[0]);
+        let mut center = [Coordinate::Constant(0.0); 3];
+        for (axis, (key, choice)) in choices.into_iter().enumerate() {
+            center[axis] = match choice {
+                Some(ColumnChoice::Constant(number)) => Coordinate::Constant(*number),
+                choice => Coordinate::Column(match self.chosen(key, choice)? {
+                    Some(column) => column,
+                    None => self.required(key, names[axis])?,
+                }),
             };
         }
-        Ok(columns)
+        Ok(center)
     }
 
-    fn is_any_named(&self, first: Part) -> bool {
-        self.said[first..first + 3].iter().any(Option::is_some)
-    }
-
-    fn center(&self) -> Result<[usize; 3]> {
-        let is_named = self.is_any_named(X);
-        let is_there =
-            |names: &&[&str; 3]| !is_named && names.iter().all(|name| self.is_there(name));
-        self.three(X, CENTERS.iter().find(is_there).unwrap_or(&CENTERS[0]))
-    }
-
-    fn color(&self) -> Result<Option<[usize; 3]>> {
-        if (RED..RED + 3).any(|part| self.denies(part)) {
-            return Ok(None);
+    /// Returns the columns of the colour: components, or one whole colour.
+    fn color(&self) -> Result<Vec<(usize, Part)>> {
+        if self.denies_color() {
+            return Ok(Vec::new());
+        }
+        let ColumnKeys { red, green, blue, color, radius, .. } = self.columns;
+        if let Some(column) = self.chosen("color", color)? {
+            return Ok(vec![(column, Part::WholeColor { may_be_packed: true })]);
         }
         // `r` may be named as the radius.
-        let radius = self.named(RADIUS)?;
-        let is_named = self.is_any_named(RED);
+        let radius = self.chosen("radius", radius)?;
+        let choices = [("red", red), ("green", green), ("blue", blue)];
+        let is_chosen = choices.iter().any(|(_, choice)| choice.is_some());
         let is_free = |name: &&str| self.find(name).is_ok_and(|c| c.is_some() && c != radius);
-        let is_there = |names: &&[&str; 3]| !is_named && names.iter().all(is_free);
-        // One or two of them lack the others.
-        let is_begun = is_named || COLORS[0].iter().any(|name| self.is_there(name));
+        let is_there = |names: &&[&str; 4]| !is_chosen && names[..3].iter().all(is_free);
+        // If there are one or two of them, the others are missing.
+        let is_begun = is_chosen || COLORS[0][..3].iter().any(|name| self.is_there(name));
         let names = COLORS.iter().find(is_there).or(is_begun.then_some(&COLORS[0]));
-        names.map(|names| self.three(RED, names)).transpose()
+        if let Some(names) = names {
+            let mut parts = Vec::new();
+            for (component, (key, choice)) in choices.into_iter().enumerate() {
+                let column = match self.chosen(key, choice)? {
+                    Some(column) => column,
+                    None => self.required_color(key, names[component])?,
+                };
+                parts.push((column, Part::Color(component)));
+            }
+            if !is_chosen && let Some(alpha) = self.find(names[3])? {
+                parts.push((alpha, Part::Alpha));
+            }
+            return Ok(parts);
+        }
+        for name in WHOLE_COLORS {
+            if let Some(column) = self.find(name)? {
+                let may_be_packed = name.starts_with("rgb");
+                return Ok(vec![(column, Part::WholeColor { may_be_packed })]);
+            }
+        }
+        let is_used_otherwise =
+            self.source.keys.color.is_some() || self.source.keys.color_by.is_some();
+        match self.like(&LIKE_COLOR) {
+            Some(name) if !is_used_otherwise => Err(self.unread(name, "color", "colour").into()),
+            _ => Ok(Vec::new()),
+        }
     }
 
-    /// The radius or the diameter.
-    fn radius(&self, color: Option<[usize; 3]>) -> Result<Option<(usize, Part)>> {
-        if self.denies(RADIUS) {
+    fn required_color(&self, key: &'static str, name: &str) -> Result<usize> {
+        if let Some(column) = self.find(name)? {
+            return Ok(column);
+        }
+        let message =
+            format!("{} has a part of a colour, but no column `{name}`", self.header.what);
+        let settings = [Setting::column_named(key, "NAME"), Setting::no_column("color")];
+        let hint = Hint::new("name it with {}, or ignore the colours with {}", settings);
+        Err(self.wrong(message, hint).into())
+    }
+
+    /// Returns the first name that contains one of these words.
+    fn like(&self, words: &[&str]) -> Option<&'f String> {
+        self.header
+            .names
+            .iter()
+            .find(|name| words.iter().any(|word| name.to_lowercase().contains(word)))
+    }
+
+    /// The error of a column that is probably the radius or the colour, but would not be read.
+    fn unread(&self, name: &str, key: &'static str, what: &str) -> Box<SceneError> {
+        let no_column = if key == "color" { "color" } else { "radius" };
+        let settings = [Setting::column_named(key, name), Setting::no_column(no_column)];
+        let message = format!("the column may be the {what}, but its name is not a known one");
+        let hint = Hint::new("to use it, give {}; to ignore it, {}", settings);
+        self.wrong(message, hint).in_column(name)
+    }
+
+    /// Returns the column of the radius or the diameter.
+    fn radius(&self, color: &[(usize, Part)]) -> Result<Option<(usize, Part)>> {
+        let ColumnKeys { radius, diameter, .. } = self.columns;
+        if *radius == Some(ColumnChoice::Absent) {
             return Ok(None);
         }
-        match [self.named(RADIUS)?, self.named(DIAMETER)?] {
+        match [self.chosen("radius", radius)?, self.chosen("diameter", diameter)?] {
             [Some(_), Some(_)] => {
                 let message = "both a radius and a diameter are named under `columns`";
-                return Err(self.source.wrong(message, "name the one that is to be used"));
+                return Err(self.wrong(message, "name only the one to be used").into());
             }
-            [Some(column), None] => return Ok(Some((column, RADIUS))),
-            [None, Some(column)] => return Ok(Some((column, DIAMETER))),
+            [Some(column), None] => return Ok(Some((column, Part::Radius))),
+            [None, Some(column)] => return Ok(Some((column, Part::Diameter))),
             [None, None] => {}
         }
-        for (names, part) in [(&RADII[..], RADIUS), (&DIAMETERS, DIAMETER)] {
+        for (names, part, key) in
+            [(&RADII[..], Part::Radius, "radius"), (&DIAMETERS, Part::Diameter, "diameter")]
+        {
             let found = names.iter().filter_map(|name| self.find(name).transpose());
             let mut found = found.collect::<Result<Vec<usize>>>()?;
-            // One of them may be the red.
-            found.retain(|column| !color.is_some_and(|color| color.contains(column)));
+            // `r` may be the red.
+            found.retain(|column| !color.iter().any(|(other, _)| other == column));
             if let [column] = found[..] {
                 return Ok(Some((column, part)));
             }
             if let [one, other, ..] = found[..] {
-                let [one, other] = [one, other].map(|column| quoted(&self.header.names[column]));
-                return Err(self.source.wrong(
-                    format!("both of the columns {one:?} and {other:?} may be the radius"),
-                    format!(
-                        "name one of them, e.g. `columns = {{ radius = \"{}\" }}`",
-                        one.shown()
-                    ),
-                ));
+                let [one, other] = [one, other].map(|column| &self.header.names[column]);
+                let message =
+                    format!("both {:?} and {:?} may be the {key}", quoted(one), quoted(other));
+                let setting = Setting::column_named(key, one.as_str());
+                let hint = Hint::new("choose one, for example with {}", [setting]);
+                return Err(self.wrong(message, hint).into());
             }
         }
-        let is_like = |name: &&String| {
-            ["radius", "radii", "diameter"].iter().any(|word| name.to_lowercase().contains(word))
+        // A radius of all spheres leaves no doubt.
+        let Some(name) = self.like(&LIKE_RADIUS).filter(|_| self.source.keys.radius.is_none())
+        else {
+            return Ok(None);
         };
-        let Some(unused) = self.header.names.iter().find(is_like) else { return Ok(None) };
-        let unused = quoted(unused);
-        let key = if unused.to_lowercase().contains("diam") { "diameter" } else { "radius" };
-        Err(self.source.wrong(
-            format!("the column {unused:?} is not used: is it the {key}?"),
-            format!(
-                "if so, `columns = {{ {key} = \"{}\" }}`; if not, \
-                 `columns = {{ radius = false }}`, and `radius` for all spheres",
-                unused.shown()
-            ),
-        ))
+        let is_diameter = name.to_lowercase().contains("diam");
+        let key = if is_diameter { "diameter" } else { "radius" };
+        Err(self.unread(name, key, key).into())
+    }
+
+    /// Returns the columns of lengths, in the unit of x.
+    fn lengths(
+        &self,
+        center: [Coordinate; 3],
+        radius: Option<(usize, Part)>,
+        notes: &mut Vec<String>,
+    ) -> Result<Vec<(usize, Part, Factor)>> {
+        let coordinate = |(axis, coordinate): (usize, &Coordinate)| match coordinate {
+            Coordinate::Column(column) => Some((*column, Part::Center(axis))),
+            Coordinate::Constant(_) => None,
+        };
+        let columns = center.iter().enumerate().filter_map(coordinate).chain(radius);
+        let columns: Vec<(usize, Part)> = columns.collect();
+        let Some(&(first, _)) = columns.first() else { return Ok(Vec::new()) };
+        let (mut lengths, mut converted) = (Vec::new(), Vec::new());
+        for (column, part) in columns {
+            let factor = self.factor(column, first)?;
+            if factor != Factor::ONE {
+                converted.push(format!("`{}`", self.header.names[column].shown()));
+            }
+            lengths.push((column, part, factor));
+        }
+        if !converted.is_empty() {
+            let unit = self.units[first].unwrap_or_default().shown();
+            let verb = if converted.len() == 1 { "is" } else { "are" };
+            notes.push(format!(
+                "{} {verb} converted to {unit}, the unit of `{}`",
+                list(&converted),
+                self.header.names[first].shown()
+            ));
+        }
+        Ok(lengths)
+    }
+
+    /// Returns the factor from the unit of a column to that of another one. A column without a unit has that of the other.
+    fn factor(&self, column: usize, to: usize) -> Result<Factor> {
+        let Some(from_unit) = self.units[column] else { return Ok(Factor::ONE) };
+        let to_unit = self.units[to];
+        if to_unit == Some(from_unit) {
+            return Ok(Factor::ONE);
+        }
+        let known = |unit: &str| Unit::parse(unit);
+        let factor = to_unit.and_then(|to| known(from_unit)?.factor_to(known(to)?));
+        factor.map_or_else(
+            || {
+                let [name, other] = [column, to].map(|column| self.header.names[column].shown());
+                let message = match to_unit {
+                    Some(_) => format!("its unit cannot be converted to that of `{other}`"),
+                    None => format!("it has a unit, but `{other}` has none"),
+                };
+                let example = if known(from_unit).is_some() { from_unit } else { "m" };
+                let hint = format!(
+                    "write a unit of length after both names in the file, for example `{} [{example}]`",
+                    name_and_unit(&other).0
+                );
+                let error = self.wrong(message, hint).in_column(name);
+                Err(error.with_value(from_unit).into())
+            },
+            Ok,
+        )
     }
 
     fn element(&self) -> Result<Option<usize>> {
-        match self.named(ELEMENT)? {
+        let choice = &self.columns.element;
+        match self.chosen("element", choice)? {
             Some(column) => Ok(Some(column)),
-            None if self.denies(ELEMENT) || !self.header.has_elements => Ok(None),
+            None if choice.is_some() || !self.header.has_elements => Ok(None),
             None => ELEMENTS.iter().find_map(|name| self.find(name).transpose()).transpose(),
         }
     }
@@ -319,35 +559,36 @@ impl Finder<'_> {
     fn color_by(
         &self,
         name: &str,
-        center: [usize; 3],
+        center: [Coordinate; 3],
         radius: Option<(usize, Part)>,
     ) -> Result<Vec<usize>> {
         let (found, span) = (self.called(name)?, self.source.keys.span("color_by"));
-        match (found.len(), name, radius) {
+        let axis = ["x", "y", "z"].iter().position(|axis| *axis == name);
+        match (found.len(), axis.map(|axis| center[axis]), radius) {
             (1..=3, ..) => Ok(found),
-            (4.., ..) => Err(self.vector(span, name)),
-            // What the scene calls it, where the file has another name for it.
-            (0, "x", _) => Ok(vec![center[0]]),
-            (0, "y", _) => Ok(vec![center[1]]),
-            (0, "z", _) => Ok(vec![center[2]]),
-            (0, "radius", Some((column, RADIUS))) => Ok(vec![column]),
-            _ => Err(self.unknown(span, name)),
+            (4.., ..) => Err(self.vector(span, name).into()),
+            // The scene's name, where the file has another one.
+            (0, Some(Coordinate::Column(column)), _) => Ok(vec![column]),
+            (0, _, Some((column, Part::Radius))) if name == "radius" => Ok(vec![column]),
+            _ => Err(self.unknown(span, name).into()),
         }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// Returns the key of `columns` that a name of a file stands for.
+fn part_of(name: &str) -> Option<&'static str> {
+    let keys = ColumnKeys::INFO.keys.iter().map(|key| key.name);
+    let coordinate = CENTERS.iter().find_map(|names| names.iter().position(|other| *other == name));
+    let color =
+        COLORS[1..].iter().find_map(|names| names[..3].iter().position(|other| *other == name));
+    keys.into_iter()
+        .find(|key| *key == name)
+        .or(RADII.contains(&name).then_some("radius"))
+        .or(coordinate.map(|axis| ["x", "y", "z"][axis]))
+        .or(color.map(|component| ["red", "green", "blue"][component]))
+}
 
-    #[test]
-    fn names_are_compared_without_case_and_unit() {
-        for name in ["x", " X ", "x [m]", "x(mm)", "X / m", "x [m] (raw)"] {
-            assert_eq!(plain_name(name), "x", "{name}");
-        }
-        for (name, plain) in [("(x)", "(x)"), ("x_m", "x_m"), ("a/b", "a/b"), ("Größe", "größe")]
-        {
-            assert_eq!(plain_name(name), plain);
-        }
-    }
+/// Returns the constant coordinates as a centre.
+pub(super) fn constant_center(constants: [Option<f64>; 3]) -> DVec3 {
+    DVec3::from_array(constants.map(Option::unwrap_or_default))
 }

@@ -1,89 +1,365 @@
-//! Clouds as values between commas, semicolons, tabs or spaces.
+//! Tables of text: cells between commas, semicolons, tabs or spaces, below a header.
 
-use super::text::{Head, Lines, TextFormat};
-use crate::error::Result;
+use super::columns::have_center;
+use super::text::{Head, Lines, TextFormat, is_comment};
+use super::units::Unit;
+use crate::error::{Hint, Result, Setting, SettingValue};
+use crate::scene::places::quoted;
+use crate::scene::schema::{ColumnKeys, Section};
+use crate::scene::sniff::DataFormat;
 
 pub(super) const FORMAT: TextFormat = TextFormat {
-    help: "the first line names the columns: x, y, z, and optionally r or radius, and red, green, blue \
-           (linear, 0 to 1, or 0 to 255), in any order and among others, with commas, semicolons, tabs \
-           or spaces between them; what has other names is told by `columns = { x = \"px\" }`",
-    row_help: "each line has a value for each column, like 1.5 or 2e-3, with a point and no comma",
+    help: "the first line names the columns: x, y, z, and optionally r or radius, and red, green, blue (0 to 1, or 0 to 255) or \
+           color (\"#rrggbb\"), with commas, semicolons, tabs or spaces between them",
+    row_help: "write a value for each column, numbers as 1.5 or 2e-3",
     empty: "the file is empty",
-    has_frames: false,
+    is_table: true,
     head,
 };
 
-/// Reads the names in the first line that is not empty: one that begins with `#`, if only such lines
-/// stand before numbers, as NumPy writes it.
+/// Lines in which a header, or the first row below it, is looked for.
+const MAX_LINES_OF_TEXT: usize = 20;
+
+/// A line that names columns.
+struct Named {
+    line: u64,
+    separator: u8,
+    names: Vec<String>,
+}
+
+/// Finds the header: the line that the scene chooses; else the first line that is neither empty nor a comment; else, if that is
+/// a row of numbers, the last comment that names columns.
 fn head(lines: &mut Lines) -> Result<Option<Head>> {
-    const MARK: &[u8] = b"\xef\xbb\xbf";
-    let mut comment = None;
-    let line = loop {
-        let Some(line) = lines.next()? else {
-            if comment.is_none() {
-                return Ok(None);
+    let source = lines.source;
+    let chosen = source.keys.header.map(u64::from);
+    let mut separator = None;
+    let mut comments: Vec<Named> = Vec::new();
+    let first = loop {
+        let Some(text) = lines.text()? else { break None };
+        let line = lines.n_read;
+        if chosen.is_some_and(|chosen| line < chosen) {
+            continue;
+        }
+        if let Some(mark) = excel_separator(&text) {
+            separator = Some(mark);
+        } else if chosen.is_some() {
+            let header = Named::new(line, &text, separator);
+            return with_rows(lines, header, None).map(Some);
+        } else if is_comment(text.as_bytes()) {
+            comments.push(Named::new(line, &text, separator));
+        } else if !text.is_empty() {
+            break Some(text);
+        }
+    };
+    if let Some(chosen) = chosen {
+        let message = format!("the file has no line {chosen}, which `header` names");
+        let hint = Hint::new(
+            "give a number up to {}",
+            [Setting::number("header", lines.n_read.saturating_sub(1) as f64)],
+        );
+        return Err(source.wrong_at(source.keys.span("header"), message, hint).into());
+    }
+    let names_center = names_center(source.keys.columns.as_ref());
+    let named = comments.iter().rposition(|comment| have_center(&comment.names));
+    let comment = match named {
+        Some(at) => Some(comments.swap_remove(at)),
+        None => comments.pop(),
+    };
+    let Some(mut first) = first else {
+        return comment.map(|comment| with_rows(lines, comment, None)).transpose();
+    };
+    if is_number_first(&first) {
+        // CloudCompare writes the number of points below its header.
+        if named.is_some() && first.bytes().all(|byte| byte.is_ascii_digit()) {
+            first = lines.text()?.unwrap_or_default();
+        }
+        return match comment.filter(|_| named.is_some() || names_center) {
+            Some(comment) => with_rows(lines, comment, Some(first)),
+            None => without_header(lines, &first, separator),
+        }
+        .map(Some);
+    }
+    // A name in quotes may have line breaks.
+    let line = lines.n_read;
+    let header_separator = separator.unwrap_or_else(|| separator_of(&first));
+    lines.put_back(first.into_bytes());
+    lines.row(header_separator, true)?;
+    let header = Named {
+        line,
+        separator: header_separator,
+        names: with_units(lines.cells(), header_separator),
+    };
+    if !have_center(&header.names) && !names_center {
+        refuse_lines_above_header(lines, &header, separator)?;
+    }
+    with_rows(lines, header, None).map(Some)
+}
+
+impl Named {
+    fn new(line: u64, text: &str, separator: Option<u8>) -> Named {
+        let marks: &[char] =
+            if text.starts_with("//") { &['/', ' ', '\t'] } else { &['#', ' ', '\t'] };
+        let is_marked = is_comment(text.as_bytes());
+        let text = if is_marked { text.trim_start_matches(marks) } else { text };
+        // yade writes `#format x_y_z_r`.
+        if let Some(names) = text.strip_prefix("format ").filter(|_| is_marked) {
+            let names = names.trim().split('_').map(String::from).collect();
+            return Named { line, separator: b' ', names };
+        }
+        let separator = separator.unwrap_or_else(|| separator_of(text));
+        Named { line, separator, names: with_units(cells_of(text, separator), separator) }
+    }
+}
+
+/// Refuses a file whose header stands below other lines: the error names it.
+fn refuse_lines_above_header(
+    lines: &mut Lines,
+    first: &Named,
+    separator: Option<u8>,
+) -> Result<()> {
+    let mut skipped = Vec::new();
+    for _ in 0..MAX_LINES_OF_TEXT {
+        let Some(text) = lines.text()? else { break };
+        let below = Named::new(lines.n_read, &text, separator);
+        if have_center(&below.names) {
+            let message =
+                format!("expected names of columns, found {:?}", quoted(&first.names.join(", ")));
+            let hint = Hint::new("{}", [Setting::number("header", below.line as f64)])
+                .after(format!("line {} looks like the header; use it with ", below.line));
+            return Err(lines.source.wrong(message, hint).at_line(first.line).into());
+        }
+        let is_row = n_numbers(&text) > 0;
+        skipped.push(text);
+        if is_row {
+            break;
+        }
+    }
+    // Nothing better was found: what is missing in the header is the error.
+    lines.put_back(skipped.pop().unwrap_or_default().into_bytes());
+    Ok(())
+}
+
+/// Returns the head of a table with this header. `first` is the first row, if it was read.
+fn with_rows(lines: &mut Lines, header: Named, first: Option<String>) -> Result<Head> {
+    let Named { line, separator, mut names } = header;
+    let is_chosen = lines.source.keys.header.is_some();
+    let mut notes = Vec::new();
+    let mut first = match first {
+        Some(first) => Some(first),
+        None => next_row(lines)?,
+    };
+    let (mut n_skipped, mut has_units) = (0, false);
+    while let Some(text) = &first {
+        let units = cells_of(text, separator);
+        let is_units = !has_units && units.len() <= names.len() && are_units(&units);
+        if is_units {
+            for (name, unit) in names.iter_mut().zip(&units).filter(|(_, unit)| !unit.is_empty()) {
+                *name = format!("{name} [{}]", unit.trim_matches(['[', ']', '(', ')']));
             }
-            break Vec::new();
-        };
-        let line = line.strip_prefix(MARK).unwrap_or(line).trim_ascii().to_vec();
-        if line.starts_with(b"#") {
-            comment = Some(line);
-        } else if !line.is_empty() {
-            break line;
+            has_units = true;
+        } else if !is_chosen || n_numbers(text) > 2 || n_skipped == MAX_LINES_OF_TEXT {
+            break;
+        } else {
+            n_skipped += 1;
         }
-    };
-    let is_row = line.is_empty() || is_number_first(&line);
-    let (header, first_row) = match comment.filter(|_| is_row) {
-        Some(comment) => {
-            let n = comment.iter().take_while(|byte| b"# \t".contains(byte)).count();
-            (comment[n..].to_vec(), Some(line))
+        first = next_row(lines)?;
+    }
+    if n_skipped > 0 {
+        notes.push(format!("the lines of text below the header, line {line}, are skipped"));
+    }
+    let mut row_separator = separator;
+    let mut is_text = false;
+    if let Some(first) = first {
+        let fits = |n_cells: usize| n_cells == names.len() || n_cells == names.len() + 1;
+        if !fits(cells_of(&first, separator).len()) && is_number_first(&first) {
+            row_separator = separator_of(&first);
         }
-        None => (line, None),
-    };
-    let separator = separator_of(&header, first_row.as_deref().unwrap_or_default());
-    lines.put_back(header);
-    lines.row(separator, first_row.is_none())?;
-    let mut names = lines.cells();
+        let cells = cells_of(&first, row_separator);
+        let has_last = cells.last().is_some_and(|cell| !cell.is_empty());
+        if cells.len() == names.len() + 1 && has_last && names.len() > 2 {
+            // R's row names have no header.
+            names.insert(0, String::new());
+        } else if cells.len() + 1 == names.len() && names.last().is_some_and(String::is_empty) {
+            names.pop();
+        }
+        is_text = n_numbers(&first) == 0;
+        lines.put_back(first.into_bytes());
+    }
+    let header_line = (is_text && !is_chosen).then_some(line);
+    Ok(Head {
+        n_rows: (usize::MAX, 0),
+        names,
+        what: "the header".into(),
+        separator: row_separator,
+        has_places: false,
+        header_line,
+        cell: None,
+        notes,
+    })
+}
+
+/// Returns the head of a table whose first line is a row: columns are named by their places, and in a file `.xyz`, the first three
+/// are the coordinates.
+fn without_header(lines: &mut Lines, first: &str, separator: Option<u8>) -> Result<Head> {
+    let source = lines.source;
+    let separator = separator.unwrap_or_else(|| separator_of(first));
+    let n = cells_of(first, separator).len();
+    let mut names: Vec<String> = (0..n).map(|place| place.to_string()).collect();
+    let mut notes = Vec::new();
+    let is_points = DataFormat::of_name(&source.path) == Some(DataFormat::Xyz) && n > 2;
+    if !names_center(source.keys.columns.as_ref()) {
+        if !is_points {
+            let place = |(part, place)| (part, SettingValue::Number(String::from(place)));
+            let places = [("x", "0"), ("y", "1"), ("z", "2")].map(place).to_vec();
+            let setting = Setting { key: "columns", value: Some(SettingValue::Table(places)) };
+            let hint =
+                Hint::new("add a header, or name columns by their place, from 0: {}", [setting]);
+            let message = format!("expected names of columns, found numbers: {:?}", quoted(first));
+            return Err(source.wrong(message, hint).at_line(lines.n_read).into());
+        }
+        for (name, axis) in names.iter_mut().zip(["x", "y", "z"]) {
+            *name = axis.into();
+        }
+        let rest = if n > 3 { "; the others are not used" } else { "" };
+        notes.push(format!(
+            "no number of atoms in the first line: read as a table of x, y, z{rest}"
+        ));
+    }
+    lines.put_back(first.as_bytes().to_vec());
+    Ok(Head {
+        n_rows: (usize::MAX, 0),
+        names,
+        what: "the table".into(),
+        separator,
+        has_places: true,
+        header_line: None,
+        cell: None,
+        notes,
+    })
+}
+
+/// Whether the scene names a column for a coordinate.
+fn names_center(columns: Option<&ColumnKeys>) -> bool {
+    columns.is_some_and(|ColumnKeys { x, y, z, .. }| x.is_some() || y.is_some() || z.is_some())
+}
+
+/// Reads the next line that is neither empty nor a comment.
+fn next_row(lines: &mut Lines) -> Result<Option<String>> {
+    while let Some(text) = lines.text()? {
+        if !text.is_empty() && !is_comment(text.as_bytes()) {
+            return Ok(Some(text));
+        }
+    }
+    Ok(None)
+}
+
+/// Reads Excel's line `sep=;`, which names the separator.
+fn excel_separator(text: &str) -> Option<u8> {
+    let text = text.trim_matches('"');
+    let mark =
+        text.get(..4).filter(|start| start.eq_ignore_ascii_case("sep=")).map(|_| &text[4..])?;
+    match mark.as_bytes() {
+        [] => Some(b'\t'),
+        &[mark] => Some(mark),
+        _ => None,
+    }
+}
+
+/// Splits a line into cells, without quotes.
+fn cells_of(text: &str, separator: u8) -> Vec<String> {
     if separator == b' ' {
-        names.retain(|name| !is_unit(name));
+        return text.split_whitespace().map(|word| word.trim_matches('"').to_owned()).collect();
     }
-    if let Some(row) = first_row {
-        lines.put_back(row);
-    }
-    let (what, scaled) = ("the header".into(), Vec::new());
-    Ok(Some(Head { n_rows: (usize::MAX, 0), names, what, separator, scaled, note: None }))
+    let mut is_quoted = false;
+    let cells = text.split(|c: char| {
+        is_quoted ^= c == '"';
+        c == char::from(separator) && !is_quoted
+    });
+    cells.map(|cell| cell.trim().trim_matches('"').trim().to_owned()).collect()
 }
 
-/// What stands between the names of a header; where that can't be seen, between the first row's values.
-fn separator_of(header: &[u8], row: &[u8]) -> u8 {
-    let count = |line: &[u8], separator: u8| {
-        let mut is_quoted = false;
-        let is_free = |byte: &&u8| {
-            is_quoted ^= **byte == b'"';
-            **byte == separator && !is_quoted
-        };
-        line.iter().filter(is_free).count()
-    };
-    for line in [header, row] {
-        let is_there = |separator: &u8| count(line, *separator) > 0;
-        if let Some(separator) = [b'\t', b';', b','].into_iter().find(is_there) {
-            return separator;
-        }
-        if count(line.trim_ascii(), b' ') > 0 {
-            return b' ';
+/// Appends words in brackets, which are units, to the names before them.
+fn with_units(cells: Vec<String>, separator: u8) -> Vec<String> {
+    if separator != b' ' {
+        return cells;
+    }
+    let mut names: Vec<String> = Vec::new();
+    for cell in cells {
+        match names.last_mut() {
+            Some(name) if is_bracketed(&cell) => *name = format!("{name} {cell}"),
+            _ => names.push(cell),
         }
     }
-    b','
+    names
 }
 
-fn is_number_first(line: &[u8]) -> bool {
-    let word = line.split(|byte| b",;\t \"".contains(byte)).find(|word| !word.is_empty());
-    let word = word.and_then(|word| std::str::from_utf8(word).ok());
-    word.is_some_and(|word| word.parse::<f64>().is_ok())
-}
-
-/// True for a word in brackets, which is a unit where spaces separate.
-fn is_unit(name: &str) -> bool {
-    let is_between = |open, close| name.starts_with(open) && name.ends_with(close);
+fn is_bracketed(cell: &str) -> bool {
+    let is_between = |open, close| cell.starts_with(open) && cell.ends_with(close);
     is_between('[', ']') || is_between('(', ')')
+}
+
+/// Whether the cells of a line are units, or empty.
+fn are_units(cells: &[String]) -> bool {
+    let is_unit = |cell: &&String| is_bracketed(cell) || Unit::parse(cell).is_some();
+    let mut filled = cells.iter().filter(|cell| !cell.is_empty()).peekable();
+    filled.peek().is_some() && filled.all(|cell| is_unit(&cell))
+}
+
+/// Returns what separates the cells of a line.
+fn separator_of(line: &str) -> u8 {
+    let mut counts = [0; 4];
+    let marks = [b'\t', b';', b',', b' '];
+    let mut is_quoted = false;
+    for byte in line.trim().bytes() {
+        is_quoted ^= byte == b'"';
+        if let Some(place) = marks.iter().position(|mark| *mark == byte && !is_quoted) {
+            counts[place] += 1;
+        }
+    }
+    let found = marks.into_iter().zip(counts).find(|(_, count)| *count > 0);
+    found.map_or(b',', |(mark, _)| mark)
+}
+
+fn is_number_first(line: &str) -> bool {
+    let word = line.split([',', ';', '\t', ' ', '"']).find(|word| !word.is_empty());
+    word.is_some_and(|word| super::numbers::is_number(word))
+}
+
+/// Counts the numbers in a line.
+fn n_numbers(line: &str) -> usize {
+    let words = line.split([',', ';', '\t', ' ', '"']).filter(|word| !word.is_empty());
+    words.filter(|word| super::numbers::is_number(word)).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn separators_are_seen() {
+        for (line, separator) in [
+            ("x,y,z", b','),
+            ("x;y;z", b';'),
+            ("1,5;2;3", b';'),
+            ("x\ty\tz", b'\t'),
+            ("x y z", b' '),
+            ("\"x, y\" z", b' '),
+            ("x", b','),
+        ] {
+            assert_eq!(separator_of(line), separator, "{line}");
+        }
+        assert_eq!(excel_separator("sep=;"), Some(b';'));
+        assert_eq!(excel_separator("SEP=,"), Some(b','));
+        assert_eq!(excel_separator("sep=;;"), None);
+        assert_eq!(excel_separator("separate"), None);
+    }
+
+    #[test]
+    fn units_belong_to_the_name_before_them() {
+        let names = with_units(cells_of("x [m] y (m) z [m] r", b' '), b' ');
+        assert_eq!(names, ["x [m]", "y (m)", "z [m]", "r"]);
+        let units = |text: &str| are_units(&cells_of(text, b','));
+        assert!(units("[m],[m],[m]") && units("m,m,,mm") && units(",(micron),(quality)"));
+        assert!(!units("") && !units(",,") && !units("1,m") && !units("sand,m"));
+    }
 }

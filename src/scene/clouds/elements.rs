@@ -29,6 +29,30 @@ pub(super) fn element(symbol: &str) -> Option<Element> {
     ELEMENTS.get(&key(symbol)?).copied()
 }
 
+/// Whether the label of a file's first atom shows that the others are elements: a number is a type, not an element.
+pub(super) fn is_label_of_elements(label: &str) -> bool {
+    label.trim().parse::<f64>().is_err()
+}
+
+/// Labels in capital letters that are both an element and an atom of an amino acid: the element's name, and the atom's, after
+/// the nomenclature of the Protein Data Bank.
+const ATOM_NAMES: [(&str, &str, &str); 8] = [
+    ("CA", "calcium", "the Cα atom"),
+    ("CD", "cadmium", "the Cδ atom"),
+    ("CE", "cerium", "the Cε atom"),
+    ("HE", "helium", "an Hε atom"),
+    ("HG", "mercury", "an Hγ atom"),
+    ("HO", "holmium", "an H atom"),
+    ("ND", "neodymium", "an Nδ atom"),
+    ("NE", "neon", "an Nε atom"),
+];
+
+/// Returns the names of the element and of the atom of an amino acid if a label may be both.
+pub(super) fn also_an_atom_name(label: &str) -> Option<(&'static str, &'static str)> {
+    let found = ATOM_NAMES.iter().find(|(name, ..)| *name == label);
+    found.map(|&(_, element, atom)| (element, atom))
+}
+
 fn key(symbol: &str) -> Option<[u8; 2]> {
     match *symbol.as_bytes() {
         [one] => Some([one.to_ascii_uppercase(), b' ']),

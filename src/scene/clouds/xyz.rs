@@ -1,23 +1,22 @@
-//! Clouds of atoms in the chemists' XYZ format, plain and extended.
+//! Atoms in the chemists' XYZ format, plain and extended.
 
 use super::text::{Head, Lines, TextFormat};
 use crate::error::Result;
 use crate::scene::places::quoted;
 
-const HELP: &str = "the first line of an .xyz file is the number of atoms, the second a comment, \
-                    and each further line an atom: its element, x, y and z in ångström; in the \
-                    second, Properties= may say other columns";
+const HELP: &str = "the first line of an .xyz file is the number of atoms, the second a comment, and each further line an atom: \
+                    its element, x, y and z in ångström; in the second, Properties= may name other columns";
 
-/// In a file that doesn't say its columns, what stands behind an atom's coordinates is not looked at.
+/// Cells after the coordinates are not read in a file without `Properties=`.
 pub(super) const FORMAT: TextFormat = TextFormat {
     help: HELP,
     row_help: HELP,
-    empty: "line 1: \"\" is not a number of atoms",
-    has_frames: true,
+    empty: "expected a number of atoms in the first line, found nothing",
+    is_table: false,
     head,
 };
 
-/// Columns of a file that doesn't say them.
+/// Columns of a file without `Properties=`.
 const PLAIN: [&str; 4] = ["element", "x", "y", "z"];
 
 fn head(lines: &mut Lines) -> Result<Option<Head>> {
@@ -36,20 +35,28 @@ fn head(lines: &mut Lines) -> Result<Option<Head>> {
         None => (PLAIN.map(String::from).to_vec(), "a plain .xyz file".into()),
         Some(properties) => {
             let names = names_of(properties).ok_or_else(|| {
-                lines.source.wrong(
-                    format!("line {line}: Properties={:?}", quoted(properties)),
-                    "Properties= lists a name, a type and a number of columns for each, e.g. \
-                     Properties=species:S:1:pos:R:3:radius:R:1",
-                )
+                let message = format!("expected columns in Properties=, found {:?}", quoted(properties));
+                let help = "Properties= lists a name, a type and a number of columns for each, for example \
+                            Properties=species:S:1:pos:R:3:radius:R:1";
+                lines.source.wrong(message, help).at_line(line)
             })?;
             (names, format!("Properties= in line {line}"))
         }
     };
-    let note = value_of(&comment, "lattice").map(|_| "its box (Lattice) is left out");
-    Ok(Some(Head { n_rows, names, what, separator: b' ', scaled: Vec::new(), note }))
+    let notes = value_of(&comment, "lattice").map(|_| "its box (Lattice) is left out".into());
+    Ok(Some(Head {
+        n_rows,
+        names,
+        what,
+        separator: b' ',
+        has_places: false,
+        header_line: None,
+        cell: None,
+        notes: notes.into_iter().collect(),
+    }))
 }
 
-/// The value of a key in a comment, `key=value` or `key="a value"`; the key in lower case.
+/// Returns the value of a key in a comment, `key=value` or `key="a value"`; the key in lower case.
 fn value_of<'c>(comment: &'c str, key: &str) -> Option<&'c str> {
     let lower = comment.to_ascii_lowercase();
     let value = lower.match_indices(key).find_map(|(at, _)| {
@@ -63,10 +70,10 @@ fn value_of<'c>(comment: &'c str, key: &str) -> Option<&'c str> {
     }
 }
 
-/// Most columns of an atom.
+/// Largest number of columns of an atom.
 const MOST_COLUMNS: usize = 4096;
 
-/// The names of the columns that `Properties=` lists: for each a name, a type and a number of columns.
+/// Returns the names of the columns that `Properties=` lists: for each a name, a type and a number of columns.
 fn names_of(properties: &str) -> Option<Vec<String>> {
     let words: Vec<&str> = properties.trim().split(':').collect();
     let mut names = Vec::new();

@@ -4,12 +4,12 @@ use glam::DVec3;
 use toml::de::DeValue;
 
 use super::{Key, Section, keys_of, lines};
-use crate::error::SceneError;
+use crate::error::{Hint, SceneError};
 use crate::memory;
 use crate::plain::steers;
 use crate::scene::places::quoted;
 use crate::scene::table::{Checked, Field, read_table};
-use crate::scene::{Color, ColorMap, MAX_SIDE, Samples, Sky, Source, hex};
+use crate::scene::{Color, ColorMap, DataFormat, MAX_SIDE, Samples, Sky, Source, hex};
 use crate::words::joined;
 
 /// How a value is read.
@@ -85,9 +85,81 @@ pub fn directions(field: &Field) -> Checked<u32> {
     field.whole_number(" of directions", 1..=Sky::MAX_DIRECTIONS)
 }
 
-/// Which frame of several in a file.
-pub fn frame(field: &Field) -> Checked<u32> {
-    field.whole_number(": 0 is the first frame", 0..=u32::MAX)
+/// Frame of a file of several, from 0; from −1 backwards, counted from the last one.
+pub fn frame(field: &Field) -> Checked<i32> {
+    let expected = "a whole number: 0 is the first frame, -1 the last one";
+    let found = field.integer(expected)?;
+    i32::try_from(found).map_err(|_| field.wrong_value(found, expected))
+}
+
+/// Line of a file, from 1.
+pub fn header(field: &Field) -> Checked<u32> {
+    field.whole_number(": the line's number, from 1", 1..=u32::MAX)
+}
+
+/// Colour space of the colours of a data file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ColorSpace {
+    /// Encoded for display, as `#rrggbb`.
+    Srgb,
+    /// Linear light.
+    Linear,
+}
+
+/// Treatment of rows without a coordinate or a radius.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missing {
+    /// They are left out.
+    Skip,
+}
+
+/// A value that is one of a few names.
+pub trait Named: Copy + 'static {
+    /// All values, with their names.
+    const NAMES: &'static [(&'static str, Self)];
+}
+
+impl Named for ColorSpace {
+    const NAMES: &'static [(&'static str, ColorSpace)] =
+        &[("srgb", ColorSpace::Srgb), ("linear", ColorSpace::Linear)];
+}
+
+impl Named for Missing {
+    const NAMES: &'static [(&'static str, Missing)] = &[("skip", Missing::Skip)];
+}
+
+impl Named for DataFormat {
+    const NAMES: &'static [(&'static str, DataFormat)] = &[
+        ("npy", DataFormat::Npy),
+        ("csv", DataFormat::Table),
+        ("xyz", DataFormat::Xyz),
+        ("lammps", DataFormat::Lammps),
+    ];
+}
+
+fn named<T: Named>(field: &Field, what: &str) -> Checked<T> {
+    let text = text(field)?;
+    let found = T::NAMES.iter().find(|(name, _)| *name == text);
+    found.map(|(_, value)| *value).ok_or_else(|| {
+        let names = || T::NAMES.iter().map(|(name, _)| *name);
+        let quoted = names().map(|name| format!("\"{name}\""));
+        field.misspelt(what, &text, names(), &joined(quoted, " or "))
+    })
+}
+
+/// Colour space, by its name.
+pub fn color_space(field: &Field) -> Checked<ColorSpace> {
+    named(field, "a colour space")
+}
+
+/// Treatment of rows with missing numbers, by its name.
+pub fn missing(field: &Field) -> Checked<Missing> {
+    named(field, "a treatment of missing numbers")
+}
+
+/// Format of data, by its name.
+pub fn data_format(field: &Field) -> Checked<DataFormat> {
+    named(field, "a format of data")
 }
 
 /// A colour: `"#rrggbb"`, a name of CSS, or linear red, green and blue.
@@ -146,19 +218,35 @@ pub fn colormap(field: &Field) -> Checked<ColorMap> {
     })
 }
 
-/// The name of a column, or its number; `None` for `false`.
-pub fn column_or_none(field: &Field) -> Checked<Option<String>> {
+/// The column for a part of a sphere.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ColumnChoice {
+    /// No column.
+    Absent,
+    /// The column with this name, or this place from 0.
+    Named(String),
+    /// No column, but this number for all spheres.
+    Constant(f64),
+}
+
+/// The name of a column or its place, `false` for none, or a float for all spheres.
+pub fn column_choice(field: &Field) -> Checked<ColumnChoice> {
     match field.value() {
-        DeValue::Boolean(false) => Ok(None),
-        DeValue::Integer(number) => Ok(Some(number.to_string())),
-        DeValue::String(text) => Ok(Some(text.to_string())),
+        DeValue::Boolean(false) => Ok(ColumnChoice::Absent),
+        DeValue::Integer(number) => Ok(ColumnChoice::Named(number.to_string())),
+        DeValue::String(text) => Ok(ColumnChoice::Named(text.to_string())),
+        DeValue::Float(_) => field.number().map(ColumnChoice::Constant),
         _ => Err(field.wrong_type("the name of a column, or false for none")),
     }
 }
 
-/// The name of a column, or its number.
+/// The name of a column, or its place.
 pub fn column(field: &Field) -> Checked<String> {
-    column_or_none(field)?.ok_or_else(|| field.wrong_type("the name of a column"))
+    match field.value() {
+        DeValue::Integer(number) => Ok(number.to_string()),
+        DeValue::String(text) => Ok(text.to_string()),
+        _ => Err(field.wrong_type("the name of a column")),
+    }
 }
 
 /// A table under its header, or in a line.
@@ -206,7 +294,7 @@ macro_rules! written_as_debug {
     )*};
 }
 
-written_as_debug!(bool, u32, f64, [f64; 2]);
+written_as_debug!(bool, u32, i32, f64, [f64; 2]);
 
 impl Value for str {
     /// In double quotes; all that steers a terminal is escaped.
@@ -232,11 +320,30 @@ impl Value for String {
     }
 }
 
-impl Value for Option<String> {
+impl Value for ColumnChoice {
     fn toml(&self) -> String {
-        self.as_ref().map_or("false".into(), Value::toml)
+        match self {
+            ColumnChoice::Absent => "false".into(),
+            // Places are names as well, if quoted.
+            ColumnChoice::Named(name) => name.toml(),
+            ColumnChoice::Constant(number) => number.toml(),
+        }
     }
 }
+
+/// Writes values that are one of a few names.
+macro_rules! written_by_name {
+    ($($type:ty),*) => {$(
+        impl Value for $type {
+            fn toml(&self) -> String {
+                let found = <$type>::NAMES.iter().find(|(_, value)| value == self);
+                found.map_or(String::new(), |(name, _)| name.toml())
+            }
+        }
+    )*};
+}
+
+written_by_name!(ColorSpace, DataFormat, Missing);
 
 impl Value for DVec3 {
     fn toml(&self) -> String {
@@ -317,17 +424,20 @@ pub fn option<T>(read: Reader<T>) -> impl Fn(&str) -> Result<T, String> + Clone 
             None => text.toml(),
         };
         // Lists have no brackets there.
-        read_value("", &toml, read).map_err(|[_, help]| help.replace(['[', ']'], ""))
+        read_value("", &toml, read).map_err(|fault| fault.hint.to_string().replace(['[', ']'], ""))
     }
 }
 
 /// Reads the TOML value of the key `name`.
 ///
 /// # Errors
-/// What was found, and what was expected.
-pub fn read_value<T>(name: &'static str, toml: &str, read: Reader<T>) -> Result<T, [String; 2]> {
+/// What was found, and what was expected; the key is its subject.
+pub fn read_value<T>(name: &'static str, toml: &str, read: Reader<T>) -> Checked<T> {
     let value =
-        DeValue::parse(toml).map_err(|error| [error.message().to_owned(), String::new()])?;
+        DeValue::parse(toml).map_err(|error| SceneError::new(0..0, error.message(), Hint::NONE))?;
     let key = &Key { name, example: "", meaning: "" };
-    read(&Field { key, value: &value }).map_err(|fault| [fault.message, fault.help])
+    read(&Field { key, value: &value }).map_err(|mut fault| {
+        fault.subject.key = Some(name);
+        fault
+    })
 }

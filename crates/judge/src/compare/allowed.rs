@@ -187,7 +187,9 @@ impl Allowed {
             };
             let values = of[at].1;
             limits[at] = values.read(value).ok_or_else(|| {
-                Error::Usage(format!("“{value}” is no limit for {key}; give {}", values.expected))
+                Error::Usage(
+                    format!("“{value}” is no limit for {key}; give {}", values.expected).into(),
+                )
             })?;
         }
         Ok(Allowed { keys, limits })

@@ -16,6 +16,7 @@ mod words;
 
 pub use legend::legend_svg;
 
+use kugelblitz::error::{Hint, Message, Setting};
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Object, SHIPPED_SCENES, Scene};
 use kugelblitz::{Error, Result};
@@ -111,11 +112,14 @@ impl Figure {
         let objects: Vec<_> =
             scene.objects().filter(is_drawn).take(Figure::MOST_OBJECTS + 1).collect();
         if objects.len() > Figure::MOST_OBJECTS {
-            return wrong_usage(format!(
-                "figure {number} shows {} objects at most, and the scene has {}; name one with \
-                 --object",
+            let text = format!(
+                "figure {number} shows at most {} objects, and the scene has {}",
                 Figure::MOST_OBJECTS,
                 scene.n_objects()
+            );
+            return wrong_usage(Message::new(
+                text,
+                Hint::new("name one with {}", [Setting::named("object")]),
             ));
         }
         let mut drawing = Drawing::new(*pixels);
@@ -130,11 +134,15 @@ impl Figure {
             _ => None,
         }
         .ok_or_else(|| {
-            Error::Usage(format!(
-                "figure {number} shows {kind} {} from outside and from before it; move the scene's \
-                 camera, or name another object with --object",
+            let text = format!(
+                "figure {number} shows {kind} {} from outside and from the front",
                 named.unwrap_or_default()
-            ))
+            );
+            let hint = Hint::new(
+                "move the scene's camera, or name another object with {}",
+                [Setting::named("object")],
+            );
+            Error::Usage(Message::new(text, hint))
         })?;
         Ok(drawing.svg(self, lang))
     }

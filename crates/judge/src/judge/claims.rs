@@ -1,6 +1,7 @@
 //! What another renderer says of each ray.
 
 use glam::DVec3;
+use kugelblitz::error::{Hint, Message, Setting};
 use kugelblitz::picture::{ChannelValues, Image};
 use kugelblitz::rays::{Lens, Rays, View};
 use kugelblitz::scene::Color;
@@ -71,7 +72,8 @@ impl Claims {
             given => given.to_vec(),
         };
         if conventions.channel.is_some() && quantities.len() != 1 {
-            return wrong_usage("--channel names one channel; say with --as what it tells");
+            let hint = Hint::new("give its quantity with {}", [Setting::named("as")]);
+            return wrong_usage(Message::new("one channel has one quantity", hint));
         }
         let view = rays.pixels().map(|pixels| pixels.view);
         let mut claims = Claims { columns: Vec::new(), conventions: conventions.clone(), view };
@@ -96,7 +98,9 @@ impl Claims {
             (_, Some(name)) => {
                 let channel = image.channel(name).ok_or_else(|| {
                     let near = did_you_mean_at_end(names(image), name);
-                    Error::Usage(format!("the {} file has no channel {name}{near}", image.format))
+                    Error::Usage(
+                        format!("the {} file has no channel {name}{near}", image.format).into(),
+                    )
                 })?;
                 Some(vec![channel])
             }
@@ -116,15 +120,22 @@ impl Claims {
                 depth => depth.name(),
             };
             let channels = names(image).join(", ");
-            let advice = if channels.is_empty() { "" } else { "; name one with --channel" };
-            Error::Usage(format!(
-                "the {} file has no channel with {what}, but {channels}{advice}",
-                image.format
+            let hint = match channels.is_empty() {
+                true => Hint::NONE,
+                false => Hint::new("name one with {}", [Setting::named("channel")]),
+            };
+            Error::Usage(Message::new(
+                format!("the {} file has no channel with {what}, but {channels}", image.format),
+                hint,
             ))
         })?;
         match quantity {
             ZBuffer if near_far.is_none() => {
-                wrong_usage("a z-buffer says nothing without --near and --far")
+                let planes = [Setting::named("near"), Setting::named("far")];
+                wrong_usage(Message::new(
+                    "a z-buffer needs its planes",
+                    Hint::new("give {} and {}", planes),
+                ))
             }
             Normal if *normal_space == NormalSpace::Camera && self.view.is_none() => {
                 wrong_usage("rays of a list have no camera; give normals in the world's axes")
@@ -281,12 +292,15 @@ fn quantities_of(image: &Image, conventions: &Conventions) -> Result<Vec<Quantit
         return Ok(found);
     }
     let channels = names(image);
-    wrong_usage(format!(
-        "say with --as what {} of the {} file {} tells: id, depth, distance, zbuffer, normal or color",
-        if channels.len() == 1 { "the channel" } else { "which of the channels" },
+    let text = format!(
+        "{} of the {} file may be anything: {}",
+        if channels.len() == 1 { "the channel" } else { "each of the channels" },
         image.format,
         channels.join(", "),
-    ))
+    );
+    let hint =
+        Hint::new("give {}: id, depth, distance, zbuffer, normal or color", [Setting::named("as")]);
+    wrong_usage(Message::new(text, hint))
 }
 
 fn names(image: &Image) -> Vec<&str> {

@@ -59,7 +59,9 @@ impl FromStr for Quantity {
         Quantity::ALL.into_iter().find(|quantity| quantity.name() == name).ok_or_else(|| {
             let names = Quantity::ALL.map(Quantity::name);
             let (known, near) = (names.join(", "), did_you_mean_at_end(names, name));
-            Error::Usage(format!("“{name}” is nothing that a channel tells; use {known}{near}"))
+            Error::Usage(
+                format!("“{name}” is nothing that a channel tells; use {known}{near}").into(),
+            )
         })
     }
 }

@@ -299,6 +299,6 @@ pub fn pixels_of(image: &Image, whole: Pixels) -> Result<Pixels> {
         Error::Usage(format!(
             "{width}×{height} pixels at {x},{y} don't lie in a picture of {image_width}×{image_height}; say which \
              part they are with size and crop"
-        ))
+        ).into())
     })
 }

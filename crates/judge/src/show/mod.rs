@@ -6,6 +6,7 @@ mod draw;
 mod legend;
 mod tint;
 
+use kugelblitz::error::{Hint, Message, Setting};
 use std::fmt;
 
 pub use draw::{ShownPicture, draw, keep, n_steps, range_of_t, side_by_side};
@@ -110,19 +111,25 @@ impl Show {
     /// # Errors
     /// [`Error::Usage`](kugelblitz::Error::Usage)
     pub fn check(self, format: Format, options: PictureOptions) -> Result<()> {
-        let refuse = |why: &str| wrong_usage(format!("--show {self} {why}"));
+        let refuse = |why: &str, hint: Hint| {
+            wrong_usage(Message::new(format!("a picture of {self} {why}"), hint))
+        };
         match options {
             _ if self == Show::Color => Ok(()),
-            _ if format.holds_numbers() => refuse(
-                "is a picture for the eye: write .png or .ppm; .exr and .npy hold the numbers \
-                 themselves without --show",
-            ),
+            _ if format.holds_numbers() => {
+                let hint = Hint::new(
+                    "write .png or .ppm; .exr and .npy have the numbers themselves without {}",
+                    [Setting::named("show")],
+                );
+                refuse("is for the eye", hint)
+            }
             PictureOptions { bits: ChannelBits::Sixteen, .. } => {
-                refuse("has 8 bits a channel; leave --bits out")
+                refuse("has 8 bits a channel", Hint::new("remove {}", [Setting::named("bits")]))
             }
-            PictureOptions { transparent: true, .. } => {
-                refuse("has a colour for the background; leave --transparent out")
-            }
+            PictureOptions { transparent: true, .. } => refuse(
+                "has a colour for the background",
+                Hint::new("remove {}", [Setting::named("transparent")]),
+            ),
             _ => Ok(()),
         }
     }

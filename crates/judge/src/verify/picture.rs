@@ -1,5 +1,6 @@
 //! A picture's kernels on both devices, held against each other and against exact arithmetic.
 
+use kugelblitz::error::{Hint, Setting};
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 
@@ -184,7 +185,10 @@ impl Verification {
         memory::require(
             format!("comparing {n_rays} pixels at once"),
             bytes.saturating_add(n_samples as u64 * sample_bytes),
-            "verify a smaller --size, or fewer --samples",
+            Hint::new(
+                "verify a smaller {}, or fewer {}",
+                [Setting::named("size"), Setting::named("samples")],
+            ),
         )
     }
 
