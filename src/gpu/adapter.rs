@@ -2,13 +2,10 @@
 
 use std::sync::{Mutex, PoisonError};
 
+use super::drivers::no_device;
 use crate::error::{Error, Result};
 use crate::kernel::{FloatType, Kernel};
 use crate::plain::Shown;
-
-/// Advice where no device is there.
-pub(super) const INSTALL_HINT: &str = "install a Vulkan driver (Debian: `apt install mesa-vulkan-drivers` \
-                            brings a software one) or use `--device cpu`";
 
 /// An adapter's own account of itself.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -151,7 +148,7 @@ pub(super) fn choose(
 ) -> Result<(wgpu::Adapter, AdapterFacts)> {
     let names: Vec<String> = adapters.iter().map(|(_, f)| format!("`{}`", f.name)).collect();
     if adapters.is_empty() {
-        return Err(Error::NoAdapter(format!("no Vulkan device found: {INSTALL_HINT}")));
+        return Err(no_device());
     }
     let wanted = name.to_lowercase();
     let fits = |facts: &AdapterFacts| facts.name.to_lowercase().contains(&wanted);

@@ -4,6 +4,7 @@ mod adapter;
 mod clock;
 mod compile;
 mod device;
+mod drivers;
 mod hierarchy;
 mod layout;
 mod light;
@@ -21,6 +22,7 @@ mod tracer;
 
 pub use adapter::{AdapterFacts, has_software_alone, list_adapters};
 pub use compile::{Shader, compile};
+pub use drivers::no_device;
 pub use open::Gpu;
 pub(crate) use plain_light::are_at_hand;
 pub use self_test::Arithmetic;

@@ -2,9 +2,10 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use super::adapter::{AdapterFacts, INSTALL_HINT, adapters, choose};
+use super::adapter::{AdapterFacts, adapters, choose};
 use super::compile::{Edit, compile};
 use super::device::Failure;
+use super::drivers::INSTALL_ADVICE;
 use super::pipeline::Program;
 use super::self_test::{self, Arithmetic};
 use crate::error::{Error, Result};
@@ -82,7 +83,7 @@ impl Gpu {
             ..wgpu::DeviceDescriptor::default()
         }))
         .map_err(|error| {
-            Error::NoAdapter(format!("`{}` can't be opened: {error}; {INSTALL_HINT}", facts.name))
+            Error::NoAdapter(format!("`{}` can't be opened: {error}; {INSTALL_ADVICE}", facts.name))
         })?;
         let errors = Arc::new(Mutex::new(Vec::new()));
         let sink = Arc::clone(&errors);
