@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use super::drivers::no_device;
 use crate::error::{Error, Result};
 use crate::kernel::{FloatType, Kernel};
+use crate::memory;
 use crate::plain::Shown;
 
 /// An adapter's own account of itself.
@@ -122,6 +123,17 @@ pub(super) fn adapters() -> Vec<(wgpu::Adapter, AdapterFacts)> {
 /// All Vulkan adapters, the best first.
 pub fn list_adapters() -> Vec<AdapterFacts> {
     adapters().into_iter().map(|(_, facts)| facts).collect()
+}
+
+/// Returns the adapter that [`Gpu::open`](super::Gpu::open) opens for `name` and `kernel`, without opening it.
+///
+/// # Errors
+/// Returns the errors of [`Gpu::open`](super::Gpu::open) and [`AdapterFacts::check_kernel`].
+pub fn find_adapter(name: &str, kernel: Kernel) -> Result<AdapterFacts> {
+    memory::require_device()?;
+    let (_, facts) = choose(adapters(), name)?;
+    facts.check_kernel(kernel)?;
+    Ok(facts)
 }
 
 /// True where a Vulkan adapter of this machine could only be a program on the CPU. Where no file of a

@@ -20,7 +20,7 @@ mod texture;
 mod tiles;
 mod tracer;
 
-pub use adapter::{AdapterFacts, has_software_alone, list_adapters};
+pub use adapter::{AdapterFacts, find_adapter, has_software_alone, list_adapters};
 pub use compile::{Shader, compile};
 pub use drivers::no_device;
 pub use open::Gpu;
