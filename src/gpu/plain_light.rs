@@ -35,14 +35,19 @@ pub struct PlainLight {
 }
 
 impl PlainLight {
-    /// Whether a device lights this: one in software only where it is quicker than the CPU, which is where it
-    /// has lamps and objects at hand.
-    pub fn is_wanted(gpu: &Gpu, prepared: &Prepared, lighting: &Lighting) -> bool {
+    /// Whether a device lights this. Unless it `lights_all`, that needs lamps and objects at hand: then even a software device is
+    /// faster than the CPU.
+    pub fn is_wanted(
+        gpu: &Gpu,
+        prepared: &Prepared,
+        lighting: &Lighting,
+        lights_all: bool,
+    ) -> bool {
         let (n_objects, n_lamps) = (prepared.scene.n_objects(), lighting.lamps.len());
         let n_turns = (n_objects + 1).saturating_mul(n_lamps + 1);
         n_objects.saturating_mul(n_lamps) <= MOST_TESTS_OF_RAY
             && (n_turns <= MOST_TURNS_IN_SOFTWARE || !gpu.facts.is_software())
-            && (are_at_hand(&prepared.scene, n_lamps) || gpu.lights(true))
+            && (are_at_hand(&prepared.scene, n_lamps) || lights_all)
     }
 
     /// Whether this was made for such light.

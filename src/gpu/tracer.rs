@@ -40,6 +40,8 @@ pub struct GpuTracer {
     /// is no way to the rays' many spheres, or it would stop on the way through a long list of them.
     leaves_to_cpu: bool,
     clock: Option<Clock>,
+    /// See [`Backend::force_light`].
+    is_light_forced: bool,
     /// Lights what rays of a kernel without a proof hit, made when that is first needed.
     plain_light: Option<PlainLight>,
     /// Lights what rays of `certified` hit, made when that is first needed.
@@ -76,6 +78,7 @@ impl GpuTracer {
             hierarchy,
             leaves_to_cpu,
             clock: None,
+            is_light_forced: false,
             plain_light: None,
             light: None,
             compile_time: Duration::ZERO,
@@ -170,8 +173,9 @@ impl Backend for GpuTracer {
         control: &Control,
         lights: &mut Vec<[f64; 3]>,
     ) -> Result<bool> {
+        let lights_all = self.is_light_forced || self.gpu.lights(true);
         let GpuTracer { gpu, prepared, objects, plain_light: kept, leaves_to_cpu, .. } = self;
-        if *leaves_to_cpu || !PlainLight::is_wanted(gpu, prepared, lighting) {
+        if *leaves_to_cpu || !PlainLight::is_wanted(gpu, prepared, lighting, lights_all) {
             return Ok(false);
         }
         let made = match kept.take().filter(|made| made.is_for(lighting, epsilon)) {
@@ -196,7 +200,8 @@ impl Backend for GpuTracer {
         let n_ways = pixels.len() * (lighting.n_samples as usize).pow(2) * lighting.lamps.len();
         let n_spheres = hierarchy.as_ref().map_or(0, |_| prepared.scene.spheres.len());
         let is_quicker = n_ways >= WAYS_OF_SPHERE * n_spheres;
-        if prepared.starts_in_f64() || *leaves_to_cpu || !gpu.lights(is_quicker) {
+        let is_wanted = self.is_light_forced || gpu.lights(is_quicker);
+        if prepared.starts_in_f64() || *leaves_to_cpu || !is_wanted {
             return Ok(None);
         }
         let objects = (&objects[..], hierarchy.as_ref());
@@ -218,7 +223,8 @@ impl Backend for GpuTracer {
         self.gpu.facts.check_kernel(prepared.kernel)?;
         if prepared.shader_key(self.wants) != self.key {
             let new = GpuTracer::new(Arc::clone(&self.gpu), Arc::clone(prepared), self.wants)?;
-            *self = GpuTracer { clock: self.clock.take(), ..new };
+            let is_light_forced = self.is_light_forced;
+            *self = GpuTracer { clock: self.clock.take(), is_light_forced, ..new };
             return Ok(());
         }
         check_limits(&self.gpu, prepared)?;
@@ -250,6 +256,10 @@ impl Backend for GpuTracer {
 
     fn use_clock(&mut self) {
         self.clock = Clock::new(&self.gpu);
+    }
+
+    fn force_light(&mut self) {
+        self.is_light_forced = true;
     }
 }
 
