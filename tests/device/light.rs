@@ -129,3 +129,22 @@ fn verification_notices_mistakes_in_light_on_a_device() {
         }
     }
 }
+
+/// A device also counts shadow rays of surfaces that face away from the light. `docs/json.md` documents the difference.
+#[test]
+fn a_device_counts_all_shadow_rays() {
+    let scene = Arc::new(heap(""));
+    let count = |device: Device| {
+        let mut session = Session::new(Arc::clone(&scene), device, Kernel::Certified);
+        session.force_light_on_device();
+        let pixels = session.pixels(96, 54).unwrap();
+        let style = Style::new(Encoding::Srgb8);
+        let drawn = session.keep(&pixels, style, Wants::default(), &Control::default());
+        let rendered = drawn.unwrap().1;
+        (rendered.shadow_rays.total(), rendered.colors.device, rendered.hits)
+    };
+    let (on_cpu, 0, n_hits) = count(Device::Cpu) else { panic!("light on the CPU") };
+    let (on_device, n_pixels, _) = count(Device::Gpu(Arc::new(Gpu::open("").unwrap())));
+    assert!(n_pixels > 0, "no light on the device");
+    assert!(on_cpu < on_device && on_device <= n_hits, "{on_cpu} {on_device} {n_hits}");
+}
