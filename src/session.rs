@@ -42,6 +42,8 @@ pub struct Session {
     hashed: Option<(Arc<Scene>, String)>,
     /// The colours of the scene's objects, as the last picture without light had them.
     palette: Option<Palette>,
+    /// See [`Session::force_light_on_device`].
+    is_light_forced: bool,
 }
 
 /// Time that it took to make a session ready for rays.
@@ -83,7 +85,14 @@ impl Session {
             of_samples: None,
             hashed: None,
             palette: None,
+            is_light_forced: false,
         }
+    }
+
+    /// Has the device light every picture that it can light, even if the CPU would be faster. The colors of `certified` are
+    /// the same; a comparison of devices then also checks the device's lighting.
+    pub fn force_light_on_device(&mut self) {
+        self.is_light_forced = true;
     }
 
     /// The scene.
@@ -162,6 +171,12 @@ impl Session {
         let (source, palette) = ((&self.scene, &self.device, self.kernel), &mut self.palette);
         let rays = Rays::Pixels(*pixels);
         let (tracer, _) = renewed(&mut self.ready, None, source, &rays, wants, control)?;
+        let force_light = |tracer: &mut Tracer| {
+            if let Some(backend) = tracer.backend().filter(|_| self.is_light_forced) {
+                backend.force_light();
+            }
+        };
+        force_light(tracer);
         if style.n_samples == Samples::ONE {
             return Ok(Painter::new(style, pixels, palette, tracer, None));
         }
@@ -169,6 +184,7 @@ impl Session {
         // The tree is there already.
         let (slot, tree) = (&mut self.of_samples, Some(&**tracer.prepared()));
         let (of_samples, _) = renewed(slot, tree, source, &rays, Wants::default(), control)?;
+        force_light(of_samples);
         Ok(Painter::new(style, pixels, palette, tracer, Some(of_samples)))
     }
 

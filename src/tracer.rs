@@ -66,6 +66,9 @@ pub trait Backend: Send {
 
     /// Asks for [`Timing::on_device`] from now on; a device without a clock leaves it out.
     fn use_clock(&mut self) {}
+
+    /// Lights from now on every picture that the device can light, even if the CPU would be faster. Does nothing by default.
+    fn force_light(&mut self) {}
 }
 
 /// Traces a scene for certain [`Wants`]: takes rays, gives hits.

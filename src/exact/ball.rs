@@ -70,7 +70,18 @@ impl From<f64> for Ball {
 }
 
 impl Ball {
-    /// `x − y`, exactly.
+    /// Returns `x − y`, exactly, unless it overflows. Then `high` is infinite, `low` is NaN, and `error` is still 0.
+    ///
+    /// A bound of 0 is safe there, as nothing is decided from such a number unless it is true:
+    /// 1. [`Ball::is_positive`] of it is true only if `high` is `+∞`. Then `x − y` is larger than every f64.
+    /// 2. [`Ball::nearest_f32`] compares `∞ − ∞` with the error. That is NaN, so the answer is `None`.
+    /// 3. A sum, a product, a root, or a quotient with it as the numerator adds a multiple of the infinite result to the error,
+    ///    which is then infinite or NaN.
+    /// 4. A quotient with it as the denominator has a NaN in `low`, which makes its `high` NaN.
+    /// 5. If the error is infinite or NaN, or `high` is NaN, then [`Ball::is_positive`] is false and [`Ball::nearest_f32`] is
+    ///    `None`. Every number computed from such a number is of this kind, too.
+    /// 6. A false [`Ball::is_positive`] decides nothing: a shape then reports that its surface is undecided, or takes a formula
+    ///    that holds for both signs.
     pub fn difference(x: f64, y: f64) -> Ball {
         let (high, low) = two_sum(x, -y);
         Ball { high, low, error: 0.0 }
@@ -263,6 +274,53 @@ mod tests {
                 let is_right =
                     found.error == f64::INFINITY || is_within(&found, found.error, &middle);
                 assert!(is_right, "{name} of {x:?} and {y:?}: {found:?}");
+            }
+        }
+    }
+
+    /// Whether nothing is known of a number.
+    fn is_unknown(found: &Ball) -> bool {
+        let has_no_bound = !found.error.is_finite() || found.high.is_nan();
+        has_no_bound && !found.is_positive() && found.nearest_f32().is_none()
+    }
+
+    #[test]
+    fn a_difference_that_overflows_decides_nothing() {
+        let most = f64::MAX;
+        for (x, y) in [(most, -most), (-most, most), (0.75 * most, -0.5 * most)] {
+            let endless = Ball::difference(x, y);
+            assert!(endless.high.is_infinite() && endless.error == 0.0, "{endless:?}");
+            assert_eq!((endless.is_positive(), endless.nearest_f32()), (x > 0.0, None));
+            for other in [0.0, 1e-300, -2.5, most, f64::INFINITY].map(Ball::from) {
+                for (name, _, operation, ..) in OPERATIONS {
+                    // A root has one operand.
+                    let n_orders = if name == "root" { 1 } else { 2 };
+                    let found = [operation(endless, other), operation(other, endless)];
+                    for found in &found[..n_orders] {
+                        assert!(is_unknown(found), "{name} of {endless:?}, {other:?}: {found:?}");
+                        for (name, _, operation, ..) in OPERATIONS {
+                            let next = operation(*found, Ball::from(3.0));
+                            assert!(is_unknown(&next), "{name} of {found:?}: {next:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Differences near the largest f64, where the rounding error of the sum may overflow.
+    #[test]
+    fn a_difference_next_to_the_largest_number_is_exact_or_unknown() {
+        let most = f64::MAX;
+        let step = most - most.next_down();
+        for part in [0.25, 0.49, 0.5, 0.75, 1.0, 1.5] {
+            for (x, y) in [(most, part * step), (most, -part * step), (-part * step, most)] {
+                let found = Ball::difference(x, y);
+                if found.high.is_finite() && found.low.is_finite() {
+                    assert_eq!(exact(&found), real(x).unwrap() - real(y).unwrap(), "{x:e} {y:e}");
+                } else {
+                    assert!(is_unknown(&(found * Ball::from(1.0))), "{x:e} {y:e}: {found:?}");
+                }
             }
         }
     }

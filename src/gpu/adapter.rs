@@ -2,13 +2,11 @@
 
 use std::sync::{Mutex, PoisonError};
 
+use super::drivers::no_device;
 use crate::error::{Error, Hint, Message, Result, Setting};
 use crate::kernel::{FloatType, Kernel};
+use crate::memory;
 use crate::plain::Shown;
-
-/// Advice where no device is there.
-pub(super) const INSTALL_HINT: &str = "install a Vulkan driver (Debian: `apt install mesa-vulkan-drivers` \
-                            brings a software one) or use `--device cpu`";
 
 /// An adapter's own account of itself.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -128,6 +126,17 @@ pub fn list_adapters() -> Vec<AdapterFacts> {
     adapters().into_iter().map(|(_, facts)| facts).collect()
 }
 
+/// Returns the adapter that [`Gpu::open`](super::Gpu::open) opens for `name` and `kernel`, without opening it.
+///
+/// # Errors
+/// Returns the errors of [`Gpu::open`](super::Gpu::open) and [`AdapterFacts::check_kernel`].
+pub fn find_adapter(name: &str, kernel: Kernel) -> Result<AdapterFacts> {
+    memory::require_device()?;
+    let (_, facts) = choose(adapters(), name)?;
+    facts.check_kernel(kernel)?;
+    Ok(facts)
+}
+
 /// True where a Vulkan adapter of this machine could only be a program on the CPU. Where no file of a
 /// graphics card is there, no driver is asked: that alone takes longer than drawing a small picture.
 pub fn has_software_alone() -> bool {
@@ -152,7 +161,7 @@ pub(super) fn choose(
 ) -> Result<(wgpu::Adapter, AdapterFacts)> {
     let names: Vec<String> = adapters.iter().map(|(_, f)| format!("`{}`", f.name)).collect();
     if adapters.is_empty() {
-        return Err(Error::NoAdapter(format!("no Vulkan device found: {INSTALL_HINT}").into()));
+        return Err(no_device());
     }
     let wanted = name.to_lowercase();
     let fits = |facts: &AdapterFacts| facts.name.to_lowercase().contains(&wanted);

@@ -31,6 +31,8 @@ type Lists = Vec<(&'static str, Vec<f32>)>;
 
 /// Lights the pictures of one scene.
 pub struct CertifiedLight {
+    /// The prepared scene that the objects, the tree and the lists of its spheres were made for.
+    made_for: Arc<Prepared>,
     key: ShaderKey,
     background: V3<f32>,
     /// What is bound of the light, with its names.
@@ -43,16 +45,16 @@ pub struct CertifiedLight {
 }
 
 impl CertifiedLight {
-    /// Lights with the `old` one, of the same prepared scene, where that has the same numbers, else with a new one; `None` where
-    /// the device leaves that to the CPU: where a ray takes too long, and where numbers don't fit its buffers. `objects` are those of the listed spheres
-    /// and the planes, `hierarchy` is the tree.
+    /// Returns `old` if it was made for the same prepared scene and has the same numbers, otherwise a new one. Returns `None` if
+    /// the device leaves the light to the CPU: if a ray takes too long, or if numbers do not fit its buffers. `objects` are the
+    /// buffers of the listed spheres and the planes, `hierarchy` is the tree. Both belong to `prepared`.
     ///
     /// # Errors
     /// Those of [`Pass::new`]; [`Error::TooLarge`](crate::Error::TooLarge) where there is no memory for a tree's spheres.
     pub fn renewed(
         old: Option<CertifiedLight>,
         gpu: &Arc<Gpu>,
-        prepared: &Prepared,
+        prepared: &Arc<Prepared>,
         (objects, hierarchy): (&[Named], Option<&DeviceHierarchy>),
         lighting: &CertifiedLighting,
     ) -> Result<Option<CertifiedLight>> {
@@ -84,8 +86,10 @@ impl CertifiedLight {
         // With the origins of parallel rays others than those beside the tree count as close.
         key.close |= hierarchy.is_some();
         key.unrolls = gpu.facts.is_software();
+        // All else that is bound is made from the prepared scene.
         let is_same = |old: &CertifiedLight| {
-            (&old.key, &old.uniforms, old.background) == (&key, &uniforms, background)
+            Arc::ptr_eq(&old.made_for, prepared)
+                && (&old.key, &old.uniforms, old.background) == (&key, &uniforms, background)
         };
         if let Some(old) = old.filter(is_same) {
             return Ok(Some(old));
@@ -104,7 +108,8 @@ impl CertifiedLight {
         let tree = hierarchy.into_iter().flatten();
         let bound = objects.iter().chain(tree).cloned().chain(lists.into_iter().map(filled));
         let pass = Pass::new(gpu, prepared, &key, bound.collect())?;
-        Ok(Some(CertifiedLight { key, background, uniforms, bytes, pass, codes: Vec::new() }))
+        let (made_for, codes) = (Arc::clone(prepared), Vec::new());
+        Ok(Some(CertifiedLight { made_for, key, background, uniforms, bytes, pass, codes }))
     }
 
     /// Bytes on the device, beside the objects.

@@ -4,6 +4,7 @@ mod adapter;
 mod clock;
 mod compile;
 mod device;
+mod drivers;
 mod hierarchy;
 mod layout;
 mod light;
@@ -19,8 +20,9 @@ mod texture;
 mod tiles;
 mod tracer;
 
-pub use adapter::{AdapterFacts, has_software_alone, list_adapters};
+pub use adapter::{AdapterFacts, find_adapter, has_software_alone, list_adapters};
 pub use compile::{Shader, compile};
+pub use drivers::no_device;
 pub use open::Gpu;
 pub(crate) use plain_light::are_at_hand;
 pub use self_test::Arithmetic;

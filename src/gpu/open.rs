@@ -2,12 +2,13 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use super::adapter::{AdapterFacts, INSTALL_HINT, adapters, choose};
+use super::adapter::{AdapterFacts, adapters, choose};
 use super::compile::{Edit, compile};
 use super::device::Failure;
+use super::drivers::install_hint;
 use super::pipeline::Program;
 use super::self_test::{self, Arithmetic};
-use crate::error::{Error, Result};
+use crate::error::{Error, Message, Result};
 use crate::kernel::{FloatType, Kernel};
 use crate::memory;
 use crate::prepare::ShaderKey;
@@ -82,9 +83,8 @@ impl Gpu {
             ..wgpu::DeviceDescriptor::default()
         }))
         .map_err(|error| {
-            Error::NoAdapter(
-                format!("`{}` can't be opened: {error}; {INSTALL_HINT}", facts.name).into(),
-            )
+            let text = format!("`{}` cannot be opened: {error}", facts.name);
+            Error::NoAdapter(Message::new(text, install_hint()))
         })?;
         let errors = Arc::new(Mutex::new(Vec::new()));
         let sink = Arc::clone(&errors);

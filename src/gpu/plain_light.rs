@@ -27,27 +27,33 @@ pub fn are_at_hand(scene: &Scene, n_lamps: usize) -> bool {
 
 /// Lights the pictures of one scene.
 pub struct PlainLight {
-    /// The light and the epsilon that it was made for.
-    made_for: (Lighting, f64),
+    /// The prepared scene, the light and the epsilon that it was made for.
+    made_for: (Arc<Prepared>, Lighting, f64),
     /// Bytes of the lamps.
     bytes: u64,
     pass: Pass,
 }
 
 impl PlainLight {
-    /// Whether a device lights this: one in software only where it is quicker than the CPU, which is where it
-    /// has lamps and objects at hand.
-    pub fn is_wanted(gpu: &Gpu, prepared: &Prepared, lighting: &Lighting) -> bool {
+    /// Whether a device lights this. Unless it `lights_all`, that needs lamps and objects at hand: then even a software device is
+    /// faster than the CPU.
+    pub fn is_wanted(
+        gpu: &Gpu,
+        prepared: &Prepared,
+        lighting: &Lighting,
+        lights_all: bool,
+    ) -> bool {
         let (n_objects, n_lamps) = (prepared.scene.n_objects(), lighting.lamps.len());
         let n_turns = (n_objects + 1).saturating_mul(n_lamps + 1);
         n_objects.saturating_mul(n_lamps) <= MOST_TESTS_OF_RAY
             && (n_turns <= MOST_TURNS_IN_SOFTWARE || !gpu.facts.is_software())
-            && (are_at_hand(&prepared.scene, n_lamps) || gpu.lights(true))
+            && (are_at_hand(&prepared.scene, n_lamps) || lights_all)
     }
 
-    /// Whether this was made for such light.
-    pub fn is_for(&self, lighting: &Lighting, epsilon: f64) -> bool {
-        self.made_for.0 == *lighting && self.made_for.1 == epsilon
+    /// Whether this was made for the same prepared scene and such light.
+    pub fn is_for(&self, prepared: &Arc<Prepared>, lighting: &Lighting, epsilon: f64) -> bool {
+        let (of_prepared, of_lighting, of_epsilon) = &self.made_for;
+        Arc::ptr_eq(of_prepared, prepared) && of_lighting == lighting && *of_epsilon == epsilon
     }
 
     /// Compiles the shader. `objects` are the buffers of the spheres and the planes.
@@ -56,7 +62,7 @@ impl PlainLight {
     /// Those of [`Pass::new`].
     pub fn new(
         gpu: &Arc<Gpu>,
-        prepared: &Prepared,
+        prepared: &Arc<Prepared>,
         objects: &[Named],
         lighting: &Lighting,
         epsilon: f64,
@@ -74,7 +80,8 @@ impl PlainLight {
         let bytes = of_light.iter().map(|(_, light)| light.bytes()).sum();
         let bound = objects.iter().cloned().chain(of_light).collect();
         let pass = Pass::new(gpu, prepared, &key, bound)?;
-        Ok(PlainLight { made_for: (lighting.clone(), epsilon), bytes, pass })
+        let made_for = (Arc::clone(prepared), lighting.clone(), epsilon);
+        Ok(PlainLight { made_for, bytes, pass })
     }
 
     /// Bytes on the device, beside the objects.

@@ -40,6 +40,8 @@ pub struct GpuTracer {
     /// is no way to the rays' many spheres, or it would stop on the way through a long list of them.
     leaves_to_cpu: bool,
     clock: Option<Clock>,
+    /// See [`Backend::force_light`].
+    is_light_forced: bool,
     /// Lights what rays of a kernel without a proof hit, made when that is first needed.
     plain_light: Option<PlainLight>,
     /// Lights what rays of `certified` hit, made when that is first needed.
@@ -76,6 +78,7 @@ impl GpuTracer {
             hierarchy,
             leaves_to_cpu,
             clock: None,
+            is_light_forced: false,
             plain_light: None,
             light: None,
             compile_time: Duration::ZERO,
@@ -170,11 +173,12 @@ impl Backend for GpuTracer {
         control: &Control,
         lights: &mut Vec<[f64; 3]>,
     ) -> Result<bool> {
+        let lights_all = self.is_light_forced || self.gpu.lights(true);
         let GpuTracer { gpu, prepared, objects, plain_light: kept, leaves_to_cpu, .. } = self;
-        if *leaves_to_cpu || !PlainLight::is_wanted(gpu, prepared, lighting) {
+        if *leaves_to_cpu || !PlainLight::is_wanted(gpu, prepared, lighting, lights_all) {
             return Ok(false);
         }
-        let made = match kept.take().filter(|made| made.is_for(lighting, epsilon)) {
+        let made = match kept.take().filter(|made| made.is_for(prepared, lighting, epsilon)) {
             Some(made) => made,
             None => match PlainLight::new(gpu, prepared, objects, lighting, epsilon) {
                 // The device binds too few buffers at once, or has too little room.
@@ -196,7 +200,8 @@ impl Backend for GpuTracer {
         let n_ways = pixels.len() * (lighting.n_samples as usize).pow(2) * lighting.lamps.len();
         let n_spheres = hierarchy.as_ref().map_or(0, |_| prepared.scene.spheres.len());
         let is_quicker = n_ways >= WAYS_OF_SPHERE * n_spheres;
-        if prepared.starts_in_f64() || *leaves_to_cpu || !gpu.lights(is_quicker) {
+        let is_wanted = self.is_light_forced || gpu.lights(is_quicker);
+        if prepared.starts_in_f64() || *leaves_to_cpu || !is_wanted {
             return Ok(None);
         }
         let objects = (&objects[..], hierarchy.as_ref());
@@ -218,7 +223,8 @@ impl Backend for GpuTracer {
         self.gpu.facts.check_kernel(prepared.kernel)?;
         if prepared.shader_key(self.wants) != self.key {
             let new = GpuTracer::new(Arc::clone(&self.gpu), Arc::clone(prepared), self.wants)?;
-            *self = GpuTracer { clock: self.clock.take(), ..new };
+            let is_light_forced = self.is_light_forced;
+            *self = GpuTracer { clock: self.clock.take(), is_light_forced, ..new };
             return Ok(());
         }
         check_limits(&self.gpu, prepared)?;
@@ -251,6 +257,10 @@ impl Backend for GpuTracer {
     fn use_clock(&mut self) {
         self.clock = Clock::new(&self.gpu);
     }
+
+    fn force_light(&mut self) {
+        self.is_light_forced = true;
+    }
 }
 
 #[cfg(test)]
@@ -259,7 +269,8 @@ mod tests {
     use crate::gpu::Arithmetic;
     use crate::prepare::FEW_SPHERES;
     use crate::rays::{Pixels, View};
-    use crate::scene::{Camera, Projection, Scene, Sphere};
+    use crate::scene::{Camera, Color, Light, Projection, Samples, Scene, Source, Sphere};
+    use crate::shade::certified_lighting;
     use crate::tracer::Tracer;
     use glam::DVec3;
 
@@ -282,6 +293,10 @@ mod tests {
         let rays = Rays::Pixels(Pixels::whole(View::new(&camera), 80, 60));
         let prepared = Prepared::new(row_of_spheres(n), Kernel::Certified, &rays).unwrap();
         (rays, Arc::new(prepared))
+    }
+
+    fn light_at_the_eye() -> Light {
+        Light { source: Source::Eye, color: Color([1.0; 3]), intensity: 1.0, shadows: true }
     }
 
     fn open() -> Gpu {
@@ -347,6 +362,42 @@ mod tests {
         let mut hits = Hits::default();
         tracer.trace(rays, &Control::default(), &mut hits).unwrap();
         hits
+    }
+
+    /// A light that [`Backend::retarget`] would leave behind is made anew.
+    #[test]
+    fn light_is_that_of_the_prepared_scene() {
+        let (_, first) = picture_of_spheres(2 * FEW_SPHERES);
+        let (rays, _) = picture_of_spheres(1);
+        let Rays::Pixels(pixels) = rays else { panic!("a picture") };
+        let of = |kernel, scene: &Scene| {
+            Arc::new(Prepared::new(Arc::new(scene.clone()), kernel, &rays).unwrap())
+        };
+        let mut lit = (*first.scene).clone();
+        lit.lights = vec![light_at_the_eye()];
+        let mut other = lit.clone();
+        let spheres = lit.spheres.iter().map(|sphere| (*sphere, Color([0.2, 0.4, 0.6])));
+        other.spheres = spheres.collect();
+        let new = |prepared: &Arc<Prepared>| {
+            let gpu = Arc::new(open());
+            let mut tracer = GpuTracer::new(gpu, Arc::clone(prepared), Wants::default()).unwrap();
+            tracer.force_light();
+            tracer
+        };
+        let codes = |tracer: &mut GpuTracer| {
+            let lighting = certified_lighting(&tracer.prepared, &pixels, Samples::ONE).unwrap();
+            let codes = tracer.light(&lighting, &pixels, &Control::default()).unwrap();
+            codes.expect("light on the device").to_vec()
+        };
+        let [lit, other] = [&lit, &other].map(|scene| of(Kernel::Certified, scene));
+        let mut tracer = new(&lit);
+        let before = codes(&mut tracer);
+        let left = tracer.light.take();
+        tracer.retarget(&other).unwrap();
+        tracer.light = left;
+        let after = codes(&mut tracer);
+        assert_ne!(after, before);
+        assert_eq!(after, codes(&mut new(&other)));
     }
 
     /// The name of a buffer tells what it is, not its place; a wrong name is seen.

@@ -1,5 +1,6 @@
 //! What light costs. Which bytes are right is the matrix's to say, and that files hold them the answers' and Python's.
 
+use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 use kugelblitz::Session;
@@ -12,6 +13,7 @@ use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Samples, Scene, parse_scene, read_scene};
 use kugelblitz::shade::{Encoding, Style, certified_lighting};
 use kugelblitz::trace::{Kernel, Rays, StageCounts, Wants};
+use kugelblitz_judge::verify::Verification;
 use kugelblitz_tests::root;
 
 /// The stages that decided the ways to lights.
@@ -71,9 +73,8 @@ fn left_open(scene: &Scene, [width, height]: [u32; 2], n: u32) -> f64 {
     n_open as f64 / codes.len() as f64
 }
 
-/// Spheres that appear large, and are found through a tree, on a floor, in the light of a lamp and a sky.
-#[test]
-fn a_device_leaves_some_pixels_of_a_heap_open() {
+/// Spheres that appear large, and are found through a tree, on a floor, in the light of a lamp and of more.
+fn heap(more: &str) -> Scene {
     let at = |i: i32| (f64::from(i % 5) - 2.0, f64::from(i / 25), f64::from(i / 5 % 5) - 2.0);
     let sphere = |i| {
         let (x, y, z) = at(i);
@@ -83,10 +84,14 @@ fn a_device_leaves_some_pixels_of_a_heap_open() {
     let text = "camera = { position = [3, 4, 7], look_at = [0, 0.8, 0], fov = 40 }\n\
          plane = [{ point = [0, -0.4, 0], normal = [0, 1, 0], color = [0.5, 0.5, 0.5] }]\n\
          light = [{ position = [5, 9, 4], intensity = 0.7 }]\n";
+    parse_scene(&format!("{text}{more}{spheres}"), "heap.toml".as_ref()).unwrap()
+}
+
+#[test]
+fn a_device_leaves_some_pixels_of_a_heap_open() {
     let sky = "sky = { intensity = 0.3, directions = 8 }\n";
     for (light, n) in [("", 1), ("", 3), (sky, 2)] {
-        let scene = parse_scene(&format!("{text}{light}{spheres}"), "heap.toml".as_ref()).unwrap();
-        let open = left_open(&scene, [320, 180], n);
+        let open = left_open(&heap(light), [320, 180], n);
         assert!((0.001..0.03).contains(&open), "{n} x {n}, {light}: {open}");
     }
 }
@@ -100,4 +105,46 @@ fn a_device_leaves_few_pixels_of_the_figures_open() {
             assert!(open <= 0.015, "{file}, {n} x {n}: {open}");
         }
     }
+}
+
+/// Verification has the device compute the light, even on a software device, where the CPU would be faster.
+#[test]
+fn verification_notices_mistakes_in_light_on_a_device() {
+    let scene = Arc::new(heap(""));
+    let pixels = Pixels::whole(View::new(scene.camera.as_ref().unwrap()), 96, 54);
+    let verification = Verification::new(&scene, &pixels, NonZeroUsize::new(1), 0).unwrap();
+    let hidden = "select(given.high, 0.0, 0.0 < verdict.blocked)";
+    let cosine = "sum + lamp.weight * way.cosine";
+    for (kernel, right, wrong) in [
+        (Kernel::Certified, hidden, "select(0.0, given.high, 0.0 < verdict.blocked)"),
+        (Kernel::Stable, cosine, "sum + lamp.weight"),
+    ] {
+        for text in [right, wrong] {
+            let gpu = Gpu::open("").unwrap().edit_shaders(move |wgsl| wgsl.replace(right, text));
+            let is_promised = kernel == Kernel::Certified || gpu.is_ieee(kernel).unwrap();
+            let device = Device::Gpu(Arc::new(gpu));
+            let verified = verification.run(&[kernel], |_| &device, &Control::default()).unwrap();
+            let is_broken = !verified.broken().is_empty();
+            assert_eq!(is_broken, text == wrong && is_promised, "{text}: {:?}", verified.broken());
+        }
+    }
+}
+
+/// A device also counts shadow rays of surfaces that face away from the light. `docs/json.md` documents the difference.
+#[test]
+fn a_device_counts_all_shadow_rays() {
+    let scene = Arc::new(heap(""));
+    let count = |device: Device| {
+        let mut session = Session::new(Arc::clone(&scene), device, Kernel::Certified);
+        session.force_light_on_device();
+        let pixels = session.pixels(96, 54).unwrap();
+        let style = Style::new(Encoding::Srgb8);
+        let drawn = session.keep(&pixels, style, Wants::default(), &Control::default());
+        let rendered = drawn.unwrap().1;
+        (rendered.shadow_rays.total(), rendered.colors.device, rendered.hits)
+    };
+    let (on_cpu, 0, n_hits) = count(Device::Cpu) else { panic!("light on the CPU") };
+    let (on_device, n_pixels, _) = count(Device::Gpu(Arc::new(Gpu::open("").unwrap())));
+    assert!(n_pixels > 0, "no light on the device");
+    assert!(on_cpu < on_device && on_device <= n_hits, "{on_cpu} {on_device} {n_hits}");
 }

@@ -14,3 +14,4 @@ mod report;
 mod report_page;
 mod spirv;
 mod subnormal;
+mod thresholds;

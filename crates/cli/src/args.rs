@@ -200,7 +200,8 @@ pub struct RenderArgs {
 /// Exact arithmetic takes some microseconds a pixel and object: with --size 320x180 a look at all
 /// pixels is quick. Of scenes with light, and of pixels with several samples, bytes (8 and 16 bits)
 /// and linear floats are compared as well: the exact ones take some microseconds for each sample and
-/// light. Exit code 6 where a kernel breaks what it promises.
+/// light. The device also computes the light if it can, even if the CPU would be faster. Exit code 6 if a
+/// kernel breaks its promise.
 #[derive(Args)]
 pub struct VerifyArgs {
     /// Pixels to compare with exact arithmetic, drawn at random [default: all up to 65536,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use kugelblitz::device::{self, Device, DeviceChoice};
-use kugelblitz::gpu::Gpu;
+use kugelblitz::gpu::{Gpu, find_adapter};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz::words::duration;
@@ -73,8 +73,20 @@ pub fn session(
         )
     };
     if let Some(why) = choice.why_the_cpu(kernel, n_spheres, n_rays) {
-        let because = because(&why);
-        run.note(&format!("tracing on the CPU: {because}; `--device gpu` takes that"));
+        // No driver has been asked yet. Asking takes time, so only the note does it.
+        if run.talk.verbose {
+            let name = DeviceChoice::Gpu.adapter().unwrap_or_default();
+            let (found, noise) = quietly(|| find_adapter(&name, kernel));
+            quiet::show(&noise, true);
+            run.note(&match found {
+                Ok(facts) => format!(
+                    "tracing on the CPU: {}; `--device gpu` takes {}",
+                    because(&why),
+                    facts.name
+                ),
+                Err(error) => format!("tracing on the CPU: {error}"),
+            });
+        }
         return Ok(Session::new(Arc::clone(scene), Device::Cpu, kernel));
     }
     if run.talk.verbose

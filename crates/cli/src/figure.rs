@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use kugelblitz::Result;
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::parse_scene;
@@ -12,7 +13,6 @@ use serde::Serialize;
 use crate::Run;
 use crate::args::{LangArgs, WholeArgs};
 use crate::head::Done;
-use crate::options::parser_of;
 use crate::output::{check_ending, is_stdout, refuse_overwriting, written};
 use crate::picture::PictureArgs;
 
@@ -27,8 +27,7 @@ use crate::picture::PictureArgs;
 #[derive(Args)]
 pub struct FigureArgs {
     /// Number of the figure in the lecture: 2, 3, 4 or 5
-    #[arg(value_name = "N", value_parser = parser_of(Figure::ALL, Figure::number),
-        hide_possible_values = true)]
+    #[arg(value_name = "N", value_parser = figure_parser(), hide_possible_values = true)]
     pub figure: Figure,
     /// Scene file (TOML), or data: .npy, .csv, .xyz [default: the lecture's figure]
     pub scene: Option<PathBuf>,
@@ -44,6 +43,18 @@ pub struct FigureArgs {
     pub size: WholeArgs,
     #[command(flatten)]
     pub picture: PictureArgs,
+}
+
+/// Reads the number of a figure. Figure 1, the first one to try, has a special error.
+fn figure_parser() -> impl TypedValueParser<Value = Figure> {
+    let drawings = Figure::ALL.map(|figure| PossibleValue::new(figure.number()));
+    let numbers = drawings.into_iter().chain([PossibleValue::new("1").hide(true)]);
+    PossibleValuesParser::new(numbers).try_map(|number| {
+        let figure = Figure::ALL.into_iter().find(|figure| figure.number() == number);
+        figure.ok_or(
+            "figure 1 is a rendered picture; create it with `kugelblitz render figure1 -o figure1.png`",
+        )
+    })
 }
 
 #[derive(Serialize)]

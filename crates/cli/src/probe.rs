@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use kugelblitz::gpu::{AdapterFacts, Arithmetic, Gpu, list_adapters};
+use kugelblitz::gpu::{AdapterFacts, Arithmetic, Gpu, list_adapters, no_device};
 use kugelblitz::words::{bytes, joined};
 use kugelblitz::{Error, Result, memory};
 use serde::Serialize;
@@ -58,13 +58,7 @@ pub fn run(run: &Run) -> Result<Done<Summary>> {
     if run.talk.verbose || adapters.is_empty() {
         quiet::show(&noise, run.talk.verbose);
     }
-    let failure = adapters.is_empty().then(|| {
-        Error::NoAdapter(
-            "no Vulkan device found: install a Vulkan driver (Debian: `apt install \
-             mesa-vulkan-drivers` brings a software one); `--device cpu` works without"
-                .into(),
-        )
-    });
+    let failure = adapters.is_empty().then(no_device);
     let text = joined(adapters.iter().map(describe), "\n");
     Ok(Done { failure, ..Done::in_words(Summary { adapters }, text) })
 }

@@ -257,7 +257,11 @@ impl Verification {
     ) -> Result<OfKernel> {
         let is_on_gpu = device.facts().is_some();
         let bit_equal = is_on_gpu && device.is_ieee(kernel)?;
-        let on = |device: &Device| Session::new(Arc::clone(&self.scene), device.clone(), kernel);
+        let on = |device: &Device| {
+            let mut session = Session::new(Arc::clone(&self.scene), device.clone(), kernel);
+            session.force_light_on_device();
+            session
+        };
         let (mut gpu, mut cpu) = (is_on_gpu.then(|| on(device)), on(&Device::Cpu));
         let mut parity = is_on_gpu.then(Differences::default);
         let mut exact = OnBoth { gpu: parity.clone(), cpu: Differences::default() };
