@@ -234,6 +234,12 @@ words! {
         hidden: "in its way: #, $s = #$", "im Weg: #, $s = #$";
         dark: "it gives no light", "es gibt kein Licht";
         wrong_in_the_way: "wrong in #, which has # in its way", "falsch in #: hat # im Weg";
+        wrong_self_shadowing:
+            "wrong in #: self-shadowing (shadow acne)",
+            "falsch in #: Selbstverschattung (shadow acne)";
+        self_shadowing:
+            "shadow acne: rounding puts the computed point below the surface (see $f(p)$), which occludes it",
+            "durch Rundung liegt der berechnete Punkt hinter der Fläche (siehe $f(p)$), die ihn verdeckt";
         wrong_counting: "wrong in #, which has it count", "falsch in #: lässt es zählen";
         wrong_behind:
             "wrong in #, which has it behind the surface",
