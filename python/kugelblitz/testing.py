@@ -164,7 +164,7 @@ def _why(explanation: Explanation) -> list[str]:
         if line.startswith(("The kernel certified decided", "Formulas:")):
             break
         is_of_table = "  " in line.strip() or line.endswith("ulp")
-        is_note = line.startswith("  In the table") or is_note and not is_of_table
+        is_note = line.startswith(("  In the table", "  d is ")) or is_note and not is_of_table
         if not (is_of_table or is_note):
             lines.append(line)
     return lines if len(lines) <= WHY_LINES else [*lines[:WHY_LINES], "…"]

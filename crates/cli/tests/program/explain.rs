@@ -83,7 +83,17 @@ fn a_wrong_digit_is_noticed() {
     let lines: Vec<&str> = shown.lines().collect();
     let mut n_spoiled = 0;
     for (i, line) in lines.iter().enumerate() {
-        let starts = ["  o − c", "  a = d·d", "  b = 2", "  k = ", "  D = ", "  p = ", "  n = "];
+        let starts = [
+            "  u = ",
+            "  v = ",
+            "  o − c",
+            "  a = d·d",
+            "  b = 2",
+            "  k = ",
+            "  D = ",
+            "  p = ",
+            "  n = ",
+        ];
         let next = lines.get(i + 1).map_or("", |next| next.trim_start());
         let is_broken = next.starts_with(['=', '≈']);
         if is_broken || !starts.iter().any(|start| line.starts_with(start)) {

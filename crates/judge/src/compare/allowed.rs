@@ -6,7 +6,7 @@ use kugelblitz::trace::Kernel;
 use kugelblitz::words::did_you_mean_at_end;
 use kugelblitz::{Error, Result};
 
-use super::TError;
+use super::{NormalError, TError};
 
 /// How much of a thing may be wrong, or how far it may be off: at most so much, in a unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -208,6 +208,22 @@ impl Allowed {
             limit => limit.allows(error.relative),
         }
     }
+
+    /// Whether a normal may have this error: its angle is within the limit, and the difference of each component is at
+    /// most [`Allowed::normal_component`].
+    pub fn allows_normal(&self, error: &NormalError) -> bool {
+        self.limit("normal").allows(error.degrees) && error.component <= self.normal_component()
+    }
+
+    /// Returns the largest allowed difference of a component of a normal: the chord of the allowed angle on the unit
+    /// sphere. The ends of two unit vectors within the angle are at most a chord apart, so the component limit only rejects
+    /// normals of another length.
+    pub fn normal_component(&self) -> f64 {
+        match self.limit("normal").most {
+            most if most.is_infinite() => f64::INFINITY,
+            most => 2.0 * (most.min(180.0).to_radians() / 2.0).sin(),
+        }
+    }
 }
 
 impl fmt::Display for Allowed {
@@ -247,5 +263,17 @@ mod tests {
         let allowed = Allowed::of_rays("").unwrap();
         let t = |ulp| TError { ulp, relative: 0.0, is_nearest: false };
         assert!(allowed.allows_t(&t(0.5)) && !allowed.allows_t(&t(0.5001)));
+        let allowed = Allowed::of_rays("normal=60").unwrap();
+        let normal = |degrees, component| NormalError {
+            distance: component,
+            degrees,
+            component,
+            length: 1.0,
+            is_nearest: false,
+        };
+        assert!(allowed.allows_normal(&normal(60.0, 1.0 - 1e-9)));
+        assert!(!allowed.allows_normal(&normal(60.1, 0.0)));
+        assert!(!allowed.allows_normal(&normal(0.0, 1.0 + 1e-9)));
+        assert!(Allowed::of_rays("normal=any").unwrap().allows_normal(&normal(180.0, 1e9)));
     }
 }

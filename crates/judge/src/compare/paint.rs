@@ -4,7 +4,7 @@ use kugelblitz::picture::Image;
 use kugelblitz::scene::srgb_from_linear;
 
 use super::pictures::shown;
-use super::{PictureDifference, RayError};
+use super::{NormalError, PictureDifference, RayError};
 
 /// A hit where there is nothing. This colour and the next two are far from each other and from those of
 /// other errors with each colour blindness.
@@ -54,7 +54,8 @@ pub fn error_picture(
             RayError::Right { id: 0, .. } => BACKGROUND[place],
             RayError::Right { t, normal, .. } => {
                 let of_t = t.map_or(0.0, |t| share(t.ulp, ULP_RANGE));
-                let of_normal = normal.map_or(0.0, |n| share(n.degrees, DEGREES_RANGE));
+                let in_degrees = |n: NormalError| n.degrees.max(n.component.to_degrees());
+                let of_normal = normal.map_or(0.0, |n| share(in_degrees(n), DEGREES_RANGE));
                 between(RIGHT[place], RAMP[1], of_t.max(of_normal))
             }
         }

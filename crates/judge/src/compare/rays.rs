@@ -122,13 +122,21 @@ pub struct NormalError {
     pub distance: f64,
     /// Angle to the right normal, degrees; 180 where the normal is not finite, or zero.
     pub degrees: f64,
+    /// Largest difference of a component from the right one. +∞ if a component is not finite.
+    pub component: f64,
+    /// Length of the normal; NaN if a component is NaN.
+    pub length: f64,
     /// Whether each component is the f32 nearest to the right one; bit by bit, where the right one is another result.
     pub is_nearest: bool,
 }
 
 impl NormalError {
     fn of(normal: DVec3, right: DVec3, is_nearest: bool) -> NormalError {
-        let of = |distance, degrees| NormalError { distance, degrees, is_nearest };
+        let (component, length) = ((normal - right).abs().max_element(), normal.length());
+        let of = |distance, degrees| {
+            let component = if distance == f64::INFINITY { distance } else { component };
+            NormalError { distance, degrees, component, length, is_nearest }
+        };
         let bits = |normal: DVec3| normal.to_array().map(f64::to_bits);
         let distance = (normal - right).length();
         if bits(normal) == bits(right) {
@@ -256,21 +264,34 @@ pub struct ErrorStats {
     pub t_relative: Option<ErrorSpread>,
     /// Angles between the normals and the exact ones, degrees.
     pub normal_degrees: Option<ErrorSpread>,
+    /// Largest difference of a component of each normal from the exact one, without normalizing the normal.
+    pub normal_component: Option<ErrorSpread>,
+    /// Least and greatest length of the normals on the right objects, without NaN.
+    pub normal_length: Option<[f64; 2]>,
 }
 
 impl ErrorStats {
     /// Sums up the errors of those of the rays that are in a class.
     pub fn new(rays: &Rays, errors: &[RayError], is_in: impl Fn(usize) -> bool) -> ErrorStats {
         let mut counts = RayDifferences::default();
-        let mut spreads = [const { Vec::new() }; 3];
+        let mut spreads = [const { Vec::new() }; 4];
+        let mut normal_length = None;
         for (i, error) in errors.iter().enumerate().filter(|(i, _)| is_in(*i)) {
             counts.see(i, error);
             if let RayError::Right { t, normal, .. } = error {
-                let sizes = [t.map(|t| t.ulp), t.map(|t| t.relative), normal.map(|n| n.degrees)];
+                let [of_t, of_normal] = [
+                    t.map_or([None; 2], |t| [Some(t.ulp), Some(t.relative)]),
+                    normal.map_or([None; 2], |n| [Some(n.degrees), Some(n.component)]),
+                ];
+                let sizes = [of_t, of_normal].into_iter().flatten();
                 spreads.iter_mut().zip(sizes).for_each(|(all, size)| all.extend(size.zip(Some(i))));
+                if let Some(NormalError { length, .. }) = normal {
+                    let [least, most] = normal_length.unwrap_or([f64::NAN; 2]);
+                    normal_length = Some([length.min(least), length.max(most)]);
+                }
             }
         }
-        let [t_ulp, t_relative, normal_degrees] =
+        let [t_ulp, t_relative, normal_degrees, normal_component] =
             spreads.map(|errors| ErrorSpread::new(errors, rays));
         let RayDifferences { rays, false_hits, false_misses, wrong_object, .. } = counts;
         let wrong_ids = counts.wrong_ids();
@@ -283,12 +304,14 @@ impl ErrorStats {
             t_ulp,
             t_relative,
             normal_degrees,
+            normal_component,
+            normal_length,
         }
     }
 
-    /// The spreads of `t` in f32 steps, of `t` relative to the exact one, and of angles.
-    pub fn spreads(&self) -> [Option<ErrorSpread>; 3] {
-        [self.t_ulp, self.t_relative, self.normal_degrees]
+    /// Returns the spreads of `t` in f32 steps, of `t` relative to the exact one, of angles, and of normals' components.
+    pub fn spreads(&self) -> [Option<ErrorSpread>; 4] {
+        [self.t_ulp, self.t_relative, self.normal_degrees, self.normal_component]
     }
 }
 

@@ -24,7 +24,8 @@ fn written(explanation: &Explanation, paragraph: fn(&str, Vec<String>) -> String
     let sections = sections.chain([explanation.of_point(explanation.digits)]);
     let mut text = String::new();
     for section in sections.chain(explanation.of_light()) {
-        let [subject, why] = [section.subject, section.why].map(|remarks| {
+        let why = [section.why, section.notes].concat();
+        let [subject, why] = [section.subject, why].map(|remarks| {
             remarks.iter().map(|remark| remark.written(Notation::Latex)).collect::<Vec<_>>()
         });
         text += &paragraph(&subject.join(", "), why);

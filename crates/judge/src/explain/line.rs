@@ -54,6 +54,14 @@ impl Notation {
         name.chars().map(escaped).collect()
     }
 
+    /// Returns the text of this notation.
+    pub fn choose(self, text: &str, latex: &str) -> String {
+        match self {
+            Text => text.to_owned(),
+            Latex => latex.to_owned(),
+        }
+    }
+
     /// A piece of a formula between words.
     pub fn formula(self, formula: &str) -> String {
         if self == Text {
@@ -63,6 +71,7 @@ impl Notation {
             '·' => r" \cdot ".into(),
             '×' => r" \times ".into(),
             '±' => r"\pm".into(),
+            '≈' => r"\approx".into(),
             '−' => "-".into(),
             '²' => "^2".into(),
             'ω' => r"\vec{\omega}".into(),
@@ -77,6 +86,9 @@ impl Notation {
     /// What stands for a number or for a vector; `I`, which is both, has no arrow.
     pub fn letter(self, name: &str, is_vector: bool) -> String {
         match self {
+            Latex if is_vector && name.len() > 1 => {
+                format!(r"\overrightarrow{{\text{{{}}}}}", self.name(name))
+            }
             Latex if is_vector && name != "I" => format!(r"\vec{{{name}}}"),
             _ => self.formula(name),
         }
@@ -103,7 +115,7 @@ pub struct Line {
 
 impl Line {
     /// Begins with the letter of a number or vector, if it has one.
-    fn of(letter: &str, is_vector: bool) -> Line {
+    pub(super) fn of(letter: &str, is_vector: bool) -> Line {
         let mut line = Line::default();
         if !letter.is_empty() {
             line.push(|notation| (notation.letter(letter, is_vector), false));
@@ -116,7 +128,7 @@ impl Line {
     }
 
     /// Adds a piece in either notation, and says whether it is rounded.
-    fn push(&mut self, piece: impl Fn(Notation) -> (String, bool)) {
+    pub(super) fn push(&mut self, piece: impl Fn(Notation) -> (String, bool)) {
         let was_rounded = self.is_rounded;
         for (notation, pieces) in [Text, Latex].into_iter().zip(&mut self.pieces) {
             let (piece, is_rounded) = piece(notation);
@@ -139,6 +151,11 @@ impl Line {
     /// The whole line in plain text.
     pub fn text(&self) -> String {
         self.pieces(Text).concat()
+    }
+
+    /// Whether a piece of the line is rounded.
+    pub(super) fn has_rounding(&self) -> bool {
+        self.pieces(Text).iter().any(|piece| piece.contains('≈'))
     }
 
     /// Columns that the line takes in text.
@@ -246,6 +263,14 @@ impl Derivation {
         self.tell(letter, value, &numbers);
     }
 
+    /// Adds numbers that come from elsewhere, as [`Derivation::given`], on a new line.
+    pub(super) fn given_below(&mut self, letter: &'static str, value: &[Step]) {
+        self.given(letter, value);
+        if let Some(line) = self.lines.last_mut() {
+            line.is_joined = false;
+        }
+    }
+
     /// A line with the formula of a number or vector; without a letter, the formula stands for itself.
     pub(super) fn line(&mut self, letter: &'static str, value: &[Step], shown: LineDetail) {
         let mut line = Line::of(letter, value.len() > 1);
@@ -336,6 +361,9 @@ fn rounds_to(value: &Root, printed: &str, digits: usize) -> bool {
         .is_some_and(|(half_unit, printed)| value.plus(&printed.negated()).magnitude() <= half_unit)
 }
 
+/// Indent of a piece's further rows in text.
+const TERM_INDENT: &str = "        ";
+
 /// The lines in plain text of at most [`WIDTH`] columns.
 pub fn text_of(lines: &[Line]) -> Vec<String> {
     let mut written: Vec<String> = Vec::new();
@@ -351,7 +379,13 @@ pub fn text_of(lines: &[Line]) -> Vec<String> {
         for piece in &pieces[1..] {
             match written.last_mut() {
                 Some(last) if columns(last) + columns(piece) <= WIDTH => *last += piece,
-                _ => written.extend(wrapped(piece, WIDTH, "      ", "        ")),
+                _ => {
+                    let rows = rows_of_sum([piece; 2], Text, WIDTH - TERM_INDENT.len());
+                    for (at, row) in rows.iter().enumerate() {
+                        let first = if at == 0 { "      " } else { TERM_INDENT };
+                        written.extend(wrapped(row, WIDTH, first, TERM_INDENT));
+                    }
+                }
             }
         }
     }
@@ -386,12 +420,50 @@ pub fn latex_of(lines: &[Line]) -> Vec<String> {
                 Some(last) if i == 1 => *last += &format!(" &{latex}"),
                 Some(last) if used + columns(text) <= PAGE_COLUMNS => *last += &format!(" {latex}"),
                 _ => {
-                    rows.push(format!("&{latex}"));
+                    let split = rows_of_sum([text, latex], Latex, PAGE_COLUMNS);
+                    let space = |at| if at == 0 { "" } else { r"\quad" };
+                    let row = |(at, row): (usize, &String)| format!("&{}{row}", space(at));
+                    rows.extend(split.iter().enumerate().map(row));
                     used = 0;
                 }
             }
             used += columns(text);
         }
+    }
+    rows
+}
+
+/// Terms of a sum in either notation, each but the first with its sign in front.
+fn terms(sum: &str) -> Vec<&str> {
+    let (mut depth, mut start, mut terms) = (0, 0, Vec::new());
+    for (at, c) in sum.char_indices() {
+        match c {
+            '(' | '{' => depth += 1,
+            ')' | '}' => depth -= 1,
+            '+' if depth == 0 && sum[..at].ends_with(' ') => {
+                terms.push(&sum[start..at - 1]);
+                start = at - 1;
+            }
+            _ => {}
+        }
+    }
+    terms.push(&sum[start..]);
+    terms
+}
+
+/// Splits a piece before the terms of its sum into rows of at most `width` columns of text, if its terms are that short, and
+/// returns them in a notation.
+fn rows_of_sum(pieces: [&str; 2], notation: Notation, width: usize) -> Vec<String> {
+    let [text, latex] = pieces.map(terms);
+    let mut rows = vec![String::new()];
+    let mut used = 0;
+    for (text, latex) in text.into_iter().zip(latex) {
+        if used > 0 && used + columns(text) > width {
+            rows.push(String::new());
+            used = 0;
+        }
+        rows.last_mut().into_iter().for_each(|row| *row += notation.choose(text, latex).as_str());
+        used += columns(text);
     }
     rows
 }

@@ -4,6 +4,7 @@
 //! down. Every f32 number comes from the functions that the kernels themselves are made of, so it
 //! is what the kernel worked with, bit by bit; every error is that number less the exact one.
 
+mod camera;
 pub mod latex;
 mod light;
 mod line;
@@ -20,6 +21,7 @@ use std::sync::Arc;
 
 use serde::{Serialize, Serializer};
 
+pub use camera::CameraExplanation;
 pub use light::{
     ChannelByte, ColorExplanation, LightExplanation, LightVerdict, MeanExplanation, Shading,
     SkyExplanation,
@@ -90,6 +92,8 @@ pub struct Explanation {
     pub digits: usize,
     /// The pixel, where the ray belongs to one.
     pub pixel: Option<PixelOf>,
+    /// Camera's part of the ray, and the formulas from the pixel to the ray; `None` for a ray that belongs to no pixel.
+    pub camera: Option<CameraExplanation>,
     /// `o` and `d`, six numbers. `stable` takes the origin in f64 or in two parts, so it has no
     /// number for `o`.
     #[serde(serialize_with = "quantities_alone")]
@@ -272,11 +276,13 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<
     let pixel =
         |p: &Pixels| PixelOf { x: p.x, y: p.y, width: p.image_width, height: p.image_height };
     let (of_point, point) = numbers.point().unzip();
+    let (ray, camera) = numbers.ray();
     let mut explanation = Explanation {
         lang,
         digits,
         pixel: rays.pixels().map(pixel),
-        ray: numbers.ray(),
+        camera,
+        ray,
         objects,
         n_objects,
         left_out,

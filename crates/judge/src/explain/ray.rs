@@ -16,13 +16,14 @@ use kugelblitz::scene::{Object, Plane, Scene, Sphere};
 use kugelblitz::shade::{Lighting, PlainPoint};
 use kugelblitz::trace::{Kernel, Rays, WorldRay};
 
+use super::camera;
 use super::line::LineDetail::{Addends, Numbers};
 use super::line::{Derivation, Line};
 use super::numbers::{in_all, scaled};
 use super::shading::lighting;
 use super::step::{Step, vector};
 use super::words::Words;
-use super::{ExplainStyle, ObjectExplanation, Rank, Reason, label_in};
+use super::{CameraExplanation, ExplainStyle, ObjectExplanation, Rank, Reason, label_in};
 use crate::verify::{Near, is_clearly_missed};
 use crate::wrong_usage;
 
@@ -150,11 +151,21 @@ impl<'a> RayNumbers<'a> {
         (told, [of("o", self.exact.origin(), s), of("d", self.exact.direction(), f)])
     }
 
-    /// Where the ray begins and goes.
-    pub fn ray(&self) -> Derivation {
-        let (mut told, [o, d]) = self.derivation();
-        told.given("o", &o.0);
-        told.given("d", &d.0);
+    /// Derives `o` and `d`, and returns the camera as well if the ray belongs to a pixel.
+    pub fn ray(&self) -> (Derivation, Option<CameraExplanation>) {
+        let (mut told, [o, d], camera) = match self.rays {
+            Rays::Pixels(pixels) => {
+                let (told, ray, camera) =
+                    camera::derive(pixels, self.scene, self.words, self.digits);
+                (told, ray, Some(camera))
+            }
+            Rays::List(_) => {
+                let (mut told, [o, d]) = self.derivation();
+                told.given("o", &o.0);
+                told.given("d", &d.0);
+                (told, [o, d], None)
+            }
+        };
         let num::Ray { origin, direction, .. } = self.lecture;
         told.rows(["o.x", "o.y", "o.z"], o.0, |axis| {
             [Some(Some(origin.0[axis].into())), None, Some(Some(self.origin[axis]))]
@@ -163,7 +174,7 @@ impl<'a> RayNumbers<'a> {
             let stable = scaled(self.stable.ray.direction.0[axis], self.exponent);
             in_all(direction.0[axis], stable, self.direction[axis])
         });
-        told
+        (told, camera)
     }
 
     /// How the ray meets an object.

@@ -1,6 +1,6 @@
 //! An [`Explanation`] as what text and LaTeX have to write: of each thing what it is, what is to be said of it, and its numbers.
 
-use super::line::Derivation;
+use super::line::{Derivation, Line};
 use super::numbers::six_digits;
 use super::words::{Remark, Words};
 use super::{ChannelByte, ColorExplanation, Explanation, ObjectExplanation};
@@ -11,6 +11,8 @@ pub struct TextSection<'a> {
     pub subject: Vec<Remark>,
     /// What is to be said of it.
     pub why: Vec<Remark>,
+    /// Notes on the numbers, after the formulas.
+    pub notes: Vec<Remark>,
     /// The numbers of it, and how they come about.
     pub derivation: Option<&'a Derivation>,
 }
@@ -23,7 +25,22 @@ impl Explanation {
             Some(p) => Remark::of(words.pixel, [p.x, p.y, p.width, p.height]),
             None => words.ray.into(),
         };
-        TextSection { subject: vec![subject], why: Vec::new(), derivation: Some(&self.ray) }
+        let depth = match self.camera.as_ref().map(|camera| camera.projection) {
+            None => words.depth_of_ray,
+            Some("perspective") => words.depth_in_perspective,
+            Some(_) => words.depth_in_parallel,
+        };
+        let mut notes = vec![depth.into()];
+        if let Some(mean) = self.shading.as_ref().and_then(|shading| shading.mean.as_ref()) {
+            notes.push(Remark::of(words.ray_of_center, [mean.samples; 2]));
+        }
+        let objects = self.objects.iter().map(|object| &object.derivation);
+        let mut lines = objects.chain([&self.ray]).flat_map(|derivation| &derivation.lines);
+        if lines.any(Line::has_rounding) {
+            notes.push(words.digits_missing.into());
+        }
+        let (why, derivation) = (Vec::new(), Some(&self.ray));
+        TextSection { subject: vec![subject], why, notes, derivation }
     }
 
     /// What the ray sees, and the point where it does, with so many digits of `t`.
@@ -38,7 +55,7 @@ impl Explanation {
             }
         };
         let (subject, why) = (vec![sees], Vec::from_iter(side));
-        TextSection { subject, why, derivation: self.point.as_ref() }
+        TextSection { subject, why, notes: Vec::new(), derivation: self.point.as_ref() }
     }
 
     /// The light that falls on it, and the colours that come of it.
@@ -47,11 +64,13 @@ impl Explanation {
         let lights = shading.lights.iter().map(|light| TextSection {
             subject: vec![Remark::name(&light.name), light.place.clone()],
             why: light.why.clone(),
+            notes: Vec::new(),
             derivation: Some(&light.derivation),
         });
         let sky = shading.sky.iter().map(|sky| TextSection {
             subject: vec![Remark::of(words.sky, [sky.counting, sky.directions])],
             why: vec![Remark::of(words.sky_counts, [sky.counting, sky.behind, sky.hidden])],
+            notes: Vec::new(),
             derivation: Some(&sky.derivation),
         });
         let of_ray = shading.color.section(words.color_of_ray.into(), words);
@@ -68,6 +87,7 @@ impl ObjectExplanation {
         TextSection {
             subject: vec![Remark::name(&self.label)],
             why: self.why.clone(),
+            notes: Vec::new(),
             derivation: Some(&self.derivation),
         }
     }
@@ -91,6 +111,7 @@ impl ColorExplanation {
         };
         let bytes = self.channels.iter().zip(words.channels).map(byte);
         let why = bytes.chain(self.why.iter().cloned()).collect();
-        TextSection { subject: vec![subject], why, derivation: Some(&self.derivation) }
+        let (notes, derivation) = (Vec::new(), Some(&self.derivation));
+        TextSection { subject: vec![subject], why, notes, derivation }
     }
 }

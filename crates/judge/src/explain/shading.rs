@@ -205,18 +205,26 @@ impl RayNumbers<'_> {
             _ if way.lamp.shadows => words.counts.into(),
             _ => words.counts_without_shadow.into(),
         }];
+        let mut is_self_shadowed = false;
         for (plain, column) in self.plain().into_iter().zip(COLUMNS) {
             let Some(plain) = plain else { continue };
             let PlainWay { in_the_way, cosine, .. } = *way.plain(plain);
             let column = column.to_owned();
             why.push(match in_the_way {
                 Some(_) if way.hidden_by.is_some() => continue,
+                Some((id, _)) if id == plain.id => {
+                    is_self_shadowed = true;
+                    Remark::of(words.wrong_self_shadowing, [column])
+                }
                 Some((id, _)) => Remark::of(words.wrong_in_the_way, [column, self.label(id)]),
                 None if cosine > 0.0 && way.verdict == LightVerdict::Counts => continue,
                 None if cosine > 0.0 => Remark::of(words.wrong_counting, [column]),
                 None if cosine <= 0.0 && way.cosine.signum() <= 0 => continue,
                 None => Remark::of(words.wrong_behind, [column]),
             });
+        }
+        if is_self_shadowed {
+            why.push(words.self_shadowing.into());
         }
         why
     }

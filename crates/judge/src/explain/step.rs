@@ -353,7 +353,7 @@ impl Writer<'_> {
                 (format!(r"\frac{{{}}}{{{}}}", self.written(x), self.written(y)), Product)
             }
             Op::Div => {
-                let rank = if self.standing(x).is_some() { Sum } else { Whole };
+                let rank = if self.standing(x).is_some() { Sum } else { Product };
                 (self.within(x, rank) + " / " + &self.within(y, Whole), Product)
             }
         }

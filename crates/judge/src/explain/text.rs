@@ -8,6 +8,7 @@ use super::{
     Approximation, Explanation, FormulaNumber, KernelResult, LeftOut, MOST_OBJECTS, numbers,
     shortened,
 };
+use crate::markup::wrapped;
 
 /// Columns that the text takes at most.
 pub const WIDTH: usize = 100;
@@ -52,7 +53,9 @@ fn section(section: &TextSection, note: &str, words: &Words) -> String {
     let mut text = subject.join(", ") + "\n";
     text.extend(section.why.iter().map(|why| format!("  → {why}\n")));
     let Some(Derivation { lines, quantities, .. }) = section.derivation else { return text };
-    text.extend(text_of(lines).iter().map(|line| format!("{line}\n")));
+    let notes = section.notes.iter();
+    let notes = notes.flat_map(|note| wrapped(&note.to_string(), WIDTH, "  ", "  "));
+    text.extend(text_of(lines).into_iter().chain(notes).map(|line| line + "\n"));
     text += note;
     if !quantities.is_empty() {
         text += &table(quantities, words);

@@ -148,6 +148,21 @@ words! {
             "Pixel $(#, #)$ of $#×#$: the ray $p(t) = o + t·d$",
             "Pixel $(#, #)$ von $#×#$: der Strahl $p(t) = o + t·d$";
         ray: "The ray $p(t) = o + t·d$", "Der Strahl $p(t) = o + t·d$";
+        depth_in_perspective:
+            "$d$ is not normalised: it goes 1 along the view axis, so $t$ is the depth and $t·|d|$ the distance",
+            "$d$ ist nicht normiert: es geht 1 entlang der Blickachse, also ist $t$ die Tiefe und $t·|d|$ der Abstand";
+        depth_in_parallel:
+            "$d$ is the unit vector along the view axis, so $t$ is both the depth and the distance",
+            "$d$ ist der Einheitsvektor entlang der Blickachse, also ist $t$ sowohl Tiefe als auch Abstand";
+        depth_of_ray:
+            "$d$ is not normalised: $t$ counts multiples of $d$, and the distance is $t·|d|$",
+            "$d$ ist nicht normiert: $t$ zählt Vielfache von $d$, und der Abstand ist $t·|d|$";
+        ray_of_center:
+            "the ray goes through the centre of the pixel, whose colour is the mean of $#×#$ samples",
+            "der Strahl geht durch die Mitte des Pixels, dessen Farbe das Mittel von $#×#$ Strahlen ist";
+        digits_missing:
+            "$≈$ means that digits are missing: a scene's 0.4, for example, is the f64 0.40000000000000002…",
+            "$≈$ heißt, dass Stellen fehlen: 0.4 in einer Szene etwa ist die f64-Zahl 0.40000000000000002…";
         left_out:
             "Left out: # more of # objects: # hit but not first, # behind, # missed",
             "Ausgelassen: # weitere von # Objekten: # getroffen, aber nicht zuerst, # dahinter, # verfehlt";
@@ -234,6 +249,12 @@ words! {
         hidden: "in its way: #, $s = #$", "im Weg: #, $s = #$";
         dark: "it gives no light", "es gibt kein Licht";
         wrong_in_the_way: "wrong in #, which has # in its way", "falsch in #: hat # im Weg";
+        wrong_self_shadowing:
+            "wrong in #: self-shadowing (shadow acne)",
+            "falsch in #: Selbstverschattung (shadow acne)";
+        self_shadowing:
+            "shadow acne: rounding puts the computed point below the surface (see $f(p)$), which occludes it",
+            "durch Rundung liegt der berechnete Punkt hinter der Fläche (siehe $f(p)$), die ihn verdeckt";
         wrong_counting: "wrong in #, which has it count", "falsch in #: lässt es zählen";
         wrong_behind:
             "wrong in #, which has it behind the surface",
@@ -313,6 +334,8 @@ nimmt ein Epsilon.
         // Of a camera's ray and of any other.
         behind[2]: ["behind the camera", "behind the ray's origin"],
             ["hinter der Kamera", "hinter dem Ursprung des Strahls"];
+        // Axes of the camera.
+        axes[3]: ["forward", "right", "true_up"], ["vorn", "rechts", "oben"];
         // Kernel, device, what it shows, its error, its normal.
         shown[5]: ["kernel", "on", "shows", "error", "normal"],
             ["Kernel", "auf", "zeigt", "Fehler", "Normale"];

@@ -207,6 +207,12 @@ impl Judged {
         Some(([pixels.width, pixels.height], colors))
     }
 
+    /// Least and greatest length of the normals, of all rays on the right object; `None` without normals.
+    fn normal_lengths(&self) -> Option<[f64; 2]> {
+        let ranges = self.errors.classes.iter().filter_map(|class| class.normal_length);
+        ranges.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
+    }
+
     fn broken(&self) -> Vec<String> {
         let (allowed, classes) = (&self.case.allowed, &self.errors.classes);
         let mut broken = Vec::new();
@@ -218,7 +224,7 @@ impl Judged {
                 broken.push(format!("{wrong_ids} of {rays} ids{place} are wrong, allowed: {most}"));
             }
         }
-        let [ulp, relative, degrees] = [0, 1, 2].map(|kind| {
+        let [ulp, relative, degrees, component] = [0, 1, 2, 3].map(|kind| {
             let spreads = classes.iter().filter_map(|class| class.spreads()[kind]);
             spreads.map(|spread| spread.worst).fold(0.0, f64::max)
         });
@@ -233,6 +239,18 @@ impl Judged {
         let most = allowed.limit("normal");
         if !most.allows(degrees) {
             broken.push(format!("a normal is off by {}°, allowed: {most}°", short(degrees)));
+        }
+        let (within, most) = (most.allows(degrees), allowed.normal_component());
+        if let Some(lengths) = self.normal_lengths()
+            && component > most
+            && (within || lengths.iter().any(|length| (length - 1.0).abs() > most))
+        {
+            broken.push(format!(
+                "a component of a normal has an error of {}, allowed: {} (normals: {}; expected 1)",
+                short(component),
+                short(most),
+                words::length_range(lengths)
+            ));
         }
         broken
     }

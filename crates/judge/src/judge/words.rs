@@ -5,7 +5,8 @@ use kugelblitz::words::{NONE, percent};
 use serde::Serialize;
 
 use super::{Case, ClaimedHit, Claims, Judged, Quantity};
-use crate::compare::{ErrorSpread, ErrorStats, RayError, short};
+use crate::compare::{ErrorSpread, ErrorStats, NormalError, RayError, short};
+use crate::explain::six_digits;
 
 /// An error of one ray.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -40,8 +41,10 @@ impl Judged {
         match errors.of_rays[ray] {
             RayError::Right { t, normal, .. } => {
                 let t = t.filter(|t| !allowed.allows_t(t)).map(|t| t.ulp);
-                let normal = normal.map(|normal| normal.degrees);
-                [None, None, t, normal.filter(|degrees| !allowed.limit("normal").allows(*degrees))]
+                let normal = normal.filter(|normal| !allowed.allows_normal(normal));
+                // A component's difference is an angle in radians, if the length is right.
+                let size = |n: NormalError| n.degrees.max(n.component.to_degrees());
+                [None, None, t, normal.map(size)]
             }
             _ if errors.is_at_silhouette[ray] => [None, Some(0.0), None, None],
             _ => [Some(0.0), None, None, None],
@@ -81,7 +84,7 @@ impl Judged {
     }
 
     fn finding(&self, kind: usize, size: f64, ray: usize, explain: Option<String>) -> Finding {
-        let Judged { case: Case { scene, rays, claims, .. }, truth, .. } = self;
+        let Judged { case: Case { scene, rays, claims, allowed, .. }, truth, .. } = self;
         let (exact, off) = (&truth.hits[ray], short(size));
         let (says, exact) = match (kind, claims.depth(ray), claims.normal(ray)) {
             (2, Some((t, _)), _) => {
@@ -91,7 +94,17 @@ impl Judged {
             }
             (3, _, Some(normal)) => {
                 let vector = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");
-                let says = format!("{}, {off}° off", vector(normal.into()));
+                let angle = match self.errors.of_rays[ray] {
+                    RayError::Right { normal: Some(error), .. } => error.degrees,
+                    _ => size,
+                };
+                let length = normal.length();
+                let is_unit = (length - 1.0).abs() <= allowed.normal_component();
+                let of_length = match is_unit || length.is_nan() {
+                    true => String::new(),
+                    false => format!(" of length {}", six_digits(length)),
+                };
+                let says = format!("{}{of_length}, {}° off", vector(normal.into()), short(angle));
                 (says, vector(exact.normal))
             }
             _ => (says(scene, claims, ray), object_in_words(scene, exact.id)),
@@ -102,6 +115,9 @@ impl Judged {
     /// The errors and these findings in lines for people.
     pub fn in_words(&self, worst: &[Finding]) -> String {
         let mut text = self.table();
+        if let Some(lengths) = self.normal_lengths() {
+            text += &format!("\nnormals: {}; expected 1\n", length_range(lengths));
+        }
         for (kind, title) in KINDS {
             let own = worst.iter().filter(|finding| finding.kind == kind);
             let line = |Finding { ray, pixel, says, exact, explain, .. }: &Finding| {
@@ -142,7 +158,8 @@ impl Judged {
         row("  false hits", &|part| part.false_hits.to_string());
         row("  false misses", &|part| part.false_misses.to_string());
         row("  another object", &|part| part.wrong_object.to_string());
-        for (kind, name) in ["t, ulp", "t, relative", "normal, degrees"].into_iter().enumerate() {
+        let names = ["t, ulp", "t, relative", "normal, degrees", "normal, component"];
+        for (kind, name) in names.into_iter().enumerate() {
             if parts.iter().all(|part| part.spreads()[kind].is_none()) {
                 continue;
             }
@@ -158,6 +175,12 @@ impl Judged {
         }
         text
     }
+}
+
+/// Returns a range of lengths as text: `length 0.5 to 2`, or `length 1`.
+pub(super) fn length_range(ends: [f64; 2]) -> String {
+    let [least, most] = ends.map(six_digits);
+    if least == most { format!("length {least}") } else { format!("length {least} to {most}") }
 }
 
 fn says(scene: &Scene, claims: &Claims, ray: usize) -> String {

@@ -1,0 +1,176 @@
+//! The step from a pixel to its ray, as a derivation.
+
+use kugelblitz::exact::{Root, exact, integer};
+use kugelblitz::num::{Real as _, V3};
+use kugelblitz::rays::{Lens, Pixels};
+use kugelblitz::scene::{Projection, Scene};
+use serde::Serialize;
+
+use super::line::LineDetail::{Numbers, Result as ResultOnly};
+use super::line::{Derivation, Line};
+use super::numbers::decimal_f64;
+use super::step::{self, Step, number, vector};
+use super::words::Words;
+
+/// Digits of an f64 that are printed at most, as more would be digits of its binary fraction.
+const F64_DIGITS: usize = 17;
+
+/// The camera's part of a pixel's ray: `forward + u·right + v·true_up` is the direction of a perspective camera's ray;
+/// an orthographic camera adds `u·right + v·true_up` to its position.
+#[derive(Clone, Debug, Serialize)]
+pub struct CameraExplanation {
+    /// `perspective` or `orthographic`.
+    pub projection: &'static str,
+    /// Tangent of half the vertical field of view; of an orthographic camera, half the height of the picture in world units.
+    pub h: f64,
+    /// Width of the picture divided by its height.
+    pub aspect: f64,
+    /// Offset of the pixel's centre to the right, in the unit of `h`.
+    pub u: f64,
+    /// Offset of the pixel's centre to the top, in the unit of `h`.
+    pub v: f64,
+    /// Unit vector along the view axis.
+    pub forward: [f64; 3],
+    /// Unit vector to the right of the picture.
+    pub right: [f64; 3],
+    /// Unit vector to the top of the picture.
+    pub true_up: [f64; 3],
+    /// The formulas with the exact numbers put in.
+    pub formulas: Vec<String>,
+}
+
+/// Derives `o` and `d` of the first pixel's centre ray from the camera, exactly, and returns them with the derivation.
+pub(super) fn derive(
+    pixels: &Pixels,
+    scene: &Scene,
+    words: &Words,
+    digits: usize,
+) -> (Derivation, [V3<Step>; 2], CameraExplanation) {
+    let Pixels { view, image_width, image_height, x, y, .. } = *pixels;
+    let mut told = Derivation::new(digits);
+    let count = |name, n: u32| number(name, Root::from(integer(n.into())));
+    let (x, y) = (count("x", x), count("y", y));
+    let (width, height) = (count("W", image_width), count("H", image_height));
+    let [one, two, half] = [1.0, 2.0, 0.5].map(Step::lit);
+
+    let h = match view.lens {
+        Lens::Perspective => {
+            let h = number("h", Root::from(exact(view.h)));
+            told.lines.push(tangent(fov_degrees(scene, view.h), view.h, digits));
+            h
+        }
+        Lens::Orthographic => {
+            let h = number("height", Root::from(exact(2.0 * view.h))) / two;
+            told.said(["h"; 2], ["height / 2", r"\frac{\text{height}}{2}"], h);
+            h
+        }
+    };
+    let aspect = width / height;
+    told.line("", &[aspect], Numbers);
+    let u = (two * (x + half) / width - one) * h * aspect;
+    let latex = r"\left(\frac{2(x + \frac{1}{2})}{W} - 1\right) h\,\frac{W}{H}";
+    told.said(["u"; 2], ["(2·(x + ½)/W − 1)·h·W/H", latex], u);
+    let v = (one - two * (y + half) / height) * h;
+    let latex = r"\left(1 - \frac{2(y + \frac{1}{2})}{H}\right) h";
+    told.said(["v"; 2], ["(1 − 2·(y + ½)/H)·h", latex], v);
+    step::tell(&[u], "u");
+    step::tell(&[v], "v");
+
+    let of_view = |name, v: glam::DVec3| vector(name, v.to_array().map(|x| Root::from(exact(x))));
+    let axes = [view.forward, view.right, view.true_up];
+    let [forward, right, true_up] = [0, 1, 2].map(|axis| of_view(words.axes[axis], axes[axis]));
+    told.given_below(words.axes[0], &forward.0);
+    told.given(words.axes[1], &right.0);
+    told.given(words.axes[2], &true_up.0);
+    let across = |from: V3<Step>| from + V3([u; 3]).times(right) + V3([v; 3]).times(true_up);
+    let ray = match view.lens {
+        Lens::Perspective => {
+            let o = of_view("o", view.position);
+            told.given_below("o", &o.0);
+            let d = across(forward);
+            told.line("d", &d.0, Numbers);
+            [o, d]
+        }
+        Lens::Orthographic => {
+            let position = of_view("position", view.position);
+            told.given_below("position", &position.0);
+            let o = across(position);
+            told.line("o", &o.0, Numbers);
+            told.line("d", &forward.0, ResultOnly);
+            [o, forward]
+        }
+    };
+    let camera = CameraExplanation {
+        projection: match view.lens {
+            Lens::Perspective => "perspective",
+            Lens::Orthographic => "orthographic",
+        },
+        h: view.h,
+        aspect: aspect.value().to_f64(),
+        u: u.value().to_f64(),
+        v: v.value().to_f64(),
+        forward: view.forward.to_array(),
+        right: view.right.to_array(),
+        true_up: view.true_up.to_array(),
+        formulas: told.lines.iter().map(Line::text).collect(),
+    };
+    (told, ray, camera)
+}
+
+/// Returns the scene's field of view if its tangent is `h`, otherwise the field of view of `h`, in degrees.
+fn fov_degrees(scene: &Scene, h: f64) -> f64 {
+    let of_scene = scene.camera.as_ref().and_then(|camera| match camera.projection {
+        Projection::Perspective { fov_degrees } => Some(fov_degrees),
+        Projection::Orthographic { .. } => None,
+    });
+    let is_own = |fov: &f64| libm::tan(fov.to_radians() / 2.0) == h;
+    of_scene.filter(is_own).unwrap_or_else(|| (2.0 * libm::atan(h)).to_degrees())
+}
+
+/// `h = tan(fov / 2)`
+fn tangent(fov_degrees: f64, h: f64, digits: usize) -> Line {
+    let mut line = Line::of("h", false);
+    let fov = decimal_f64(fov_degrees);
+    let h = Root::from(exact(h)).to_decimal(digits.min(F64_DIGITS));
+    line.push(|notation| (notation.choose("tan(fov / 2)", r"\tan(\text{fov} / 2)"), false));
+    let (text, latex) = (format!("tan({fov}° / 2)"), format!(r"\tan({fov}^\circ / 2)"));
+    line.push(|notation| (notation.choose(&text, &latex), false));
+    line.push(|notation| (notation.number(&h), true));
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use kugelblitz::exact::ExactPixels;
+    use kugelblitz::rays::View;
+    use kugelblitz::scene::Camera;
+
+    use super::super::Lang;
+    use super::*;
+
+    /// The derivation ends in the very ray that exact arithmetic traces.
+    #[test]
+    fn the_derived_ray_is_the_exact_ray() {
+        let mut camera = Camera::new(DVec3::new(4.0, 2.2, 7.5), DVec3::new(0.8, 0.6, 0.1));
+        for height in [None, Some(3.7)] {
+            if let Some(height) = height {
+                camera.projection = Projection::Orthographic { height };
+            }
+            let whole = Pixels::whole(View::new(&camera), 641, 357);
+            for (x, y) in [(0, 0), (320, 178), (640, 356), (17, 203)] {
+                let pixels = Pixels { x, y, width: 1, height: 1, ..whole };
+                let scene = Scene { camera: Some(camera.clone()), ..Scene::default() };
+                let (_, [o, d], _) = derive(&pixels, &scene, Lang::English.words(), 6);
+                let ray = ExactPixels::new(&pixels).ray(x, y);
+                for axis in 0..3 {
+                    let origin = Root::ratio(ray.origin()[axis].clone(), ray.world_scale());
+                    let scale = ray.direction_scale();
+                    let direction = Root::ratio(ray.direction()[axis].clone(), scale);
+                    assert_eq!(o.0[axis].value(), origin, "o, {x},{y}");
+                    assert_eq!(d.0[axis].value(), direction, "d, {x},{y}");
+                }
+            }
+        }
+    }
+}
