@@ -11,13 +11,16 @@
 #
 # Prints the user seconds of each, and the sums. Ends with 1 where bytes differ: of PNG and EXR those that
 # are not the version's and others' words about the picture. The clouds are OLD's.
+#
+# A program before `color_space` reads colours of floats as linear, so OLD gets scenes without that key, and NEW gets them with
+# `color_space = "linear"`.
 set -euo pipefail
 [ $# -eq 2 ] || { sed -n '2,14s/^# \?//p' "$0" >&2; exit 2; }
 scenes=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)/scenes
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 python3 - "$1" "$2" "$scenes" "$folder" <<'PYTHON'
-import os, pathlib, random, re, resource, struct, subprocess, sys, zlib
+import os, pathlib, random, re, resource, shutil, struct, subprocess, sys, zlib
 
 programs = [os.path.abspath(path) for path in sys.argv[1:3]]
 scenes, folder = map(pathlib.Path, sys.argv[3:5])
@@ -77,12 +80,32 @@ def run(program, words, out):
     return used() - before, content(out) if out else done.stdout
 
 
-def cloud(kind, count):
-    """A scene of a cloud."""
-    file = folder / f"{kind}-{count}.toml"
+SPACE = 'color_space = "linear"\n'
+
+
+def knows_color_space(program):
+    """Whether a program knows the key."""
+    probe = folder / "probe.toml"
+    probe.write_text(f'[[spheres]]\nfile = "none.npy"\n{SPACE}')
+    said = subprocess.run([program, "check", f"{probe}"], capture_output=True, text=True).stderr
+    return "unknown key" not in said
+
+
+def given(name):
+    """A scene of the repository, for each program."""
+    return lambda which: own_scenes[which] / f"{name}.toml"
+
+
+def cloud(kind, count, which):
+    """A scene of a cloud, for each program."""
+    data = folder / f"{kind}-{count}.npy"
+    file = folder / f"{which}-{kind}-{count}.toml"
     if not file.exists():
-        words = ["--distribution", kind, "--count", count, "-o", f"{file.with_suffix('.npy')}"]
+        words = ["--distribution", kind, "--count", count, "-o", f"{data}"]
         run(programs[0], ["generate", "cloud", "-q", *words, "--scene", f"{file}"], None)
+        # The clouds of a program that knows the key are in bytes.
+        if has_space[which] and not has_space[0]:
+            file.write_text(file.read_text() + SPACE)
     return file
 
 
@@ -105,7 +128,15 @@ def rays(count, spread):
 jobs = []
 draw = lambda name, scene, *words, ending="png": jobs.append((name, scene, ["render", *words], ending))
 trace = lambda name, scene, *of: jobs.append((name, scene, ["trace", "--rays", lambda: rays(*of)], "npy"))
-given = lambda name: lambda: scenes / f"{name}.toml"
+
+has_space = [knows_color_space(program) for program in programs]
+own_scenes = [scenes, scenes]
+for which in (0, 1):
+    if not has_space[which]:
+        own_scenes[which] = folder / f"scenes-{which}"
+        shutil.copytree(scenes, own_scenes[which])
+        for path in own_scenes[which].rglob("*.toml"):
+            path.write_text(re.sub(r'color_space *= *"linear"\n', "", path.read_text()))
 
 for path in sorted(scenes.rglob("*.toml")):
     name = str(path.relative_to(scenes).with_suffix(""))
@@ -128,7 +159,7 @@ for name in ["figure1", "lit/figure1", "lit/hard/low_sun"]:
     trace(f"{name} list", given(name), 100_000, 3)
 for count in counts:
     for kind in ["uniform", "packing", "lattice"]:
-        made = lambda kind=kind, count=count: cloud(kind, count)
+        made = lambda which, kind=kind, count=count: cloud(kind, count, which)
         name = f"{kind} {count}"
         draw(f"{name} ids", made)
         draw(f"{name} hits", made, ending="npy")
@@ -154,7 +185,7 @@ for name, scene, words, ending in jobs:
         for which in (0, 1) if turn % 2 == 0 else (1, 0):
             out = folder / f"{which}.{ending}" if ending else None
             outs = ["-o", f"{out}"] if out else []
-            seconds, contents[which] = run(programs[which], [*words, f"{scene()}", *outs], out)
+            seconds, contents[which] = run(programs[which], [*words, f"{scene(which)}", *outs], out)
             best[which] = min(best[which], seconds)
     same = contents[0] == contents[1]
     if not same:

@@ -329,7 +329,7 @@ impl<'f> Finder<'f, '_> {
         let hint = if key == "z" && has_others() {
             let zero = Setting::column("z", SettingValue::Number("0.0".into()));
             Hint::new("for data in a plane, give all spheres the same z with {}", [zero])
-        } else if names.is_empty() {
+        } else if names.len() < 3 {
             self.header.help.into()
         } else {
             let other =
