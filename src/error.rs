@@ -25,7 +25,7 @@ pub enum Error {
     Input {
         /// The file.
         path: PathBuf,
-        /// What was expected and found.
+        /// Expected and found content.
         message: String,
     },
     /// Reading or writing failed.
@@ -74,7 +74,7 @@ impl Error {
         }
     }
 
-    /// Returns the next step; it is empty if the problem already says it.
+    /// Returns the next step; it is empty if the problem already contains it.
     pub fn hint(&self) -> &Hint {
         match self {
             Error::Scene(error) => &error.hint,
@@ -178,7 +178,7 @@ impl Hint {
     /// No next step.
     pub const NONE: Hint = Hint(Vec::new());
 
-    /// Creates a hint from a text in which each `{}` stands for one of the settings, in their order.
+    /// Creates a hint from a text with a `{}` for each setting, in their order.
     pub fn new<const N: usize>(template: &str, settings: [Setting; N]) -> Hint {
         let mut settings = settings.into_iter();
         let mut parts = Vec::new();
@@ -236,7 +236,7 @@ pub struct Setting {
 pub enum SettingValue {
     /// A text or a name.
     Text(String),
-    /// A number, as it is written.
+    /// Digits of a number.
     Number(String),
     /// `false`: there is none.
     Absent,
@@ -265,12 +265,12 @@ impl Setting {
         Setting { key: "columns", value: Some(SettingValue::Table(vec![(part, value)])) }
     }
 
-    /// Returns the setting that says which column has this name in the file.
+    /// Returns the setting for the column with this name in the file.
     pub fn column_named(part: &'static str, name: impl Into<String>) -> Setting {
         Setting::column(part, SettingValue::Text(name.into()))
     }
 
-    /// Returns the setting that says that no column is used for this.
+    /// Returns the setting for a part without a column.
     pub fn no_column(part: &'static str) -> Setting {
         Setting::column(part, SettingValue::Absent)
     }
@@ -305,7 +305,7 @@ impl fmt::Display for SettingValue {
 /// Longest path in a message, characters.
 const MAX_PATH: usize = 300;
 
-/// What an error of the reader is about: each part that is known.
+/// Place in data, or key, that an error of the reader is about, with its known parts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Subject {
     /// Data file; `None` for the scene file itself.

@@ -17,7 +17,7 @@ pub(crate) struct Input<'c> {
     rest: Box<dyn Read + 'c>,
     /// Length of the file, if it is a regular one.
     n_file_bytes: Option<u64>,
-    /// Whether the bytes are those of the file.
+    /// Whether the file is stored as these bytes.
     is_as_stored: bool,
 }
 
@@ -25,7 +25,7 @@ impl<'c> Input<'c> {
     /// Reads the first bytes of a stream. `n_file_bytes` is the length of the file, if it is a regular one.
     ///
     /// # Errors
-    /// Those of reading.
+    /// Returns the errors of reading.
     pub fn new(stream: Box<dyn Read + 'c>, n_file_bytes: Option<u64>) -> io::Result<Input<'c>> {
         let mut input =
             Input { head: Vec::new(), n_read: 0, rest: stream, n_file_bytes, is_as_stored: true };
@@ -167,7 +167,7 @@ mod tests {
         format!("\u{feff}{text}").encode_utf16().flat_map(bytes).collect()
     }
 
-    /// Longer than what is decoded at once, with pairs of surrogates at odd and even places.
+    /// Texts longer than one decoded part, with pairs of surrogates at odd and even places.
     #[test]
     fn all_encodings_are_the_same_text() {
         for text in ["", "a", "ü\r\n球", &"x😀".repeat(70_001), &"😀\n".repeat(70_000)] {

@@ -65,7 +65,7 @@ impl<'r, 'c> Reader<'r, 'c> {
 /// Opens a file as [`Reader::input`] does.
 ///
 /// # Errors
-/// Those of opening and reading.
+/// Returns the errors of opening and reading.
 pub(crate) fn open_input<'c>(path: &Path, control: &'c Control) -> io::Result<Input<'c>> {
     Reader::new(control).input(path)
 }

@@ -68,7 +68,7 @@ pub fn parse_scene(text: &str, path: &Path) -> Result<Scene> {
 }
 
 impl<'c> Reader<'_, 'c> {
-    /// Opens a scene file or data. The name of a built-in scene stands for its text if there is no file with this name.
+    /// Opens a scene file or data. The name of a built-in scene gives its text if no file has this name.
     pub(super) fn open_scene(self, path: &Path) -> Result<Input<'c>> {
         let opened = self.input(path).or_else(|error| match shipped_scene(path) {
             Some(text) if error.kind() == io::ErrorKind::NotFound => {

@@ -1,4 +1,4 @@
-//! Recognizes what a file contains by its first bytes.
+//! Recognizes the content of a file by its first bytes.
 
 use std::ffi::OsStr;
 use std::path::Path;
@@ -20,7 +20,7 @@ pub enum DataFormat {
 }
 
 impl DataFormat {
-    /// Returns the format that the ending of a file's name stands for; `.gz` is left out.
+    /// Returns the format of a file by the ending of its name; `.gz` is left out.
     pub fn of_name(path: &Path) -> Option<DataFormat> {
         match ending(path)?.as_str() {
             "npy" => Some(DataFormat::Npy),
@@ -41,7 +41,7 @@ fn ending(path: &Path) -> Option<String> {
     if ending == "gz" { self::ending(Path::new(path.file_stem()?)) } else { Some(ending) }
 }
 
-/// What a file contains.
+/// Content of a file.
 #[derive(Debug, PartialEq)]
 pub(super) enum Content {
     /// A scene.
@@ -57,7 +57,7 @@ pub(super) enum Content {
 pub(super) struct Foreign {
     /// The kind, with an article.
     pub what: &'static str,
-    /// How to convert it; `IN` stands for the file's name, `OUT` for that without its ending.
+    /// Command that converts it, with `IN` for the file's name and `OUT` for the name without its ending.
     advice: &'static str,
 }
 
@@ -74,7 +74,7 @@ const fn foreign(what: &'static str, advice: &'static str) -> Foreign {
 }
 
 /// First bytes of binary files that are not read.
-const BINARY: [(&[u8], Foreign); 18] = [
+const BINARY: [(&[u8], Foreign); 19] = [
     (b"PK\x03\x04", foreign("a ZIP archive", ZIP)),
     (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", foreign("an Excel workbook", XLS)),
     (b"BZh", foreign("a file compressed with bzip2", "decompress it first: `bunzip2 -k IN`")),
@@ -87,6 +87,7 @@ const BINARY: [(&[u8], Foreign); 18] = [
     (b"MATLAB 7.3", foreign("a MATLAB file in HDF5", HDF5)),
     (b"MATLAB 5.0", foreign("a MATLAB file", MATLAB)),
     (b"PAR1", foreign("a Parquet file", PARQUET)),
+    (b"ARROW1", foreign("a Feather file", FEATHER)),
     (b"LASF", foreign("a LAS point cloud", LAS)),
     (b"\xf8\xff\xff\xff\xff\xff\xff\xffDUMP", foreign("a binary LAMMPS dump", LAMMPS_BINARY)),
     (b"\xf6\xff\xff\xff\xff\xff\xff\xffDUMP", foreign("a binary LAMMPS dump", LAMMPS_BINARY)),
@@ -99,19 +100,20 @@ const BINARY: [(&[u8], Foreign); 18] = [
 ];
 
 const PICTURE: &str = "give a scene (TOML) or data (.npy, .csv, .xyz, LAMMPS dump)";
-const NPZ: &str =
-    "take one array out of it: `unzip -l IN` lists them, `unzip IN NAME.npy` writes one";
+const NPZ: &str = "save its first array: `python3 -c \"import numpy; a = numpy.load('IN'); numpy.save('OUT.npy', a[a.files[0]])\"`";
 const ZIP: &str = "unpack it first: `unzip IN`";
 const XLSX: &str = "save the sheet as CSV, or run `python3 -c \"import pandas; pandas.read_excel('IN').to_csv('OUT.csv', index=False)\"` \
                     (needs pandas and openpyxl)";
 const XLS: &str = "save the sheet as CSV in the spreadsheet program";
-const HDF5: &str = "save a dataset: `python3 -c \"import h5py, numpy; numpy.save('OUT.npy', h5py.File('IN')['NAME'][:])\"`; \
-                    `python3 -c \"import h5py; h5py.File('IN').visit(print)\"` lists the names (needs h5py)";
+const HDF5: &str = "list its datasets with `python3 -c \"import h5py; h5py.File('IN').visit(print)\"` (needs h5py), then save one as NAME: \
+                    `python3 -c \"import h5py, numpy; numpy.save('OUT.npy', h5py.File('IN')['NAME'][:])\"`";
+const FEATHER: &str = "run `python3 -c \"import pandas; pandas.read_feather('IN').to_csv('OUT.csv', index=False)\"` (needs pandas and \
+                       pyarrow)";
 const PARQUET: &str = "run `python3 -c \"import pandas; pandas.read_parquet('IN').to_csv('OUT.csv', index=False)\"` (needs pandas and \
                        pyarrow)";
 const LAS: &str = "run `python3 -c \"import laspy, numpy; numpy.save('OUT.npy', laspy.read('IN').xyz)\"` (needs laspy[lazrs])";
-const MATLAB: &str = "run `python3 -c \"import numpy, scipy.io; numpy.save('OUT.npy', scipy.io.loadmat('IN')['NAME'])\"`, with the \
-                      name of the variable (needs scipy)";
+const MATLAB: &str = "save its first variable: `python3 -c \"import numpy, scipy.io; m = scipy.io.loadmat('IN'); numpy.save('OUT.npy', \
+                      next(m[k] for k in m if k[0] != '_'))\"` (needs scipy)";
 const PLY: &str = "run `python3 -c \"import numpy, plyfile; numpy.save('OUT.npy', plyfile.PlyData.read('IN')['vertex'].data)\"` (needs \
                    plyfile)";
 const PCD: &str = "run `python3 -c \"import numpy, pypcd4; numpy.save('OUT.npy', pypcd4.PointCloud.from_path('IN').pc_data)\"` (needs \
@@ -120,6 +122,8 @@ const VTK: &str = "run `python3 -c \"import numpy, pyvista; numpy.save('OUT.npy'
 const ATOMS: &str = "run `ase convert -n 0 IN OUT.xyz` (needs ase)";
 const LAMMPS_DATA: &str =
     "run `ase convert -i lammps-data IN OUT.xyz` (needs ase), or dump the atoms in LAMMPS";
+const LAMMPS_SPHERES: &str =
+    "run `(echo x y z r; awk '/^[A-Z]/{a=/^Atoms/} a&&NF>6{print $5,$6,$7,$3/2}' IN) > OUT.csv`";
 const LAMMPS_BINARY: &str = "run LAMMPS' `binary2txt IN`, which writes `IN.txt`";
 const LAMMPS_RESTART: &str = "run `lmp -restart2dump IN all custom OUT.dump id type x y z radius`";
 
@@ -128,14 +132,14 @@ pub(super) fn recognize(head: &[u8], path: &Path) -> Content {
     if head.starts_with(b"\x93NUMPY") {
         return Content::Data(DataFormat::Npy);
     }
-    if let Some(foreign) = binary(head) {
-        return Content::Foreign(foreign);
-    }
     let text = String::from_utf8_lossy(head);
     let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
     let first = lines.next().unwrap_or_default();
     let second = lines.next().unwrap_or_default();
     if let Some(foreign) = foreign_text(&text, first, second) {
+        return Content::Foreign(foreign);
+    }
+    if let Some(foreign) = binary(head) {
         return Content::Foreign(foreign);
     }
     if first.starts_with("ITEM:") {
@@ -194,12 +198,14 @@ fn foreign_text(text: &str, first: &str, second: &str) -> Option<Foreign> {
         Some(foreign("a VTK file", VTK))
     } else if (has_line("ATOM  ") || has_line("HETATM")) && !text.contains("ITEM:") {
         Some(foreign("a PDB file", ATOMS))
-    } else if starts(&["data_"]) && has_line("_") || has_line("loop_") {
+    } else if has_line("data_") && has_line("loop_") {
         Some(foreign("a CIF file", ATOMS))
     } else if is_gro() {
         Some(foreign("a GRO file", ATOMS))
     } else if has_line("Atoms") && text.contains(" atoms") && text.contains("xlo xhi") {
-        Some(foreign("a LAMMPS data file", LAMMPS_DATA))
+        let has_spheres =
+            text.lines().any(|line| line.starts_with("Atoms") && line.contains("# sphere"));
+        Some(foreign("a LAMMPS data file", if has_spheres { LAMMPS_SPHERES } else { LAMMPS_DATA }))
     } else {
         None
     }
@@ -266,5 +272,6 @@ mod tests {
             "scene"
         );
         assert_eq!(data(b"PK\x03\x04 docProps/app.xml", "a"), "an Excel workbook");
+        assert_eq!(data(b"ply\nformat binary_little_endian 1.0\n\0\0\0\0\0\0", "a"), "a PLY file");
     }
 }

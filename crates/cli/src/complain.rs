@@ -13,7 +13,7 @@ use kugelblitz::plain::{Shown, plain};
 use kugelblitz::words::joined;
 use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
 
-/// Prints an error: its place in the scene file, the problem and the next step. `writes` says whether the command has output
+/// Prints an error: its place in the scene file, the problem and the next step. `writes`: whether the command has output
 /// files.
 pub fn complain(error: &Error, writes: bool) {
     match error {

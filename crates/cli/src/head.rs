@@ -128,7 +128,7 @@ struct Failure {
     /// The place of a scene error.
     #[serde(skip_serializing_if = "Option::is_none")]
     place: Option<Place>,
-    /// What an error of a scene or of data is about.
+    /// Data file, line, column and key of an error.
     #[serde(skip_serializing_if = "Option::is_none")]
     subject: Option<About>,
 }

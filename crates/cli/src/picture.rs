@@ -210,7 +210,7 @@ impl PictureArgs {
     /// Reads the scene for a command that needs no camera.
     ///
     /// # Errors
-    /// Those of [`PictureArgs::scene`].
+    /// Returns the errors of [`PictureArgs::scene`].
     pub fn scene_of_rays(
         &self,
         path: &Path,

@@ -12,19 +12,22 @@ use kugelblitz::shade::Rendered;
 use kugelblitz::trace::{Hits, Rays, Wants};
 use kugelblitz::words::count;
 
-use crate::Run;
 use crate::args::TraceArgs;
 use crate::device;
 use crate::head::{Done, Drawn, Traced, Work, traced_in_words};
 use crate::output::{check_ending, is_stdout, refuse_overwriting};
 use crate::picture::PictureArgs;
 use crate::progress::Progress;
+use crate::{Run, wrong_usage};
 
 /// Traces a file of rays into a file of hits.
 pub fn run(args: &TraceArgs, run: &Run) -> Result<Done<Traced>> {
     run.refuse_sharing_stdout([(&args.output, "the hits")])?;
     if !is_stdout(&args.output) {
         check_ending(&args.output, "npy", "hits are")?;
+    }
+    if is_stdout(&args.rays) && is_stdout(&args.scene) {
+        return wrong_usage("standard input cannot be both the scene and the rays");
     }
     let wants = Wants { surface: true, level: args.certificates };
     let start = Instant::now();

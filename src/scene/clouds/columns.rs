@@ -17,7 +17,7 @@ use crate::scene::schema::{ColumnChoice, ColumnKeys, Section};
 use crate::scene::{Color, Sphere};
 use crate::words::{cut, did_you_mean, list};
 
-/// What a column contains.
+/// Content of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
     /// A coordinate of the centre, by its axis.
@@ -31,7 +31,7 @@ pub(super) enum Part {
     WholeColor {
         may_be_packed: bool,
     },
-    /// A component of what a colour map is applied to.
+    /// A component of the number or vector that a colour map is applied to.
     Scalar(usize),
 }
 
@@ -52,7 +52,7 @@ pub(super) struct Header<'h> {
     pub names: &'h [String],
     /// What has these names: `the header`, for one.
     pub what: &'h str,
-    /// How a file of this format is written.
+    /// Description of the format.
     pub help: &'static str,
     /// Whether a column `element` gives the radius and the colour that are missing.
     pub has_elements: bool,
@@ -76,7 +76,7 @@ pub(super) struct Layout {
     pub has_colors: bool,
     /// Whether the element may give the radius, the colour: the scene allows it.
     pub takes_of_element: [bool; 2],
-    /// Whether the length of a vector is what a colour map is applied to.
+    /// Whether a colour map is applied to the length of a vector.
     pub has_vector: bool,
     /// Names of the columns that are not read.
     pub unused: Vec<String>,
@@ -84,7 +84,7 @@ pub(super) struct Layout {
     color_names: Vec<String>,
 }
 
-/// Names of the three coordinates; the first are those of an error.
+/// Names of the three coordinates; the first ones appear in errors.
 const CENTERS: [[&str; 3]; 14] = [
     ["x", "y", "z"],
     ["xu", "yu", "zu"],
@@ -185,7 +185,9 @@ impl Layout {
         let is_used = |place: usize| {
             parts.iter().any(|(column, ..)| *column == place) || element == Some(place)
         };
-        let unused = (0..header.names.len()).filter(|&place| !is_used(place));
+        // Row numbers have no name.
+        let unused = (0..header.names.len())
+            .filter(|&place| !is_used(place) && !header.names[place].is_empty());
         Ok(Layout {
             constants: center.map(|coordinate| match coordinate {
                 Coordinate::Constant(number) => Some(number),
@@ -259,7 +261,7 @@ impl<'f> Finder<'f, '_> {
         self.plain.iter().any(|plain| plain == name)
     }
 
-    /// Returns the columns with this name: as it is in the file, its plain name, its place, or a vector.
+    /// Returns the columns with this name: the exact name, the plain name, the place, or a vector.
     fn called(&self, name: &str) -> Result<Vec<usize>> {
         let (plain, _) = name_and_unit(name);
         let is_place = |place: &usize| self.header.has_places && *place < self.plain.len();
@@ -519,7 +521,7 @@ impl<'f> Finder<'f, '_> {
         Ok(lengths)
     }
 
-    /// Returns the factor from the unit of a column to that of another one. A column without a unit has that of the other.
+    /// Returns the factor from the unit of a column to the unit of another one, which a column without a unit shares.
     fn factor(&self, column: usize, to: usize) -> Result<Factor> {
         let Some(from_unit) = self.units[column] else { return Ok(Factor::ONE) };
         let to_unit = self.units[to];
@@ -575,7 +577,7 @@ impl<'f> Finder<'f, '_> {
     }
 }
 
-/// Returns the key of `columns` that a name of a file stands for.
+/// Returns the key of `columns` for a name in a file.
 fn part_of(name: &str) -> Option<&'static str> {
     let keys = ColumnKeys::INFO.keys.iter().map(|key| key.name);
     let coordinate = CENTERS.iter().find_map(|names| names.iter().position(|other| *other == name));

@@ -111,7 +111,7 @@ impl Named {
     }
 }
 
-/// Refuses a file whose header stands below other lines: the error names it.
+/// Refuses a file with other lines above the header; the error names the header's line.
 fn refuse_lines_above_header(
     lines: &mut Lines,
     first: &Named,
@@ -134,7 +134,7 @@ fn refuse_lines_above_header(
             break;
         }
     }
-    // Nothing better was found: what is missing in the header is the error.
+    // There is no better header, so the missing column is the error.
     lines.put_back(skipped.pop().unwrap_or_default().into_bytes());
     Ok(())
 }

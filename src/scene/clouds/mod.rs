@@ -1,4 +1,4 @@
-//! `[[spheres]]`: data of many spheres, each from a file of its own, read as a stream.
+//! `[[spheres]]`: files of many spheres, read as a stream.
 //!
 //! | format | a row | radius and colour |
 //! | --- | --- | --- |
@@ -48,7 +48,7 @@ use crate::words::{count, cut};
 use columns::Layout;
 use text::FileColor;
 
-/// Adds the spheres of all clouds to those of `scene`, in the order of the file. Paths are relative to `folder`. Returns the
+/// Adds the spheres of all clouds to `scene`, in the order of the file. Paths are relative to `folder`. Returns the
 /// keys that were taken from [`Reader::usual`].
 pub(super) fn read_clouds(
     tables: &[CloudKeys],
@@ -169,7 +169,7 @@ struct FileColors {
     above_one: Option<(Place, Color)>,
     /// Whether a component is not a whole number.
     have_fractions: bool,
-    /// Whether their type is that of bytes.
+    /// Whether their type is bytes.
     are_bytes: bool,
     /// The first alpha that is not 1, and the first that is not 255.
     transparent: [Option<(Place, f64)>; 2],
@@ -264,7 +264,7 @@ impl<'r> CloudFile<'_, 'r> {
         }
     }
 
-    /// Returns the value of a key. `in_file` is what the file has instead: a key of `columns` that leaves it out.
+    /// Returns the value of a key. `in_file`, if the file has the value itself, is the key of `columns` that ignores it.
     fn only_once<T>(
         &self,
         key: &'static str,
@@ -385,7 +385,7 @@ impl Reading<'_, '_> {
     }
 
     /// Returns a sphere with the radius of all, or with 0; stores the colour of all. A key that the file makes superfluous is
-    /// an error, and so is a radius or a colour that neither gives. An element gives only what the scene does not.
+    /// an error, and so is a radius or a colour that neither gives. An element gives only values that the scene does not give.
     fn template(&mut self, layout: &Layout) -> Result<Sphere> {
         let &CloudFile { keys, reader, .. } = self.source;
         let has_element = layout.element.is_some();

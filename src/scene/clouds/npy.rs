@@ -5,6 +5,7 @@ use super::text::FileColor;
 use super::{CloudFile, Fault, Place, Reading};
 use crate::error::{Error, Hint, Result, Setting, SettingValue};
 use crate::npy::{self, Array, Cell};
+use crate::plain::Shown;
 use crate::scene::Color;
 use crate::scene::decode::Input;
 
@@ -37,7 +38,7 @@ pub(super) fn read<'r>(cloud: &mut Reading<'_, 'r>, input: Input<'r>) -> Result<
     let npy::Header { cells, is_structured, .. } = &array.header;
 
     let n = cells.len();
-    // With other numbers of columns, none is a radius or a colour.
+    // With other numbers of columns, only the coordinates are known.
     let n_named = if COLUMNS.contains(&(n as u64)) { n } else { n.min(3) };
     let by_place = |i: usize| NAMES[..n_named].get(i).map_or(i.to_string(), |name| (*name).into());
     let (what, names): (_, Vec<String>) = if *is_structured {
@@ -153,12 +154,19 @@ fn check_shape(source: &CloudFile, header: &npy::Header, has_names: bool) -> Res
             .into())
     };
     let npy::Header { shape, cells, .. } = header;
+    let convert = |arguments: &str, step: &str| {
+        let (path, stem) = (source.path.shown(), source.path.with_extension("").shown());
+        format!(
+            "`python3 -c \"import numpy; numpy.save('{stem}-new.npy', numpy.load('{path}'{arguments}){step})\"`"
+        )
+    };
     let is_number = matches!(&cells[..], [cell] if cell.kind.is_some());
     if !is_number {
         let hint = if header.dtype().contains('O') {
-            "it holds Python objects; save numbers: `numpy.save(file, array.astype(float))`"
+            let command = convert(", allow_pickle=True", ".astype(float)");
+            format!("it holds Python objects; if you trust the file, save numbers: {command}")
         } else {
-            "save floats of up to 64 bits, integers or bool, for example `numpy.save(file, array.astype(float))`"
+            format!("save floats of up to 64 bits: {}", convert("", ".astype(float)"))
         };
         return wrong(format!("the type {}", header.dtype()), hint.into());
     }

@@ -28,7 +28,7 @@ impl Numbers {
     /// Reads a number: as Rust does; with Fortran's exponents (`0.2D+01`, `1.0+100`); `True`, `T`, `False` and `F` as 1 and 0; and
     /// where commas cannot separate cells, with a decimal comma or separators of thousands. `None` for any other text.
     ///
-    /// A separator of thousands is accepted only where it cannot be a decimal mark: `1,234,567` and `1,234.5`, but not `1,234`.
+    /// A separator of thousands is accepted only if it cannot be a decimal mark: `1,234,567` and `1,234.5`, but not `1,234`.
     ///
     /// # Errors
     /// Two decimal marks in one file.
@@ -101,7 +101,7 @@ impl Numbers {
         Ok(())
     }
 
-    /// Returns what a user may want to know of the numbers: how the first one with a comma was read.
+    /// Returns a note of the first number with a decimal comma.
     pub fn note(&self) -> Option<String> {
         let Mark::Comma(line, text) = &self.mark else { return None };
         let number = Numbers::default().read(text.as_bytes(), true, *line).ok()??;
@@ -119,7 +119,7 @@ pub(super) fn is_number(word: &str) -> bool {
         && numbers.read(word.as_bytes(), true, 0).is_ok_and(|number| number.is_some())
 }
 
-/// Whether the mark stands between groups of three digits, the first of which may be shorter.
+/// Whether the mark separates groups of three digits; the first group may be shorter.
 fn is_grouped(text: &str, mark: char) -> bool {
     let text = text.trim_start_matches(['-', '+']);
     let is_digits = |group: &str| group.bytes().all(|byte| byte.is_ascii_digit());
@@ -130,7 +130,7 @@ fn is_grouped(text: &str, mark: char) -> bool {
         && groups.all(|group| group.len() == 3 && is_digits(group))
 }
 
-/// Reads a real number of Fortran, whose exponent begins with D or Q, or is a sign alone where it has three digits.
+/// Reads a real number of Fortran, whose exponent begins with D or Q, or is only a sign if it has three digits.
 fn fortran(text: &str) -> Option<f64> {
     let is_mantissa = |text: &str| text.ends_with(|c: char| c.is_ascii_digit() || c == '.');
     if let Some((mantissa, exponent)) = text.split_once(['d', 'D', 'q', 'Q']) {
@@ -217,7 +217,7 @@ mod tests {
         assert_eq!(read(&["1,234", "2", "0,5"]).0, [Some(1.234), Some(2.0), Some(0.5)]);
         assert_eq!(read(&["1,234", "0.5"]).0, [Some(1.234), None]);
         assert_eq!(read(&["0.5", "1,5"]).0, [Some(0.5), None]);
-        // A comma that separates thousands shows what the next one is.
+        // After a comma that separates thousands, the next one does so as well.
         assert_eq!(read(&["1,234,567", "1,234"]).0, [Some(1_234_567.0), Some(1234.0)]);
         assert_eq!(read(&["1,234.5", "1,5"]).0, [Some(1234.5), None]);
         let note = read(&["7", "1,234", "5,5"]).1.unwrap();

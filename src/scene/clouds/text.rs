@@ -41,7 +41,7 @@ pub(super) struct Head {
     pub names: Vec<String>,
     /// What has these names: `the header`, for one.
     pub what: String,
-    /// Separator of cells; a space stands for white space of any length.
+    /// Separator of cells; a space means white space of any length.
     pub separator: u8,
     /// Whether columns are numbered from 0 because they have no names.
     pub has_places: bool,
@@ -49,7 +49,7 @@ pub(super) struct Head {
     pub header_line: Option<u64>,
     /// The box, for coordinates that are given relative to it.
     pub cell: Option<Cell>,
-    /// What a user may want to know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
@@ -65,8 +65,8 @@ pub(super) struct Cell {
 }
 
 impl Cell {
-    /// Returns the position of which the coordinates marked in `is_scaled` are relative to the box. If not all are, the edges
-    /// must be those of a restricted box: the first one along x, the second one in the x-y plane.
+    /// Converts the coordinates marked in `is_scaled`, which are relative to the box. Unless all are, the box must be a
+    /// restricted one: the first edge along x, the second one in the x-y plane.
     pub fn unscale(&self, position: DVec3, is_scaled: [bool; 3]) -> DVec3 {
         let [a, b, c] = self.edges;
         // Relative coordinates from z on: for a restricted box, each depends only on those after it.
@@ -450,7 +450,7 @@ const MISSING: [&str; 7] = ["", "na", "n/a", "null", "none", "-", "ø"];
 /// Makes spheres of rows of cells.
 struct Rows<'h> {
     layout: Layout,
-    /// Sphere with what the rows do not give.
+    /// Sphere with the values that are the same for all rows.
     template: Sphere,
     head: &'h Head,
     numbers: Numbers,
@@ -651,7 +651,7 @@ impl<'h> Rows<'h> {
         Fault { column: name.cloned(), ..Fault::new(message, hint) }.with_value(value)
     }
 
-    /// Returns what a user may want to know of the rows.
+    /// Returns the notes of the rows.
     fn notes(&mut self) -> Vec<Message> {
         let numbers = self.numbers.note().map(Message::from);
         numbers.into_iter().chain(self.atom_note.take()).collect()
