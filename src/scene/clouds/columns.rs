@@ -243,6 +243,12 @@ impl<'f> Finder<'f, '_> {
         let mut places = (0..self.plain.len()).filter(|&column| self.plain[column] == name);
         let place = places.next();
         if let (Some(one), Some(other)) = (place, places.next()) {
+            // `r` next to `R`.
+            let is_exact = |column: &usize| self.header.names[*column] == name;
+            let mut exact = (0..self.plain.len()).filter(is_exact);
+            if let (Some(column), None) = (exact.next(), exact.next()) {
+                return Ok(Some(column));
+            }
             let message = format!("{} has two columns `{name}`", self.header.what);
             let names = [one, other].map(|column| &self.header.names[column]);
             let hint = if names[0] == names[1] {
@@ -384,6 +390,18 @@ impl<'f> Finder<'f, '_> {
         let is_chosen = choices.iter().any(|(_, choice)| choice.is_some());
         let is_free = |name: &&str| self.find(name).is_ok_and(|c| c.is_some() && c != radius);
         let is_there = |names: &&[&str; 4]| !is_chosen && names[..3].iter().all(is_free);
+        // `R`, `G`, `B` next to the radius `r`.
+        let capital = |name: &str| self.header.names.iter().position(|other| other == name);
+        if let [Some(red), Some(green), Some(blue)] = ["R", "G", "B"].map(capital)
+            && !is_chosen
+            && capital("r").is_some()
+        {
+            let columns = [red, green, blue].into_iter().zip(0..3);
+            let mut parts: Vec<_> =
+                columns.map(|(column, component)| (column, Part::Color(component))).collect();
+            parts.extend(capital("A").map(|alpha| (alpha, Part::Alpha)));
+            return Ok(parts);
+        }
         // If there are one or two of them, the others are missing.
         let is_begun = is_chosen || COLORS[0][..3].iter().any(|name| self.is_there(name));
         let names = COLORS.iter().find(is_there).or(is_begun.then_some(&COLORS[0]));
@@ -533,15 +551,16 @@ impl<'f> Finder<'f, '_> {
         factor.map_or_else(
             || {
                 let [name, other] = [column, to].map(|column| self.header.names[column].shown());
-                let message = match to_unit {
-                    Some(_) => format!("its unit cannot be converted to that of `{other}`"),
-                    None => format!("it has a unit, but `{other}` has none"),
+                let (message, hint) = match to_unit {
+                    Some(_) => (
+                        format!("its unit cannot be converted to the unit of `{other}`"),
+                        "convert one of them in the file, so that both have the same unit".to_owned(),
+                    ),
+                    None => (
+                        format!("it has a unit, but `{other}` has none"),
+                        format!("write the unit of `{other}` into the file, for example `{other} [{from_unit}]`"),
+                    ),
                 };
-                let example = if known(from_unit).is_some() { from_unit } else { "m" };
-                let hint = format!(
-                    "write a unit of length after both names in the file, for example `{} [{example}]`",
-                    name_and_unit(&other).0
-                );
                 let error = self.wrong(message, hint).in_column(name);
                 Err(error.with_value(from_unit).into())
             },
