@@ -134,7 +134,7 @@ pub struct SizeArgs {
 /// A scene, and which pixels of it.
 #[derive(Args)]
 pub struct SceneArgs {
-    /// Scene file (TOML), or data: .npy, .csv, .xyz
+    /// Scene file (TOML), or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is standard input
     #[arg(value_name = "SCENE")]
     pub path: PathBuf,
     #[command(flatten)]
@@ -149,7 +149,7 @@ pub struct SceneArgs {
 /// by a sky.
 #[derive(Args)]
 pub struct RenderArgs {
-    /// Scene file (TOML), or data: .npy, .csv, .xyz
+    /// Scene file (TOML), or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is standard input
     pub scene: PathBuf,
     #[arg(short, long, value_name = "OUT", required_unless_present = "print_scene", help = format!(
         "Picture file; its ending ({}) tells the format. `-` is standard output",
@@ -232,7 +232,8 @@ pub struct CheckArgs {
 /// Trace any rays of a NumPy file
 #[derive(Args)]
 pub struct TraceArgs {
-    /// Scene file (TOML), which needs no camera, or data: .npy, .csv, .xyz
+    /// Scene file (TOML), which needs no camera, or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is
+    /// standard input
     pub scene: PathBuf,
     /// Rays: .npy, shape (N, 6), float64 or float32: origins and directions of any length. `-` is
     /// standard input
@@ -304,7 +305,8 @@ pub struct ExplainArgs {
 /// medians of repeated runs with their range.
 #[derive(Args)]
 pub struct ReportArgs {
-    /// Scene files (TOML), or data: .npy, .csv, .xyz, in place of the built-in scenes
+    /// Scene files (TOML), or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is standard input [default:
+    /// the built-in scenes]
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
     /// Also write a page (.html), all figures (.json), a short table (.md), or the main plot (.svg);
@@ -344,7 +346,7 @@ pub struct ExportArgs {
     /// The other renderer's language
     #[arg(value_parser = parser_of(Language::ALL, Language::name))]
     pub language: Language,
-    /// Scene file (TOML), or data: .npy, .csv, .xyz
+    /// Scene file (TOML), or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is standard input
     pub scene: PathBuf,
     /// File for the other renderer. `-` is standard output [default: -]
     #[arg(short, long, value_name = "OUT")]
@@ -361,7 +363,7 @@ pub struct ExportArgs {
 /// all controls. The scene file is watched: what changes in it is seen at once.
 #[derive(Args)]
 pub struct ViewArgs {
-    /// Scene file (TOML), or data: .npy, .csv, .xyz
+    /// Scene file (TOML), or data: .npy, .csv, .xyz, LAMMPS dumps
     pub scene: PathBuf,
     /// The kernel
     #[command(flatten)]

@@ -29,7 +29,7 @@ use crate::{Run, device, wrong_usage};
 /// tolerances.
 #[derive(Args)]
 pub struct DigestArgs {
-    /// Scene files (TOML), or data: .npy, .csv, .xyz
+    /// Scene files (TOML), or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is standard input
     #[arg(value_name = "SCENE", required_unless_present = "check", conflicts_with = "check")]
     pub scenes: Vec<PathBuf>,
     /// Also write the digests into this text file, a line for each scene

@@ -29,7 +29,8 @@ pub struct FigureArgs {
     /// Number of the figure in the lecture: 2, 3, 4 or 5
     #[arg(value_name = "N", value_parser = figure_parser(), hide_possible_values = true)]
     pub figure: Figure,
-    /// Scene file (TOML), or data: .npy, .csv, .xyz [default: the lecture's figure]
+    /// Scene file (TOML), or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is standard input [default:
+    /// the lecture's figure]
     pub scene: Option<PathBuf>,
     /// The file, .svg. `-` is standard output
     #[arg(short, long, value_name = "OUT.svg", default_value = "-")]

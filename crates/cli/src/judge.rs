@@ -37,7 +37,7 @@ use crate::{Run, device, wrong_usage};
 /// --allow.
 #[derive(Args)]
 pub struct JudgeArgs {
-    /// Scene file (TOML), or data: .npy, .csv, .xyz
+    /// Scene file (TOML), or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is standard input
     pub scene: PathBuf,
     /// The other renderer's picture or hits
     #[arg(long, value_name = "FILE")]
