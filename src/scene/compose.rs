@@ -31,6 +31,8 @@ pub struct Composed {
     pub notes: Vec<Message>,
     /// The file that it came from.
     path: PathBuf,
+    /// Whether that file is data.
+    of_data: bool,
     text: String,
     image: ImageKeys,
 }
@@ -119,7 +121,7 @@ fn compose(reader: Reader, path: &Path, overrides: &SceneOverrides) -> Result<Co
     scene.image = size.or(scene.image);
     scene.samples = overrides.samples.or(scene.samples);
     let image = ImageKeys::new(size, overrides.samples);
-    Ok(Composed { scene, notes, path: path.to_owned(), text, image })
+    Ok(Composed { scene, notes, path: path.to_owned(), of_data, text, image })
 }
 
 impl Composed {
@@ -130,7 +132,7 @@ impl Composed {
     /// [`Error::Io`] for a folder that is not there; [`Error::Usage`] for a path that has no place in a
     /// text.
     pub fn text(&self, place: Option<&Path>) -> Result<String> {
-        if self.path.as_os_str() == OutputFile::STDOUT {
+        if self.of_data && self.path.as_os_str() == OutputFile::STDOUT {
             let hint = "save them as a file, and give its path";
             return wrong_usage(Message::new(
                 "a scene cannot name data that come from standard input",
@@ -212,9 +214,11 @@ fn choose(
     }
     document.clouds().into_iter().for_each(|cloud| lay(cloud, &chosen));
     let radius = chosen.radius?;
-    let text = format!(
-        "the data have no radius: each sphere gets {radius:?}, half the median distance between neighbours"
-    );
+    let reason = match scene.spheres.len() {
+        0 | 1 => "",
+        _ => ", half the median distance between neighbours",
+    };
+    let text = format!("the data have no radius: each sphere gets {radius:?}{reason}");
     Some(Message::new(text, Hint::new("{} gives another one", [Setting::named("radius")])))
 }
 

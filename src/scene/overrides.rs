@@ -116,7 +116,8 @@ pub(super) fn usual_up(from: DVec3, usual: DVec3) -> DVec3 {
     }
     // Looked at from above, what is in front is below.
     let front = if usual.y != 0.0 { DVec3::Z } else { DVec3::NEG_Y };
-    let up = if from.dot(usual) > 0.0 { -front } else { front };
+    // The sum leaves no zero with a sign.
+    let up = if from.dot(usual) > 0.0 { DVec3::ZERO - front } else { front };
     if is_along(up) { DVec3::X } else { up }
 }
 

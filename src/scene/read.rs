@@ -14,7 +14,7 @@ use super::schema::{
     SkyKeys, SphereKeys,
 };
 use super::shipped::shipped_scene;
-use super::sniff::{Content, recognize};
+use super::sniff::{Content, DataFormat, recognize};
 use super::table::{Checked, lacks, read_table, syntax_fault};
 use super::{Camera, Color, Light, Plane, Projection, Scene, Sky, Source, Sphere, Spheres};
 use crate::control::Control;
@@ -50,6 +50,7 @@ pub fn read_scene_text(path: &Path) -> Result<String> {
 /// The error of a scene file or data that cannot be read.
 fn cannot_read(path: &Path, error: &io::Error) -> Error {
     let help = match error.kind() {
+        io::ErrorKind::NotFound if DataFormat::of_name(path).is_some() => "check the path",
         io::ErrorKind::NotFound => {
             "check the path; built-in scenes such as `figure1` need no file, and `kugelblitz new scene.toml` writes one to start from"
         }

@@ -92,7 +92,8 @@ impl<'t> Field<'t> {
     }
 
     pub fn wrong_value(&self, found: impl Debug, expected: impl Display) -> Box<SceneError> {
-        self.wrong(format!("`{}` is {found:?}", self.key.name), expected)
+        let value = format!("{found:?}");
+        self.wrong(format!("`{}` is {value}", self.key.name), expected).with_value(value)
     }
 
     pub fn wrong(&self, found: impl Into<String>, expected: impl Display) -> Box<SceneError> {

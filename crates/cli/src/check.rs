@@ -54,7 +54,7 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<Done<Cost>> {
                 let _ = writeln!(text, "memory to write {format}: {}", bytes(*n));
             }
         }
-        None => text += "no camera: `trace` can use this scene, `render` can't\n",
+        None => text += "no camera: commands that draw place one that frames all spheres\n",
     }
     Ok(Done::in_words(cost, text))
 }

@@ -1,5 +1,6 @@
 //! The JSON summaries: the head of each, and the parts that several have.
 
+use std::ffi::OsString;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -183,8 +184,13 @@ impl From<&Error> for Failure {
 /// an output goes there (`-`), it is not said.
 pub fn failed_in_json<C: CommandLine>(error: &Error) {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();
-    let has = |word: &str| arguments.iter().any(|argument| argument == word);
-    if !has("--json") || has("-") || IS_PRINTED.load(Ordering::Relaxed) {
+    let has_json = arguments.iter().any(|argument| argument == "--json");
+    // As the value of an option, but for `--rays`, it is an output, and so it is after `new`; otherwise it is an input.
+    let is_output = |pair: &[OsString]| {
+        let before = pair[0].to_string_lossy();
+        pair[1] == "-" && before != "--rays" && (before.starts_with('-') || before == "new")
+    };
+    if !has_json || arguments.windows(2).any(is_output) || IS_PRINTED.load(Ordering::Relaxed) {
         return;
     }
     let mut words = arguments.iter().filter_map(|word| word.to_str());

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use kugelblitz::Result;
 use kugelblitz::picture::{Channel, Image, ImageFacts, read_image};
 use kugelblitz::plain::Shown;
 use kugelblitz::trace::StageCounts;
 use kugelblitz::words::{count, joined};
-use kugelblitz::{Error, Result};
 
 use crate::head::Done;
 
@@ -26,13 +26,7 @@ pub struct InfoArgs {
 
 /// Tells what a file says of itself.
 pub fn run(args: &InfoArgs) -> Result<Done<ImageFacts>> {
-    let image = read_image(&args.file).map_err(|error| match error {
-        Error::Input { path, message } => {
-            let message = format!("{message}; `kugelblitz check` is for scenes and data");
-            Error::Input { path, message }
-        }
-        other => other,
-    })?;
+    let image = read_image(&args.file)?;
     let facts = image.facts(&args.file);
     let mut text = format!("{}: {}\n", args.file.shown(), shape(&image));
     if let (Some([x, y, ..]), [w, h]) = (facts.window, image.whole) {

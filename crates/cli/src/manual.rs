@@ -161,9 +161,9 @@ pub const SCENE_INTRODUCTION: [&str; 3] = [
 
 /// What stands behind all keys.
 pub const SCENE_NOTES: [&str; 2] = [
-    "Rows of .npy: float32 or float64, shape (N, 3): x, y, z; (N, 4): with the radius; (N, 7): with the \
-     radius and linear red, green, blue. Columns of .csv: x, y, z, and optionally r, and red, green, \
-     blue. Rows of .xyz: Element x y z, with van der Waals radii and CPK colours.",
+    "Rows of .npy: numbers of shape (N, 3): x, y, z; (N, 4): with the radius; (N, 7): with the radius and red, green, blue. \
+     Columns of .csv: x, y, z, and optionally r, and red, green, blue or color. Rows of .xyz: Element x y z, with van der Waals \
+     radii and CPK colours. Columns of LAMMPS dumps: those of ITEM: ATOMS. Colours in data are sRGB.",
     "A wrong scene is refused with file, line, column and the nearest known key, and exit status 3; no \
      output file is touched.",
 ];

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use clap::{Args, Command, CommandFactory};
 use glam::DVec3;
-use kugelblitz::error::Message;
+use kugelblitz::error::{Message, Setting};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::{Shown, plain_json};
 use kugelblitz::scene::schema::{
@@ -259,8 +259,10 @@ pub fn read_composed(
 ) -> Result<(Arc<Scene>, Composed)> {
     let compose = || compose_scene(path, overrides, &run.control);
     let mut composed = Progress::of_bytes(run).during(compose)?;
+    // Options are for one cloud.
+    let word = if composed.scene.clouds.len() > 1 { Setting::to_string } else { complain::option };
     for note in composed.notes.iter().chain(&composed.scene.notes) {
-        run.say(&format!("note: {}", note.worded(complain::option)));
+        run.say(&format!("note: {}", note.worded(word)));
     }
     for cloud in composed.scene.clouds.iter().filter(|cloud| !cloud.unused_columns.is_empty()) {
         run.note(&format!("{}: {}", cloud.path.shown(), unused_columns(cloud)));

@@ -56,8 +56,12 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<Done<Traced>> {
 
     let (n_hits, counts) = (hits.n_hits(), hits.counts);
     let done = Rendered { hits: n_hits, counts, timing, write, ..Rendered::default() };
-    let line =
-        format!("{}, {n_hits} hits, {}", count(n_rays, "ray"), traced_in_words(&session, run));
+    let line = format!(
+        "{}, {}, {}",
+        count(n_rays, "ray"),
+        count(n_hits as usize, "hit"),
+        traced_in_words(&session, run)
+    );
     let drawn = Drawn::new(&done, making, Some(read), run.start.elapsed(), false);
     let (work, bytes_device) = (Work::new(&session, None), session.bytes_device());
     let summary = Traced { work, drawn, show: None, legend: None, bytes_device, ms_runs: None };

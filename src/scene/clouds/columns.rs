@@ -303,7 +303,17 @@ impl<'f> Finder<'f, '_> {
         };
         match self.called(name)?[..] {
             [column] => Ok(Some(column)),
-            [] => Err(self.unknown(span, name).into()),
+            [] => {
+                let mut error = self.unknown(span, name);
+                if let Ok(number) = name.parse::<f64>()
+                    && ["x", "y", "z"].contains(&key)
+                {
+                    let setting = Setting::column(key, SettingValue::Number(format!("{number:?}")));
+                    error.hint =
+                        Hint::new("to give all spheres this coordinate, write {}", [setting]);
+                }
+                Err(error.into())
+            }
             _ => Err(self.vector(span, name).into()),
         }
     }
@@ -402,9 +412,14 @@ impl<'f> Finder<'f, '_> {
             parts.extend(capital("A").map(|alpha| (alpha, Part::Alpha)));
             return Ok(parts);
         }
-        // If there are one or two of them, the others are missing.
-        let is_begun = is_chosen || COLORS[0][..3].iter().any(|name| self.is_there(name));
-        let names = COLORS.iter().find(is_there).or(is_begun.then_some(&COLORS[0]));
+        // If there are one or two of them, the others are missing; but `r` alone is the radius.
+        let is_begun = |names: &&[&str; 4]| {
+            names[0] != "r" && names[..3].iter().any(|name| self.is_there(name))
+        };
+        let names = COLORS.iter().find(is_there).or_else(|| match is_chosen {
+            true => Some(&COLORS[0]),
+            false => COLORS.iter().find(is_begun),
+        });
         if let Some(names) = names {
             let mut parts = Vec::new();
             for (component, (key, choice)) in choices.into_iter().enumerate() {

@@ -25,6 +25,8 @@ struct Named {
     line: u64,
     separator: u8,
     names: Vec<String>,
+    /// Whether the names are quoted.
+    is_quoted: bool,
 }
 
 /// Finds the header: the line that the scene chooses; else the first line that is neither empty nor a comment; else, if that is
@@ -82,13 +84,11 @@ fn head(lines: &mut Lines) -> Result<Option<Head>> {
     // A name in quotes may have line breaks.
     let line = lines.n_read;
     let header_separator = separator.unwrap_or_else(|| separator_of(&first));
+    let is_quoted = first.starts_with('"');
     lines.put_back(first.into_bytes());
     lines.row(header_separator, true)?;
-    let header = Named {
-        line,
-        separator: header_separator,
-        names: with_units(lines.cells(), header_separator),
-    };
+    let names = with_units(lines.cells(), header_separator);
+    let header = Named { line, separator: header_separator, names, is_quoted };
     if !have_center(&header.names) && !names_center {
         refuse_lines_above_header(lines, &header, separator)?;
     }
@@ -104,10 +104,11 @@ impl Named {
         // yade writes `#format x_y_z_r`.
         if let Some(names) = text.strip_prefix("format ").filter(|_| is_marked) {
             let names = names.trim().split('_').map(String::from).collect();
-            return Named { line, separator: b' ', names };
+            return Named { line, separator: b' ', names, is_quoted: false };
         }
         let separator = separator.unwrap_or_else(|| separator_of(text));
-        Named { line, separator, names: with_units(cells_of(text, separator), separator) }
+        let names = with_units(cells_of(text, separator), separator);
+        Named { line, separator, names, is_quoted: text.starts_with('"') }
     }
 }
 
@@ -128,7 +129,7 @@ fn refuse_lines_above_header(
                 .after(format!("line {} looks like the header; use it with ", below.line));
             return Err(lines.source.wrong(message, hint).at_line(first.line).into());
         }
-        let is_row = n_numbers(&text) > 0;
+        let is_row = n_numbers(&text) > 2;
         skipped.push(text);
         if is_row {
             break;
@@ -141,7 +142,7 @@ fn refuse_lines_above_header(
 
 /// Returns the head of a table with this header. `first` is the first row, if it was read.
 fn with_rows(lines: &mut Lines, header: Named, first: Option<String>) -> Result<Head> {
-    let Named { line, separator, mut names } = header;
+    let Named { line, separator, mut names, is_quoted } = header;
     let is_chosen = lines.source.keys.header.is_some();
     let mut notes = Vec::new();
     let mut first = match first {
@@ -176,8 +177,9 @@ fn with_rows(lines: &mut Lines, header: Named, first: Option<String>) -> Result<
         }
         let cells = cells_of(&first, row_separator);
         let has_last = cells.last().is_some_and(|cell| !cell.is_empty());
-        if cells.len() == names.len() + 1 && has_last && names.len() > 2 {
-            // R's row names have no header.
+        let has_row_names = is_quoted && first.starts_with('"');
+        if cells.len() == names.len() + 1 && has_last && has_row_names {
+            // R writes row names, in quotes as all names, without a header.
             names.insert(0, String::new());
         } else if cells.len() + 1 == names.len() && names.last().is_some_and(String::is_empty) {
             names.pop();

@@ -272,10 +272,11 @@ impl<'r> CloudFile<'_, 'r> {
         in_file: Option<&'static str>,
         given: Option<T>,
     ) -> Result<Option<T>> {
+        let what = if key == "color" { "colour" } else { key };
         match (in_file, &given) {
             (Some(own), Some(_)) => {
                 let message =
-                    format!("the file has a {key} for each sphere, but `{key}` is given as well");
+                    format!("the file has a {what} for each sphere, but `{key}` is given as well");
                 let settings = [Setting::named(key), Setting::no_column(own)];
                 let hint = Hint::new("remove {}, or ignore the file's with {}", settings);
                 let mut error = self.wrong_at(self.keys.span(key), message, hint);
@@ -283,7 +284,7 @@ impl<'r> CloudFile<'_, 'r> {
                 Err(error.into())
             }
             (None, None) => {
-                let message = format!("the file has no {key} for its spheres");
+                let message = format!("the file has no {what} for its spheres");
                 Err(self
                     .wrong(message, Hint::new("give all of them one, for example {}", [example]))
                     .into())

@@ -506,7 +506,11 @@ impl<'h> Rows<'h> {
             false => n_cells.to_string(),
         };
         let message = format!("expected {n_names} values, one for each column, found {found}");
-        Err(Fault::new(message, self.help))
+        let hint = match is_table {
+            true => "write a value for each column; begin a line that is not a row with #",
+            false => self.help,
+        };
+        Err(Fault::new(message, hint))
     }
 
     /// Reads the sphere of a row, and its colour as the file has it: numbers on any scale, or those that a colour map is applied

@@ -1,10 +1,11 @@
 //! The JSON of all commands is what `docs/json.md` describes.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
 use std::sync::LazyLock;
 
 use kugelblitz_tests::made_report::whole_report;
-use kugelblitz_tests::{gpu, text_of};
+use kugelblitz_tests::{gpu, npy, text_of};
 use serde_json::{Value, json};
 
 use crate::program::{ends, in_folder, material, run};
@@ -253,6 +254,14 @@ fn every_field_of_json_is_described_and_every_described_one_is_there() {
     }
     let failed = ends(in_folder(&folder, "check wrong.toml --json"), 3).json();
     described.object("failure", "", HEAD, &failed);
+    // Errors in data: in a line, and in a row.
+    fs::write(folder.path().join("wrong.csv"), "x,y,z,r\n0,0,zero,1\n").unwrap();
+    let rows = npy(&[vec![0.0, 0.0, f64::NAN, 1.0]], "<f8", false);
+    fs::write(folder.path().join("wrong.npy"), rows).unwrap();
+    for name in ["wrong.csv", "wrong.npy"] {
+        let failed = ends(in_folder(&folder, &format!("check {name} --json")), 3).json();
+        described.object("failure", "", HEAD, &failed);
+    }
     let mut without_driver = in_folder(&folder, "probe --json");
     without_driver.env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent");
     let found = ends(without_driver, 4).json();
