@@ -100,6 +100,8 @@ pub struct CloudFile {
     pub spheres: usize,
     /// Id of the first.
     pub first_id: u32,
+    /// Names of the columns that are not used.
+    pub unused_columns: Vec<String>,
 }
 
 /// What a picture costs.
@@ -140,6 +142,7 @@ impl Cost {
             file: cloud.path.display().to_string(),
             spheres: cloud.n_spheres,
             first_id: cloud.first_id,
+            unused_columns: cloud.unused_columns.clone(),
         };
         Ok(Cost {
             objects: ObjectCounts::of(scene),

@@ -17,16 +17,23 @@ enum Mark {
 }
 
 /// Reads the numbers of a file, which have one decimal mark.
-#[derive(Default)]
 pub(super) struct Numbers {
     mark: Mark,
+    /// Whether a decimal point is still of interest: none was seen, and commas may be decimal marks.
+    looks_for_points: bool,
     /// Whether commas between digits separate thousands.
     has_thousands: bool,
 }
 
 impl Numbers {
+    /// Creates a reader for a file whose cells these bytes separate. If commas do, only quoted cells can have one, so points are
+    /// of interest only after a decimal comma.
+    pub fn new(separator: u8) -> Numbers {
+        Numbers { mark: Mark::Unknown, looks_for_points: separator != b',', has_thousands: false }
+    }
+
     /// Reads a number: as Rust does; with Fortran's exponents (`0.2D+01`, `1.0+100`); `True`, `T`, `False` and `F` as 1 and 0; and
-    /// where commas cannot separate cells, with a decimal comma or separators of thousands. `None` for any other text.
+    /// if commas cannot separate cells, with a decimal comma or separators of thousands. `None` for any other text.
     ///
     /// A separator of thousands is accepted only if it cannot be a decimal mark: `1,234,567` and `1,234.5`, but not `1,234`.
     ///
@@ -36,17 +43,17 @@ impl Numbers {
     pub fn read(
         &mut self,
         cell: &[u8],
-        may_have_comma: bool,
+        may_have_comma: impl FnOnce() -> bool,
         line: u64,
     ) -> Result<Option<f64>, Fault> {
         let Ok(text) = std::str::from_utf8(cell) else { return Ok(None) };
         if let Ok(number) = text.parse() {
-            if may_have_comma && !matches!(self.mark, Mark::Point(..)) && text.contains('.') {
+            if self.looks_for_points && text.contains('.') {
                 self.see(Mark::Point(line, text.to_owned()))?;
             }
             return Ok(Some(number));
         }
-        self.read_unusual(text.trim(), may_have_comma, line)
+        self.read_unusual(text.trim(), may_have_comma(), line)
     }
 
     #[cold]
@@ -86,7 +93,10 @@ impl Numbers {
 
     fn see(&mut self, mark: Mark) -> Result<(), Fault> {
         match (&self.mark, &mark) {
-            (Mark::Unknown, _) => self.mark = mark,
+            (Mark::Unknown, _) => {
+                self.looks_for_points = matches!(mark, Mark::Comma(..));
+                self.mark = mark;
+            }
             (Mark::Point(first, one), Mark::Comma(_, other))
             | (Mark::Comma(first, one), Mark::Point(_, other)) => {
                 let (one, other) = (quoted(one), quoted(other));
@@ -104,7 +114,7 @@ impl Numbers {
     /// Returns a note of the first number with a decimal comma.
     pub fn note(&self) -> Option<String> {
         let Mark::Comma(line, text) = &self.mark else { return None };
-        let number = Numbers::default().read(text.as_bytes(), true, *line).ok()??;
+        let number = Numbers::new(b';').read(text.as_bytes(), || true, *line).ok()??;
         let text = quoted(text).shown();
         Some(format!(
             "commas in numbers are read as decimal marks: \"{text}\" in line {line} is {number:?}"
@@ -114,9 +124,9 @@ impl Numbers {
 
 /// Whether a word is a number, with any decimal mark.
 pub(super) fn is_number(word: &str) -> bool {
-    let mut numbers = Numbers::default();
+    let mut numbers = Numbers::new(b';');
     truth(word).is_none()
-        && numbers.read(word.as_bytes(), true, 0).is_ok_and(|number| number.is_some())
+        && numbers.read(word.as_bytes(), || true, 0).is_ok_and(|number| number.is_some())
 }
 
 /// Whether the mark separates groups of three digits; the first group may be shorter.
@@ -159,9 +169,10 @@ mod tests {
     use super::*;
 
     fn read(cells: &[&str]) -> (Vec<Option<f64>>, Option<String>) {
-        let mut numbers = Numbers::default();
-        let read =
-            |(line, cell): (u64, &&str)| numbers.read(cell.as_bytes(), true, line).ok().flatten();
+        let mut numbers = Numbers::new(b';');
+        let read = |(line, cell): (u64, &&str)| {
+            numbers.read(cell.as_bytes(), || true, line).ok().flatten()
+        };
         let values = (1..).zip(cells).map(read).collect();
         (values, numbers.note())
     }
@@ -223,9 +234,9 @@ mod tests {
         let note = read(&["7", "1,234", "5,5"]).1.unwrap();
         assert!(note.ends_with("\"1,234\" in line 2 is 1.234"), "{note}");
         assert_eq!(read(&["1,234.5"]).1, None);
-        let mut numbers = Numbers::default();
-        numbers.read(b"1,5", true, 2).unwrap();
-        let fault = numbers.read(b"0.5", true, 7).unwrap_err();
+        let mut numbers = Numbers::new(b';');
+        numbers.read(b"1,5", || true, 2).unwrap();
+        let fault = numbers.read(b"0.5", || true, 7).unwrap_err();
         assert!(fault.message.contains("\"1,5\" in line 2, \"0.5\" here"), "{}", fault.message);
     }
 }

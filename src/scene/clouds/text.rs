@@ -484,7 +484,7 @@ impl<'h> Rows<'h> {
             layout,
             template,
             head,
-            numbers: Numbers::default(),
+            numbers: Numbers::new(head.separator),
             is_scaled,
             skips_missing: cloud.skips_missing(),
             of_element: cloud.of_element,
@@ -524,7 +524,7 @@ impl<'h> Rows<'h> {
                 color = found.ok_or_else(|| self.no_color(column, cell))?;
                 continue;
             }
-            let may_have_comma = self.head.separator != b',' || lines.is_quoted(column);
+            let may_have_comma = || self.head.separator != b',' || lines.is_quoted(column);
             let number = self.numbers.read(cell, may_have_comma, line)?;
             let may_be_missing = match part {
                 Part::Scalar(_) => true,
