@@ -64,8 +64,30 @@ pub(super) struct Foreign {
 impl Foreign {
     /// Returns the command or the step that converts the file at `path`.
     pub fn hint(&self, path: &Path) -> Hint {
-        let stem = path.with_extension("");
-        self.advice.replace("IN", &path.shown()).replace("OUT", &stem.shown()).into()
+        let (name, stem) = (path.shown(), path.with_extension("").shown());
+        let (mut hint, mut rest) = (String::new(), self.advice);
+        let first = |text: &str| {
+            let found = [("IN", &name), ("OUT", &stem)];
+            let places = found.map(|(mark, value)| Some((text.find(mark)?, mark, value)));
+            places.into_iter().flatten().min_by_key(|(at, ..)| *at)
+        };
+        while let Some((at, mark, value)) = first(rest) {
+            hint += &rest[..at];
+            // Python's strings are quoted already.
+            hint += &if hint.ends_with('\'') { value.clone() } else { shell_word(value) };
+            rest = &rest[at + mark.len()..];
+        }
+        (hint + rest).into()
+    }
+}
+
+/// Returns a word that a shell reads as this text.
+fn shell_word(text: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+,:@%".contains(c);
+    if text.chars().all(is_plain) {
+        text.into()
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
     }
 }
 
