@@ -142,6 +142,8 @@ const VTK: &str = "run `python3 -c \"import numpy, pyvista; numpy.save('OUT.npy'
 const ATOMS: &str = "run `ase convert -n 0 IN OUT.xyz` (needs ase)";
 const LAMMPS_DATA: &str =
     "run `ase convert -i lammps-data IN OUT.xyz` (needs ase), or dump the atoms in LAMMPS";
+const VASP: &str = "run `ase convert -i vasp IN OUT.xyz` (needs ase)";
+const LAMMPS_YAML: &str = "write it with LAMMPS' `dump custom` instead of `dump yaml`";
 const LAMMPS_BINARY: &str = "run LAMMPS' `binary2txt IN`, which writes `IN.txt`";
 const LAMMPS_RESTART: &str = "run `lmp -restart2dump IN all custom OUT.dump id type x y z radius`";
 
@@ -150,14 +152,16 @@ pub(super) fn recognize(head: &[u8], path: &Path) -> Content {
     if head.starts_with(b"\x93NUMPY") {
         return Content::Data(DataFormat::Npy);
     }
-    if let Some(foreign) = binary(head) {
-        return Content::Foreign(foreign);
-    }
     let text = String::from_utf8_lossy(head);
     let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
     let first = lines.next().unwrap_or_default();
     let second = lines.next().unwrap_or_default();
-    if let Some(foreign) = foreign_text(&text, first, second) {
+    // Binary data may follow the text of a header.
+    let foreign = binary_start(head)
+        .or_else(|| foreign_header(first, second))
+        .or_else(|| binary_data(head))
+        .or_else(|| foreign_text(&text, first, second));
+    if let Some(foreign) = foreign {
         return Content::Foreign(foreign);
     }
     if first.starts_with("ITEM:") {
@@ -180,46 +184,74 @@ pub(super) fn recognize(head: &[u8], path: &Path) -> Content {
     }
 }
 
-fn binary(head: &[u8]) -> Option<Foreign> {
+/// Recognizes binary files by their first bytes.
+fn binary_start(head: &[u8]) -> Option<Foreign> {
     let found = BINARY.iter().find(|(start, _)| head.starts_with(start));
-    if let Some((_, Foreign { what, advice })) = found {
-        let has = |part: &[u8]| head.windows(part.len()).any(|window| window == part);
-        return Some(match *advice {
-            ZIP if has(b"xl/") || has(b"docProps/") => foreign("an Excel workbook", XLSX),
-            ZIP if has(b".npy") => foreign("an .npz archive of NumPy arrays", NPZ),
-            _ => foreign(what, advice),
-        });
-    }
+    let (_, Foreign { what, advice }) = found?;
+    let has = |part: &[u8]| head.windows(part.len()).any(|window| window == part);
+    Some(match *advice {
+        ZIP if has(b"xl/") || has(b"docProps/") => foreign("an Excel workbook", XLSX),
+        ZIP if has(b".npy") => foreign("an .npz archive of NumPy arrays", NPZ),
+        _ => foreign(what, advice),
+    })
+}
+
+/// Recognizes binary data by their zero bytes.
+fn binary_data(head: &[u8]) -> Option<Foreign> {
     // A text may have a few damaged bytes.
     let seen = &head[..head.len().min(1 << 13)];
     let n_zeros = seen.iter().filter(|&&byte| byte == 0).count();
     (n_zeros > seen.len() / 16).then_some(foreign("binary data", PICTURE))
 }
 
-/// Recognizes texts of other programs.
-fn foreign_text(text: &str, first: &str, second: &str) -> Option<Foreign> {
+/// Recognizes files of other programs by their first lines.
+fn foreign_header(first: &str, second: &str) -> Option<Foreign> {
     let starts = |words: &[&str]| words.iter().any(|word| first.starts_with(word));
-    let has_line = |word: &str| text.lines().any(|line| line.starts_with(word));
-    let is_gro = || {
-        let atom = text.lines().nth(2).unwrap_or_default();
-        let places = [(20, 28), (28, 36), (36, 44)];
-        let is_number = |(start, end)| {
-            atom.get(start..end).is_some_and(|part: &str| part.trim().parse::<f64>().is_ok())
-        };
-        !is_count(first) && is_count(second) && places.into_iter().all(is_number)
-    };
     if first == "ply" {
         Some(foreign("a PLY file", PLY))
     } else if starts(&["# .PCD", "VERSION .7", "VERSION 0.7"]) {
         Some(foreign("a PCD file", PCD))
     } else if starts(&["# vtk DataFile", "<VTKFile"]) || second.starts_with("<VTKFile") {
         Some(foreign("a VTK file", VTK))
-    } else if (has_line("ATOM  ") || has_line("HETATM")) && !text.contains("ITEM:") {
+    } else if first == "---" && second.starts_with("creator: LAMMPS") {
+        Some(foreign("a LAMMPS dump in YAML", LAMMPS_YAML))
+    } else {
+        None
+    }
+}
+
+/// Recognizes texts of other programs.
+fn foreign_text(text: &str, first: &str, second: &str) -> Option<Foreign> {
+    let has_line = |word: &str| text.lines().any(|line| line.starts_with(word));
+    let line = |at: usize| text.lines().nth(at).unwrap_or_default();
+    // Numbers in these columns.
+    let has_numbers = |line: &str, columns: [(usize, usize); 3]| {
+        let is_number = |(start, end)| {
+            line.get(start..end).is_some_and(|part: &str| part.trim().parse::<f64>().is_ok())
+        };
+        columns.into_iter().all(is_number)
+    };
+    let is_atom = |line: &str| {
+        ["ATOM  ", "HETATM"].iter().any(|record| line.starts_with(record))
+            && has_numbers(line, [(30, 38), (38, 46), (46, 54)])
+    };
+    let is_gro = || {
+        !is_count(first) && is_count(second) && has_numbers(line(2), [(20, 28), (28, 36), (36, 44)])
+    };
+    // A scale, three edges of the cell, elements and counts, and the kind of the coordinates.
+    let is_poscar = || {
+        let is_vector = |at| line(at).split_whitespace().count() == 3 && n_numbers(line(at)) == 3;
+        let is_kind = |at| line(at).trim().starts_with(['C', 'D', 'K', 'S', 'c', 'd', 'k', 's']);
+        line(1).trim().parse::<f64>().is_ok() && (2..5).all(is_vector) && (6..9).any(is_kind)
+    };
+    if text.lines().any(is_atom) && !text.contains("ITEM:") {
         Some(foreign("a PDB file", ATOMS))
-    } else if starts(&["data_"]) && has_line("_") || has_line("loop_") {
+    } else if first.starts_with("data_") && has_line("_") || has_line("loop_") {
         Some(foreign("a CIF file", ATOMS))
     } else if is_gro() {
         Some(foreign("a GRO file", ATOMS))
+    } else if is_poscar() {
+        Some(foreign("a POSCAR file of VASP", VASP))
     } else if has_line("Atoms") && text.contains(" atoms") && text.contains("xlo xhi") {
         Some(foreign("a LAMMPS data file", LAMMPS_DATA))
     } else {
