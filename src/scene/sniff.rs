@@ -3,6 +3,7 @@
 use std::ffi::OsStr;
 use std::path::Path;
 
+use super::clouds::is_number;
 use crate::error::Hint;
 use crate::plain::Shown;
 
@@ -266,19 +267,20 @@ fn is_count(line: &str) -> bool {
 /// Whether a text looks like a table and not like TOML.
 fn is_table(text: &str) -> bool {
     let is_comment = |line: &&str| line.starts_with('#') || line.starts_with("//");
-    let lines = || text.lines().map(str::trim).filter(|line| !line.is_empty());
-    let Some(first) = lines().find(|line| !is_comment(line)) else { return false };
+    let mut lines =
+        text.lines().map(str::trim).filter(|line| !line.is_empty() && !is_comment(line)).peekable();
+    let Some(&first) = lines.peek() else { return false };
     if first.to_ascii_lowercase().starts_with("sep=") {
         return true;
     }
     let is_toml = first.contains('=') || first.starts_with('[');
-    !is_toml && lines().take(10).any(|line| n_numbers(line) >= 3)
+    !is_toml && lines.take(10).any(|line| n_numbers(line) >= 3)
 }
 
 /// Counts the numbers in a line.
 fn n_numbers(line: &str) -> usize {
-    let cells = line.split([',', ';', '\t', ' ']).map(str::trim).filter(|cell| !cell.is_empty());
-    cells.filter(|cell| cell.parse::<f64>().is_ok()).count()
+    let cells = line.split([',', ';', '\t', ' ', '"']).filter(|cell| !cell.is_empty());
+    cells.filter(|cell| is_number(cell)).count()
 }
 
 #[cfg(test)]
