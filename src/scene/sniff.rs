@@ -3,6 +3,7 @@
 use std::ffi::OsStr;
 use std::path::Path;
 
+use super::clouds::is_number;
 use crate::error::Hint;
 use crate::plain::Shown;
 
@@ -64,8 +65,30 @@ pub(super) struct Foreign {
 impl Foreign {
     /// Returns the command or the step that converts the file at `path`.
     pub fn hint(&self, path: &Path) -> Hint {
-        let stem = path.with_extension("");
-        self.advice.replace("IN", &path.shown()).replace("OUT", &stem.shown()).into()
+        let (name, stem) = (path.shown(), path.with_extension("").shown());
+        let (mut hint, mut rest) = (String::new(), self.advice);
+        let first = |text: &str| {
+            let found = [("IN", &name), ("OUT", &stem)];
+            let places = found.map(|(mark, value)| Some((text.find(mark)?, mark, value)));
+            places.into_iter().flatten().min_by_key(|(at, ..)| *at)
+        };
+        while let Some((at, mark, value)) = first(rest) {
+            hint += &rest[..at];
+            // Python's strings are quoted already.
+            hint += &if hint.ends_with('\'') { value.clone() } else { shell_word(value) };
+            rest = &rest[at + mark.len()..];
+        }
+        (hint + rest).into()
+    }
+}
+
+/// Returns a word that a shell reads as this text.
+fn shell_word(text: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+,:@%".contains(c);
+    if text.chars().all(is_plain) {
+        text.into()
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
     }
 }
 
@@ -124,6 +147,8 @@ const LAMMPS_DATA: &str =
     "run `ase convert -i lammps-data IN OUT.xyz` (needs ase), or dump the atoms in LAMMPS";
 const LAMMPS_SPHERES: &str =
     "run `(echo x y z r; awk '/^[A-Z]/{a=/^Atoms/} a&&NF>6{print $5,$6,$7,$3/2}' IN) > OUT.csv`";
+const VASP: &str = "run `ase convert -i vasp IN OUT.xyz` (needs ase)";
+const LAMMPS_YAML: &str = "write it with LAMMPS' `dump custom` instead of `dump yaml`";
 const LAMMPS_BINARY: &str = "run LAMMPS' `binary2txt IN`, which writes `IN.txt`";
 const LAMMPS_RESTART: &str = "run `lmp -restart2dump IN all custom OUT.dump id type x y z radius`";
 
@@ -136,10 +161,12 @@ pub(super) fn recognize(head: &[u8], path: &Path) -> Content {
     let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
     let first = lines.next().unwrap_or_default();
     let second = lines.next().unwrap_or_default();
-    if let Some(foreign) = foreign_text(&text, first, second) {
-        return Content::Foreign(foreign);
-    }
-    if let Some(foreign) = binary(head) {
+    // Binary data may follow the text of a header.
+    let foreign = binary_start(head)
+        .or_else(|| foreign_header(first, second))
+        .or_else(|| binary_data(head))
+        .or_else(|| foreign_text(&text, first, second));
+    if let Some(foreign) = foreign {
         return Content::Foreign(foreign);
     }
     if first.starts_with("ITEM:") {
@@ -162,46 +189,74 @@ pub(super) fn recognize(head: &[u8], path: &Path) -> Content {
     }
 }
 
-fn binary(head: &[u8]) -> Option<Foreign> {
+/// Recognizes binary files by their first bytes.
+fn binary_start(head: &[u8]) -> Option<Foreign> {
     let found = BINARY.iter().find(|(start, _)| head.starts_with(start));
-    if let Some((_, Foreign { what, advice })) = found {
-        let has = |part: &[u8]| head.windows(part.len()).any(|window| window == part);
-        return Some(match *advice {
-            ZIP if has(b"xl/") || has(b"docProps/") => foreign("an Excel workbook", XLSX),
-            ZIP if has(b".npy") => foreign("an .npz archive of NumPy arrays", NPZ),
-            _ => foreign(what, advice),
-        });
-    }
+    let (_, Foreign { what, advice }) = found?;
+    let has = |part: &[u8]| head.windows(part.len()).any(|window| window == part);
+    Some(match *advice {
+        ZIP if has(b"xl/") || has(b"docProps/") => foreign("an Excel workbook", XLSX),
+        ZIP if has(b".npy") => foreign("an .npz archive of NumPy arrays", NPZ),
+        _ => foreign(what, advice),
+    })
+}
+
+/// Recognizes binary data by their zero bytes.
+fn binary_data(head: &[u8]) -> Option<Foreign> {
     // A text may have a few damaged bytes.
     let seen = &head[..head.len().min(1 << 13)];
     let n_zeros = seen.iter().filter(|&&byte| byte == 0).count();
     (n_zeros > seen.len() / 16).then_some(foreign("binary data", PICTURE))
 }
 
-/// Recognizes texts of other programs.
-fn foreign_text(text: &str, first: &str, second: &str) -> Option<Foreign> {
+/// Recognizes files of other programs by their first lines.
+fn foreign_header(first: &str, second: &str) -> Option<Foreign> {
     let starts = |words: &[&str]| words.iter().any(|word| first.starts_with(word));
-    let has_line = |word: &str| text.lines().any(|line| line.starts_with(word));
-    let is_gro = || {
-        let atom = text.lines().nth(2).unwrap_or_default();
-        let places = [(20, 28), (28, 36), (36, 44)];
-        let is_number = |(start, end)| {
-            atom.get(start..end).is_some_and(|part: &str| part.trim().parse::<f64>().is_ok())
-        };
-        !is_count(first) && is_count(second) && places.into_iter().all(is_number)
-    };
     if first == "ply" {
         Some(foreign("a PLY file", PLY))
     } else if starts(&["# .PCD", "VERSION .7", "VERSION 0.7"]) {
         Some(foreign("a PCD file", PCD))
     } else if starts(&["# vtk DataFile", "<VTKFile"]) || second.starts_with("<VTKFile") {
         Some(foreign("a VTK file", VTK))
-    } else if (has_line("ATOM  ") || has_line("HETATM")) && !text.contains("ITEM:") {
+    } else if first == "---" && second.starts_with("creator: LAMMPS") {
+        Some(foreign("a LAMMPS dump in YAML", LAMMPS_YAML))
+    } else {
+        None
+    }
+}
+
+/// Recognizes texts of other programs.
+fn foreign_text(text: &str, first: &str, second: &str) -> Option<Foreign> {
+    let has_line = |word: &str| text.lines().any(|line| line.starts_with(word));
+    let line = |at: usize| text.lines().nth(at).unwrap_or_default();
+    // Numbers in these columns.
+    let has_numbers = |line: &str, columns: [(usize, usize); 3]| {
+        let is_number = |(start, end)| {
+            line.get(start..end).is_some_and(|part: &str| part.trim().parse::<f64>().is_ok())
+        };
+        columns.into_iter().all(is_number)
+    };
+    let is_atom = |line: &str| {
+        ["ATOM  ", "HETATM"].iter().any(|record| line.starts_with(record))
+            && has_numbers(line, [(30, 38), (38, 46), (46, 54)])
+    };
+    let is_gro = || {
+        !is_count(first) && is_count(second) && has_numbers(line(2), [(20, 28), (28, 36), (36, 44)])
+    };
+    // A scale, three edges of the cell, elements and counts, and the kind of the coordinates.
+    let is_poscar = || {
+        let is_vector = |at| line(at).split_whitespace().count() == 3 && n_numbers(line(at)) == 3;
+        let is_kind = |at| line(at).trim().starts_with(['C', 'D', 'K', 'S', 'c', 'd', 'k', 's']);
+        line(1).trim().parse::<f64>().is_ok() && (2..5).all(is_vector) && (6..9).any(is_kind)
+    };
+    if text.lines().any(is_atom) && !text.contains("ITEM:") {
         Some(foreign("a PDB file", ATOMS))
     } else if has_line("data_") && has_line("loop_") {
         Some(foreign("a CIF file", ATOMS))
     } else if is_gro() {
         Some(foreign("a GRO file", ATOMS))
+    } else if is_poscar() {
+        Some(foreign("a POSCAR file of VASP", VASP))
     } else if has_line("Atoms") && text.contains(" atoms") && text.contains("xlo xhi") {
         let has_spheres =
             text.lines().any(|line| line.starts_with("Atoms") && line.contains("# sphere"));
@@ -218,19 +273,20 @@ fn is_count(line: &str) -> bool {
 /// Whether a text looks like a table and not like TOML.
 fn is_table(text: &str) -> bool {
     let is_comment = |line: &&str| line.starts_with('#') || line.starts_with("//");
-    let lines = || text.lines().map(str::trim).filter(|line| !line.is_empty());
-    let Some(first) = lines().find(|line| !is_comment(line)) else { return false };
+    let mut lines =
+        text.lines().map(str::trim).filter(|line| !line.is_empty() && !is_comment(line)).peekable();
+    let Some(&first) = lines.peek() else { return false };
     if first.to_ascii_lowercase().starts_with("sep=") {
         return true;
     }
     let is_toml = first.contains('=') || first.starts_with('[');
-    !is_toml && lines().take(10).any(|line| n_numbers(line) >= 3)
+    !is_toml && lines.take(10).any(|line| n_numbers(line) >= 3)
 }
 
 /// Counts the numbers in a line.
 fn n_numbers(line: &str) -> usize {
-    let cells = line.split([',', ';', '\t', ' ']).map(str::trim).filter(|cell| !cell.is_empty());
-    cells.filter(|cell| cell.parse::<f64>().is_ok()).count()
+    let cells = line.split([',', ';', '\t', ' ', '"']).filter(|cell| !cell.is_empty());
+    cells.filter(|cell| is_number(cell)).count()
 }
 
 #[cfg(test)]

@@ -1,15 +1,22 @@
 //! Nothing in a file makes its reader panic: files of every format, damaged in the ways in which files come out wrong.
+//!
+//! `KUGELBLITZ_SEED=n` draws other damage of data. `KUGELBLITZ_CASE=12-units.csv-1-7` repeats one case: of a file, a seed and a
+//! number.
+
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
 
 use kugelblitz::control::Control;
 use kugelblitz::error::Error;
 use kugelblitz::picture::{Format, read_bytes, read_rays};
-use kugelblitz::scene::{Color, Scene, Sphere, read_scene};
+use kugelblitz::scene::{Color, Scene, Sphere, compose_scene, read_scene};
 use kugelblitz_tests::folder::Folder;
 use kugelblitz_tests::{npy, npy_file, npy_of_rays, text_of};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::picture::small_file;
+use crate::programs::files_with_keys;
 
 /// What stands in for a value, or is put between two bytes.
 const WORDS: &str = "nan -inf 1e999 -1e308 1e-400 0 -1 99999999999999999999 0x7f true \" ''' \"#12345\" [] [1,2] \
@@ -94,6 +101,22 @@ fn picture(_: &Folder, name: &str, bytes: &[u8]) -> kugelblitz::Result<usize> {
     Ok(n)
 }
 
+/// Asserts that an error has a place, a message and advice.
+fn assert_has_advice(error: &Error, case: &str) {
+    match error {
+        Error::Scene(error) => {
+            // What is no text has no place.
+            let is_placed = error.text.get(error.span.clone()).is_some()
+                && (1..=error.text.matches('\n').count() + 1).contains(&error.line)
+                && error.column > 0;
+            let is_placed = is_placed || error.text.is_empty() && error.line == 0;
+            let is_complete = !error.message.is_empty() && !error.hint.is_empty();
+            assert!(is_placed && is_complete, "{error:?}\n{case}");
+        }
+        error => assert!([1, 7].contains(&error.exit_code()), "{error}\n{case}"),
+    }
+}
+
 #[test]
 fn no_damaged_file_panics() {
     let folder = Folder::default();
@@ -129,19 +152,9 @@ fn no_damaged_file_panics() {
                 .unwrap_or_else(|_| panic!("case {case}: panic on {name}\n{shown}"));
             match found {
                 Ok(n) => n_read += usize::from(n > 0),
-                Err(Error::Scene(error)) => {
-                    n_refused += 1;
-                    // What is no text has no place.
-                    let is_placed = error.text.get(error.span.clone()).is_some()
-                        && (1..=error.text.matches('\n').count() + 1).contains(&error.line)
-                        && error.column > 0;
-                    let is_placed = is_placed || error.text.is_empty() && error.line == 0;
-                    let says = !error.message.is_empty() && !error.hint.is_empty();
-                    assert!(is_placed && says, "case {case}: {error:?}\nfrom {name}\n{shown}");
-                }
                 Err(error) => {
                     n_refused += 1;
-                    assert!([1, 7].contains(&error.exit_code()), "case {case}: {error}\n{shown}");
+                    assert_has_advice(&error, &format!("case {case} from {name}\n{shown}"));
                 }
             }
         }
@@ -149,4 +162,108 @@ fn no_damaged_file_panics() {
         println!("{name}: {n_read} read, {n_refused} refused");
         assert!(n_read > 4 && n_refused > 60, "{name}: {n_read} read, {n_refused} refused");
     }
+}
+
+/// Damages data as editors, spreadsheets and broken transfers do. `other` is another file.
+fn damage_data(rng: &mut impl Rng, bytes: &mut Vec<u8>, other: &[u8]) {
+    let mut at = |bytes: &[u8]| rng.random_range(0..=bytes.len());
+    let (start, start_of_other) = (at(bytes), at(other));
+    let marks = b",;\t |.";
+    match rng.random_range(0..8) {
+        // The start of one file and the end of another.
+        0 => drop(bytes.splice(start.., other[start_of_other..].iter().copied())),
+        1 => drop(bytes.splice(start..start, other[start_of_other..].iter().copied())),
+        // Another separator or decimal mark, everywhere or in some places.
+        2..5 => {
+            let [old, new] = [(); 2].map(|()| one_of(rng, marks).unwrap_or_default());
+            let share = one_of(rng, &[0.1, 0.5, 1.0]).unwrap_or_default();
+            for byte in bytes.iter_mut().filter(|byte| **byte == old) {
+                *byte = if rng.random_bool(share) { new } else { old };
+            }
+        }
+        5 => {
+            let end = one_of(rng, &["\r\n", "\r", "\n\n", "", "\0", ",\n"]).unwrap_or_default();
+            let lines: Vec<&[u8]> = bytes.split(|byte| *byte == b'\n').collect();
+            *bytes = lines.join(end.as_bytes());
+        }
+        _ => damage(rng, bytes),
+    }
+}
+
+/// Longest time that reading a damaged file of a kilobyte may take: it takes milliseconds, unless it never ends.
+const LONGEST: Duration = Duration::from_secs(60);
+
+/// Mutants of each file.
+const N_MUTANTS: u64 = 130;
+
+/// Reads tables, dumps, XYZ, NPY and gzip files of programs, each damaged in many ways, as bare data.
+#[test]
+fn damaged_data_give_spheres_or_advice() {
+    let files = files_with_keys();
+    let setting = |name| std::env::var(name).ok();
+    let seed = setting("KUGELBLITZ_SEED").map_or(1, |seed| seed.parse().expect("a seed"));
+    let cases: Vec<(usize, u64, u64)> = match setting("KUGELBLITZ_CASE") {
+        None => {
+            (0..files.len()).flat_map(|file| (0..N_MUTANTS).map(move |n| (file, seed, n))).collect()
+        }
+        Some(name) => {
+            let mut parts = name.rsplitn(3, '-');
+            let mut number = || parts.next().and_then(|part| part.parse().ok()).expect("a number");
+            let (n, seed) = (number(), number());
+            let file = parts.next().and_then(|file| file.split('-').next()?.parse().ok());
+            vec![(file.expect("a file"), seed, n)]
+        }
+    };
+    let begun = Instant::now();
+    let n_cases = cases.len();
+    let (sender, receiver) = mpsc::channel();
+    let worker = std::thread::spawn(move || {
+        let folder = Folder::default();
+        let (mut n_read, mut n_refused) = (0, 0);
+        for (file, seed, n) in cases {
+            let (name, overrides, whole) = &files[file];
+            let case = format!("KUGELBLITZ_CASE={file}-{name}-{seed}-{n}");
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream((file as u64) << 32 | n);
+            let mut bytes = whole.clone();
+            let other = &files[rng.random_range(0..files.len())].2;
+            (0..rng.random_range(1..=3)).for_each(|_| damage_data(&mut rng, &mut bytes, other));
+            let shown = String::from_utf8_lossy(&bytes);
+            sender.send(case.clone()).expect("a receiver");
+            let path = folder.path(name);
+            folder.write(name, &bytes);
+            let found =
+                std::panic::catch_unwind(|| compose_scene(&path, overrides, &Control::default()));
+            match found {
+                Err(_) => panic!("panic: {case}\n{shown}"),
+                Ok(Ok(composed)) => {
+                    n_read += 1;
+                    let checked = std::panic::catch_unwind(|| n_objects(&composed.scene));
+                    assert!(checked.is_ok_and(|n| n > 0), "wrong spheres: {case}\n{shown}");
+                }
+                // Keys of data for a file that has become a scene.
+                Ok(Err(Error::Usage(message))) => {
+                    n_refused += 1;
+                    assert!(!message.text.is_empty(), "{case}\n{shown}");
+                }
+                Ok(Err(error)) => {
+                    n_refused += 1;
+                    assert_has_advice(&error, &format!("{case}\n{shown}"));
+                }
+            }
+        }
+        (n_read, n_refused)
+    });
+    let mut last = String::new();
+    loop {
+        match receiver.recv_timeout(LONGEST) {
+            Ok(case) => last = case,
+            Err(mpsc::RecvTimeoutError::Disconnected) => break,
+            Err(mpsc::RecvTimeoutError::Timeout) => panic!("no end after {LONGEST:?}: {last}"),
+        }
+    }
+    let (n_read, n_refused) = worker.join().unwrap_or_else(|_| panic!("failed: {last}"));
+    println!("{n_read} read, {n_refused} refused in {:.1} s", begun.elapsed().as_secs_f64());
+    let is_one = n_cases == 1;
+    assert!(is_one || n_cases >= 20_000 && n_read > 2000 && n_refused > 10_000);
 }

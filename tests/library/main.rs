@@ -10,6 +10,7 @@ mod lemmas;
 mod light_oracle;
 mod picture;
 mod printed;
+mod programs;
 mod report;
 mod report_page;
 mod spirv;

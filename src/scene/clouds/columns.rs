@@ -185,9 +185,9 @@ impl Layout {
         let is_used = |place: usize| {
             parts.iter().any(|(column, ..)| *column == place) || element == Some(place)
         };
-        // Row numbers have no name.
-        let unused = (0..header.names.len())
-            .filter(|&place| !is_used(place) && !header.names[place].is_empty());
+        // Without a name: row names, and what follows a separator at the end of each row.
+        let is_named = |place: &usize| !header.names[*place].is_empty();
+        let unused = (0..header.names.len()).filter(|&place| !is_used(place)).filter(is_named);
         Ok(Layout {
             constants: center.map(|coordinate| match coordinate {
                 Coordinate::Constant(number) => Some(number),
@@ -347,15 +347,55 @@ impl<'f> Finder<'f, '_> {
         let hint = if key == "z" && has_others() {
             let zero = Setting::column("z", SettingValue::Number("0.0".into()));
             Hint::new("for data in a plane, give all spheres the same z with {}", [zero])
-        } else if names.len() < 3 {
-            self.header.help.into()
         } else {
-            let other =
-                names.iter().find(|name| name.to_lowercase().contains(key)).unwrap_or(&names[0]);
-            let setting = Setting::column_named(key, other.as_str());
-            Hint::new("name the column, for example {}", [setting])
+            match &self.example_of_center()[..] {
+                [] => self.header.help.into(),
+                examples => {
+                    let noun = if examples.len() == 1 { "column" } else { "columns" };
+                    let value = Some(SettingValue::Table(examples.to_vec()));
+                    let setting = Setting { key: "columns", value };
+                    Hint::new("{}", [setting]).after(format!("name the {noun}, for example "))
+                }
+            }
         };
         Err(self.wrong(message, hint).into())
+    }
+
+    /// Returns names for all coordinates that are missing, similar ones first; none if there are too few.
+    fn example_of_center(&self) -> Vec<(&'static str, SettingValue)> {
+        let ColumnKeys { x, y, z, .. } = self.columns;
+        let choices = [("x", x), ("y", y), ("z", z)];
+        let is_chosen = |name: &str| {
+            choices.iter().any(
+                |(_, choice)| matches!(choice, Some(ColumnChoice::Named(chosen)) if chosen == name),
+            )
+        };
+        let is_center = |name: &str| ["x", "y", "z"].contains(&name) || is_chosen(name);
+        let names = self.header.names.iter().zip(&self.plain);
+        let free =
+            names.filter(|(name, plain)| !name.is_empty() && !is_chosen(name) && !is_center(plain));
+        let mut free: Vec<(&String, &String)> = free.collect();
+        let missing =
+            choices.into_iter().filter(|(key, choice)| choice.is_none() && !self.is_there(key));
+        let missing: Vec<&'static str> = missing.map(|(key, _)| key).collect();
+        let mut found: Vec<Option<String>> = vec![None; missing.len()];
+        let is_similar: [fn(&str, &str) -> bool; 3] = [
+            |name, axis| name.starts_with(axis) || name.ends_with(axis),
+            |name, axis| name.contains(axis),
+            |_, _| true,
+        ];
+        for is_similar in is_similar {
+            for (axis, found) in missing.iter().zip(&mut found).filter(|(_, found)| found.is_none())
+            {
+                let place = free.iter().position(|(_, plain)| is_similar(plain, axis));
+                *found = place.map(|place| free.remove(place).0.clone());
+            }
+        }
+        let all: Option<Vec<String>> = found.into_iter().collect();
+        missing
+            .into_iter()
+            .zip(all.unwrap_or_default().into_iter().map(SettingValue::Text))
+            .collect()
     }
 
     fn center(&self) -> Result<[Coordinate; 3]> {

@@ -70,7 +70,8 @@ fn head(lines: &mut Lines) -> Result<Option<Head>> {
     let Some(mut first) = first else {
         return comment.map(|comment| with_rows(lines, comment, None)).transpose();
     };
-    if is_number_first(&first) {
+    // Rows below a comment that names columns may begin with a label.
+    if is_number_first(&first) || named.is_some() && n_numbers(&first) > 2 {
         // CloudCompare writes the number of points below its header.
         if named.is_some() && first.bytes().all(|byte| byte.is_ascii_digit()) {
             first = lines.text()?.unwrap_or_default();

@@ -123,7 +123,7 @@ impl Numbers {
 }
 
 /// Whether a word is a number, with any decimal mark.
-pub(super) fn is_number(word: &str) -> bool {
+pub(in crate::scene) fn is_number(word: &str) -> bool {
     let mut numbers = Numbers::new(b';');
     truth(word).is_none()
         && numbers.read(word.as_bytes(), || true, 0).is_ok_and(|number| number.is_some())

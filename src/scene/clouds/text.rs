@@ -533,7 +533,7 @@ impl<'h> Rows<'h> {
             };
             let number =
                 number.or_else(|| (may_be_missing && is_missing(cell)).then_some(f64::NAN));
-            let number = number.ok_or_else(|| self.no_number(column, part, cell))?;
+            let number = number.ok_or_else(|| self.no_number(column, part, lines))?;
             let number = if factor == Factor::ONE { number } else { factor.apply(number) };
             if part == Part::Alpha {
                 color.alpha = number;
@@ -601,14 +601,23 @@ impl<'h> Rows<'h> {
         Ok(())
     }
 
-    fn no_number(&self, column: usize, part: Part, cell: &[u8]) -> Fault {
+    fn no_number(&self, column: usize, part: Part, lines: &Lines) -> Fault {
+        let cell = lines.cell(column);
         let text = String::from_utf8_lossy(cell);
         let found = quoted(&text);
         let is_word = found.chars().any(char::is_alphabetic);
         let hint = match part {
             Part::Scalar(_) if is_word => {
-                let others = self.layout.unused.first().map_or("x", String::as_str);
-                let setting = Setting::text("color_by", others);
+                let is_number = |place: usize| {
+                    let number = Numbers::new(b';').read(lines.cell(place), || true, 0);
+                    number.is_ok_and(|number| number.is_some())
+                };
+                let mut unused =
+                    self.head.names.iter().enumerate().filter(|(place, name)| {
+                        self.layout.unused.contains(name) && is_number(*place)
+                    });
+                let other = unused.next().map_or("x", |(_, name)| name);
+                let setting = Setting::text("color_by", other);
                 Hint::new(
                     "colour maps need numbers; name a column of numbers, for example {}",
                     [setting],
