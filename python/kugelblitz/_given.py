@@ -6,8 +6,7 @@
 import io
 import json
 import os
-import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from operator import getitem
 from typing import Any, SupportsIndex
 
@@ -255,19 +254,3 @@ def named(given: Any, n: int) -> list[tuple[int, str]]:
         if row not in range(n):
             raise ValueError(f"names: row {row} (counted from 0), but there are {n} spheres")
     return list(given.items())
-
-
-def arguments(options: str) -> str:
-    """The command line's options as arguments: ``--id-offset 1`` as ``id_offset=1``."""
-    return ", ".join(_argument(*match) for match in re.findall(r"--([\w-]+)[ =]?((?:(?! *--).)*)", options))
-
-
-def _argument(option: str, value: str) -> str:
-    name = option.replace("-", "_")
-    if name == "as":
-        return f"the arrays given as {', '.join('t' if word == 'depth' else word for word in value.split(','))}"
-    try:
-        float(value)
-    except ValueError:
-        return f"{name}={json.dumps(value) if value else True}"
-    return f"{name}={value}"

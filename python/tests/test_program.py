@@ -196,6 +196,20 @@ def test_judge_takes_the_conventions_of_others(camera):
     ]:
         assert judge(**there), there
     assert not judge(normal=-exact.normal) and not judge(id=from_0)
+    # What the program words as options, are arguments here.
+    half = np.tan(np.radians(camera.fov / 2))
+    x, y = ((np.arange(n) + 0.5 - n / 2) / (SIZE[1] / 2) * half for n in SIZE)
+    distance = exact.t * np.sqrt(1 + x**2 + y[:, None] ** 2)
+    forward = np.subtract(camera.look_at, camera.position)
+    right = np.cross(forward, camera.up)
+    axes = np.array([axis / np.linalg.norm(axis) for axis in [right, np.cross(right, forward), -forward]])
+    for there, hint in [
+        (dict(id=from_0), "`id_offset=1`"), (dict(id=exact.id[::-1]), "`rows_from_below=True`"),
+        (dict(t=distance), "the arrays given as id, distance"), (dict(id=None, t=np.where(exact.id, exact.t, 7)), "`background=7`"),
+        (dict(normal=exact.normal @ axes.T), '`normal_space="camera"`'), (dict(id=exact.id), None),
+    ]:
+        judgement = judge(**there)
+        assert judgement.hint == hint and (hint is None or f"right with {hint}\n" in str(judgement))
     refuses(
         judge, (ValueError, TypeError),
         (dict(near=1), "near, far"), (dict(near=1, far=1), "near, far"), (dict(scale=0), "scale"),
