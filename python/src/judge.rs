@@ -115,6 +115,7 @@ enum CameraOrRays<'py> {
 
 /// The rays that the claims are about.
 fn rays(
+    py: Python<'_>,
     scene: &scene::Scene,
     camera_or_rays: Given<'_>,
     image: &Image,
@@ -136,7 +137,7 @@ fn rays(
     };
     let size = whole_size(image, size.map(|Size(size)| size), crop.map(|Crop(crop)| crop));
     let size = size.map_err(error::of(""))?.map(Size);
-    let pixels = crate::argument::pixels_of(scene, camera, size, crop)?;
+    let pixels = crate::argument::pixels_of(py, scene, camera, size, crop)?;
     match crop {
         Some(_) => Ok(Rays::Pixels(pixels)),
         None => pixels_of(image, pixels).map(Rays::Pixels).map_err(error::of("")),
@@ -161,7 +162,7 @@ pub fn judge<'py>(
     let quantities = quantities.iter().map(|name| name.parse()).collect::<kugelblitz::Result<_>>();
     let quantities = quantities.map_err(error::of(""))?;
     let conventions = conventions(&keys, quantities)?;
-    let rays = rays(&scene.of, camera_or_rays, &image, &keys)?;
+    let rays = rays(py, &scene.of, camera_or_rays, &image, &keys)?;
     let n_rays = rays.len();
     let case = Case::new(Arc::clone(&scene.of), rays, image, conventions, allowed)
         .map_err(error::of(""))?;

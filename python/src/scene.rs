@@ -26,7 +26,9 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::argument::{Crop, Pixel, Samples, Size, camera_of, named, one_ray, pixels_of, rays_of};
+use crate::argument::{
+    Crop, Pixel, Samples, Size, camera_of, named, one_ray, pixels_of, pixels_of_camera, rays_of,
+};
 use crate::camera::{Camera, FRAMING, framing};
 use crate::drawing::{drawing, tinted};
 use crate::error::{self, exception, wrong_value};
@@ -365,8 +367,8 @@ impl Scene {
         camera: Option<&Camera>,
         size: Option<Size>,
     ) -> Object<'py> {
-        let has_camera = camera.is_some() || self.of.camera.is_some();
-        let pixels = has_camera.then(|| pixels_of(&self.of, camera, size, None)).transpose()?;
+        let is_seen = camera.is_some() || self.of.camera.is_some() || self.n_spheres() > 0;
+        let pixels = is_seen.then(|| pixels_of(py, &self.of, camera, size, None)).transpose()?;
         let cost = work::run(py, |control| Cost::new(&self.of, pixels.as_ref(), control))?;
         to_python(py, &cost)
     }
@@ -383,7 +385,7 @@ impl Scene {
         size: Option<Size>,
     ) -> PyResult<String> {
         let language = named("language", language, Language::ALL, Language::name)?;
-        let pixels = pixels_of(&self.of, camera, size, None)?;
+        let pixels = pixels_of(py, &self.of, camera, size, None)?;
         work::run(py, |control| {
             let mut file = OutputFile::create(&path, false)?;
             export::write(language, &self.of, &pixels, &mut file).map_err(Error::io(&path))?;
@@ -413,7 +415,7 @@ impl Scene {
         digits: usize,
         device: &str,
     ) -> PyResult<Explanation> {
-        let ray = one_ray(&self.of, camera, size, pixel, ray)?;
+        let ray = one_ray(py, &self.of, camera, size, pixel, ray)?;
         let scene = match samples.map(|Samples(samples)| samples) {
             samples @ Some(_) if samples != self.of.samples => {
                 Arc::new(scene::Scene { samples, ..scene::Scene::clone(&self.of) })
@@ -469,7 +471,7 @@ impl Scene {
         device: &str,
         progress: Given<'py>,
     ) -> Object<'py> {
-        let pixels = pixels_of(&self.of, camera, size, crop)?;
+        let pixels = pixels_of(py, &self.of, camera, size, crop)?;
         let kernels = match kernel {
             "all" => Kernel::ALL.to_vec(),
             name => vec![place::kernel(name)?],
@@ -504,7 +506,7 @@ impl Scene {
         device: &str,
         progress: Given<'_>,
     ) -> PyResult<String> {
-        let pixels = pixels_of(&self.of, camera, size, crop)?;
+        let pixels = pixels_of(py, &self.of, camera, size, crop)?;
         let n_samples = self.n_samples(samples);
         let n_steps = n_steps(&pixels, n_samples, self.of.is_lit());
         let on = (device, Kernel::Certified, pixels.len());
@@ -533,7 +535,7 @@ impl Scene {
         let all = Show::ALL.into_iter().filter(|show| *show != Show::Color);
         let show = named("what", what, all, Show::name)?;
         let kernel = place::kernel(kernel)?;
-        let pixels = pixels_of(&self.of, camera, size, crop)?;
+        let pixels = pixels_of(py, &self.of, camera, size, crop)?;
         let (on, n_steps) = ((device, kernel, pixels.len()), show::n_steps(show, &pixels));
         let (shown, colors) = self.run(py, on, (progress, n_steps), |session, control| {
             show::keep(session, show, &pixels, control)
@@ -588,10 +590,10 @@ impl Scene {
 
     /// Draws a picture into memory.
     ///
-    /// `camera` is the scene file's own unless one is given, `size` (width, height) in pixels, `samples` N for
-    /// N x N a pixel, `crop` (left column, top row, width, height). With `transparent` the background is left
-    /// out. `epsilon` is how far from a surface shadow rays start, for kernels without a proof. `device`,
-    /// `kernel` and `progress` are as for `trace`.
+    /// `camera` is the scene file's own unless one is given; without any, all spheres are framed as by
+    /// `Camera.frame`. `size` is (width, height) in pixels, `samples` N for N x N a pixel, `crop` (left column, top
+    /// row, width, height). With `transparent` the background is left out. `epsilon` is the distance from a surface
+    /// at which shadow rays start, for kernels without a proof. `device`, `kernel` and `progress` are as for `trace`.
     #[pyo3(signature = (
         camera = None, size = None, *, samples = None, crop = None, transparent = false,
         device = "auto", kernel = "certified", epsilon = 0.0, progress = None
@@ -620,7 +622,8 @@ impl Scene {
                  out, or choose another kernel",
             );
         }
-        let pixels = pixels_of(&this.of, camera, size, crop)?;
+        let camera = camera_of(py, &this.of, camera, size)?;
+        let pixels = pixels_of_camera(&this.of, &camera, size, crop)?;
         let n_samples = this.n_samples(samples);
         let background = if transparent { Background::LeftOut } else { Background::Shown };
         let style = Style { encoding: Encoding::Srgb8, n_samples, epsilon, background };
@@ -631,7 +634,6 @@ impl Scene {
             this.run(py, (device, kernel, n_rays), (progress, n_steps), |session, control| {
                 session.keep(&pixels, style, wants, control)
             })?;
-        let camera = camera_of(&this.of, camera)?.clone();
         Ok(Picture {
             scene: slf.clone().unbind(),
             device: device.into(),

@@ -360,3 +360,27 @@ def test_a_scene_with_some_things_changed(ball):
         assert ball.replace(background=background).render(camera, (4, 2)).rgb8[0, 0].tolist() == seen
     with pytest.raises(TypeError, match="radius"):
         ball.replace(radius=3)
+
+
+def test_a_scene_without_a_camera_is_framed(tmp_path):
+    """As the program frames it: for the picture's size."""
+    rows = np.column_stack([np.random.default_rng(8).random((50, 3)) * [4, 1, 1], np.full(50, 0.1)])
+    scene, size = kb.Scene(rows), (40, 30)
+    camera = kb.Camera.frame(scene, size=size)
+    assert scene.camera is None and camera != kb.Camera.frame(scene, size=(30, 40))
+    picture = scene.render(size=size)
+    assert picture.digest() == scene.render(camera, size).digest() == scene.digest(size=size)
+    assert scene.camera is None and (picture.t == scene.render(camera, size).t).all()
+    assert scene.explain(pixel=(20, 15), size=size).to_dict() == scene.explain(camera, (20, 15), size=size).to_dict()
+    ours, theirs = scene.check(size=size), scene.check(camera, size)
+    assert {**ours, "hierarchy": 0} == {**theirs, "hierarchy": 0}
+    assert scene.judge(id=picture.id) and scene.verify(size=size, device="cpu", samples=20)
+    assert (scene.show("depth", size=size).rgb8 == scene.show("depth", camera, size).rgb8).all()
+    assert scene.export(tmp_path / "a.pov", size=size).replace("a.pov", "b.pov") == scene.export(tmp_path / "b.pov", camera=camera, size=size)
+    assert (tmp_path / "a.pov").read_bytes() == (tmp_path / "b.pov").read_bytes()
+    sized = scene.replace(size=size)
+    assert sized.render().digest() == picture.digest()
+    floor = kb.Scene(planes=[dict(point=(0, 0, 0), normal=(0, 1, 0), color="red")])
+    assert floor.check()["objects"]["planes"] == 1
+    for call, given in [(floor.render, {}), (floor.digest, {}), (floor.explain, dict(pixel=(0, 0))), (floor.show, dict(what="depth"))]:
+        refuses(call, ValueError, (given, r"^camera: .*no spheres.*Camera\("))
