@@ -238,6 +238,8 @@ pub enum SettingValue {
     Text(String),
     /// Digits of a number.
     Number(String),
+    /// `true`: an option without a value.
+    Present,
     /// `false`: there is none.
     Absent,
     /// Values by name.
@@ -258,6 +260,11 @@ impl Setting {
     /// Returns a setting with a number.
     pub fn number(key: &'static str, value: f64) -> Setting {
         Setting { key, value: Some(SettingValue::Number(value.to_string())) }
+    }
+
+    /// Returns a setting that is switched on.
+    pub fn on(key: &'static str) -> Setting {
+        Setting { key, value: Some(SettingValue::Present) }
     }
 
     /// Returns the setting `columns` with one entry.
@@ -292,6 +299,7 @@ impl fmt::Display for SettingValue {
         match self {
             SettingValue::Text(text) => write!(f, "\"{}\"", text.shown()),
             SettingValue::Number(number) => f.write_str(number),
+            SettingValue::Present => f.write_str("true"),
             SettingValue::Absent => f.write_str("false"),
             SettingValue::Table(entries) => {
                 let entries: Vec<_> =

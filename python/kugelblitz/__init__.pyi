@@ -37,7 +37,10 @@ __all__ = [
 
 _Color = str | Sequence[float] | NDArray[Any]
 _Vector = Sequence[float] | NDArray[Any]
+_ColorSpace = Literal["srgb", "linear"]
+_ColorMap = str | Callable[[float], Any]
 _Column = str | int | Literal[False]
+_Coordinate = _Column | float
 _Path = str | os.PathLike[str]
 _Kernel = Literal["certified", "double", "stable", "lecture"]
 _View = Literal["quarter", "iso", "x", "-x", "y", "-y", "z", "-z"]
@@ -70,14 +73,15 @@ class _Sky(TypedDict, total=False):
     directions: int
 
 class _Columns(TypedDict, total=False):
-    x: _Column
-    y: _Column
-    z: _Column
+    x: _Coordinate
+    y: _Coordinate
+    z: _Coordinate
     radius: _Column
     diameter: _Column
     red: _Column
     green: _Column
     blue: _Column
+    color: _Column
     element: _Column
 
 class SceneError(ValueError):
@@ -200,9 +204,9 @@ class Scene:
         spheres: ArrayLike | None = None,
         *,
         radius: ArrayLike | None = None,
-        color: _Color | ArrayLike | None = None,
+        color: _Color | Sequence[str] | ArrayLike | None = None,
         color_by: ArrayLike | None = None,
-        colormap: str | None = None,
+        colormap: _ColorMap | None = None,
         range: tuple[float, float] | Sequence[float] | None = None,
         missing_color: _Color | None = None,
         names: Sequence[str | None] | Mapping[int, str] | None = None,
@@ -214,6 +218,7 @@ class Scene:
         camera: Camera | None = None,
         size: _Size | None = None,
         samples: int | None = None,
+        color_space: _ColorSpace | None = None,
     ) -> Scene: ...
     @staticmethod
     def open(
@@ -221,10 +226,14 @@ class Scene:
         *,
         radius: float | None = None,
         color: _Color | None = None,
-        color_by: str | None = None,
-        colormap: str | None = None,
+        color_by: str | int | None = None,
+        color_space: _ColorSpace | None = None,
+        colormap: _ColorMap | None = None,
         range: tuple[float, float] | Sequence[float] | None = None,
+        missing_color: _Color | None = None,
         columns: _Columns | None = None,
+        header: int | None = None,
+        missing: Literal["skip"] | None = None,
         frame: int | None = None,
         view: _View | None = None,
         up: _Vector | None = None,
@@ -235,7 +244,8 @@ class Scene:
         samples: int | None = None,
         progress: _Progress = None,
     ) -> Scene:
-        """Reads a scene file (.toml), or makes a scene of data (.npy, .csv, .xyz, .dump and others)."""
+        """Reads a scene file (.toml), or makes a scene of data: NumPy arrays, tables of text, .xyz, LAMMPS dumps, also
+        compressed with gzip."""
     @staticmethod
     def parse(text: str, path: _Path = "scene.toml") -> Scene: ...
     @staticmethod
@@ -257,6 +267,7 @@ class Scene:
         sky: _Sky | None = ...,
         ambient: float | _Color | None = ...,
         background: _Color | None = ...,
+        color_space: _ColorSpace | None = None,
     ) -> Scene:
         """The scene with some things changed; None takes one away. The spheres are shared."""
     def save(self, path: _Path) -> None: ...
@@ -267,7 +278,8 @@ class Scene:
     @property
     def spheres(self) -> NDArray[np.float64]: ...
     @property
-    def colors(self) -> NDArray[np.float64]: ...
+    def colors(self) -> NDArray[np.float64]:
+        """Linear colours of the spheres, shape (N, 3)."""
     @property
     def camera(self) -> Camera | None: ...
     @property

@@ -6,15 +6,14 @@
 import io
 import json
 import os
-import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from operator import getitem
 from typing import Any, SupportsIndex
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._kugelblitz import Picture, require
+from ._kugelblitz import Picture, linear_color, linear_from_srgb, require
 
 #: Lists and dictionaries within each other that a value of a scene file may have.
 MAX_DEPTH = 4
@@ -35,10 +34,6 @@ def toml(subject: str, given: Any, depth: int = MAX_DEPTH) -> str:
         if isinstance(given, dict) and all(isinstance(key, str) for key in given):
             entries = ((key, toml(f"{subject}, {key}", entry, depth - 1)) for key, entry in given.items())
             return "{ " + ", ".join(f"{toml(subject, key)} = {entry}" for key, entry in entries) + " }"
-        # Bytes are sRGB, as in pictures.
-        is_color = isinstance(given, np.ndarray) and subject.endswith(("color", "background", "ambient"))
-        if is_color and given.ndim == 1 and given.dtype == "u1":
-            return toml(subject, "#" + given.tobytes().hex())
         # Arrays and scalars of numpy.
         if hasattr(type(given), "tolist"):
             return toml(subject, given.tolist(), depth - 1)
@@ -60,15 +55,63 @@ def scene(given: dict[str, Any]) -> list[tuple[str, str]]:
         entries = given.get(name)
         if entries is None:
             continue
-        try:
-            listed = None if isinstance(entries, (dict, str)) else list(entries)
-        except Exception:
-            listed = None
-        if listed is None:
-            raise TypeError(f"{name}: give a list of dictionaries, also for one")
-        each = [(f"{name}[{n}]", toml(f"{name}[{n}]", entry) + ",") for n, entry in enumerate(listed)]
+        each = [(f"{name}[{n}]", toml(f"{name}[{n}]", entry) + ",") for n, entry in enumerate(listed(name, entries))]
         found += [(name, f"{key} = ["), *each, (name, "]")]
     return found
+
+
+def listed(name: str, entries: Any) -> list[Any]:
+    """Returns the dictionaries of planes or of lights."""
+    try:
+        if not isinstance(entries, (dict, str)):
+            return list(entries)
+    except Exception:
+        pass
+    raise TypeError(f"{name}: give a list of dictionaries, also for one")
+
+
+def in_linear(given: dict[str, Any], names: list[str], is_linear: bool) -> dict[str, Any]:
+    """Returns the arguments with linear colours: those of these names, of planes and of lights."""
+    made = dict(given)
+    for name in names:
+        value = given.get(name)
+        # A number is the intensity of white light.
+        is_number = isinstance(value, (int, float, np.number)) or isinstance(value, np.ndarray) and value.ndim == 0
+        if value is not None and not (name == "ambient" and is_number):
+            made[name] = color(name, value, is_linear)
+    for name in ["planes", "lights"]:
+        if given.get(name) is not None:
+            made[name] = listed(name, given[name])
+            for n, entry in enumerate(made[name]):
+                if isinstance(entry, dict) and entry.get("color") is not None:
+                    made[name][n] = {**entry, "color": color(f"{name}[{n}], color", entry["color"], is_linear)}
+    return made
+
+
+def color(subject: str, given: Any, is_linear: bool) -> list[float]:
+    """Returns a colour as linear floats: a text, or floats or bytes in sRGB (linear, if ``is_linear``), of which the fourth
+    is alpha; ``subject`` names it in errors."""
+    if isinstance(given, np.ndarray) and given.dtype == "u1":
+        given = given / 255
+    if hasattr(type(given), "tolist"):
+        given = given.tolist()
+    if isinstance(given, Sequence) and not isinstance(given, (str, bytes, bytearray)) and len(given) == 4:
+        if not (isinstance(given[3], (int, float, np.number)) and given[3] == 1):
+            raise ValueError(f"{subject}: expected an alpha of 1 (255 in bytes), as objects are opaque, found {given[3]!r}")
+        given = given[:3]
+    return linear_color(subject, toml(subject, given), is_linear)
+
+
+def sampled(colormap: Callable[[float], Any], n: int, is_linear: bool) -> list[list[float]]:
+    """Returns ``n`` linear colours of a colour map that is called with numbers from 0 to 1, as those of matplotlib are."""
+    colors = []
+    for number in np.linspace(0, 1, n).tolist():
+        try:
+            given = colormap(number)
+        except Exception as error:
+            raise TypeError(f"colormap: called with {number}, it raised {error!r}") from error
+        colors.append(color(f"colormap: called with {number}", given, is_linear))
+    return colors
 
 
 def array(name: str, given: Any) -> NDArray[Any]:
@@ -98,11 +141,11 @@ def in_order(name: str, given: NDArray[Any], dtype: str = "=f8") -> NDArray[Any]
 
 
 def triples(name: str, given: Any, expected: str) -> NDArray[Any]:
-    """Rows of three numbers, or of three bytes."""
+    """Rows of three numbers."""
     made = array(name, given)
     if made.ndim != 2 or made.shape[1] != 3:
         raise wrong_shape(name, made, expected)
-    return in_order(name, made, "u1" if name == "color" and made.dtype == "u1" else "=f8")
+    return in_order(name, made)
 
 
 def rays(origins: Any, directions: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -124,7 +167,8 @@ def rays(origins: Any, directions: Any) -> tuple[NDArray[np.float64], NDArray[np
 
 
 def spheres(
-    given: Any, radius: Any = None, color: Any = None, color_by: Any = None, names: Any = None, **of_colors: Any
+    given: Any, is_linear: bool, *, radius: Any = None, color: Any = None, color_by: Any = None, names: Any = None,
+    **of_colors: Any,
 ) -> tuple[NDArray[np.float64], Any, tuple[str, NDArray[np.float64]] | None, list[tuple[int, str]]] | None:
     """Centres with radii, colours, what numbers for colours are called and the numbers, rows with their names."""
     if color_by is None and any(of_colors.get(name) is not None for name in ["colormap", "range", "missing_color"]):
@@ -136,7 +180,7 @@ def spheres(
     if color is not None and color_by is not None:
         raise ValueError("color: `color_by` gives each sphere its own; leave one of them out")
     made = balls(given, radius)
-    return made, colors(color), None if color_by is None else numbers(color_by), named(names, len(made))
+    return made, colors(color, is_linear), None if color_by is None else numbers(color_by), named(names, len(made))
 
 
 def balls(given: Any, radius: Any) -> NDArray[np.float64]:
@@ -160,11 +204,45 @@ def balls(given: Any, radius: Any) -> NDArray[np.float64]:
     return both
 
 
-def colors(given: Any) -> Any:
-    """A colour of each sphere in linear floats or in bytes; one of all, as it is given."""
-    if given is None or isinstance(given, str) or (made := array("color", given)).ndim == 1:
-        return given
-    return triples("color", made, "colours are (N, 3)")
+def colors(given: Any, is_linear: bool) -> Any:
+    """Returns a colour of each sphere in linear floats, or in bytes in sRGB; one of all as a list of linear floats."""
+    if given is None:
+        return None
+    # Also arrays and series of texts.
+    is_array = hasattr(type(given), "tolist") and hasattr(type(given), "dtype")
+    texts = given.tolist() if is_array and getattr(given.dtype, "kind", "O") not in "fiu" else given
+    if isinstance(texts, str):
+        return color("color", texts, is_linear)
+    if isinstance(texts, (list, tuple)) and texts and all(isinstance(text, str) for text in texts):
+        return named_colors(texts, is_linear)
+    made = array("color", given)
+    if made.ndim == 1 and len(made) in (3, 4):
+        return color("color", made, is_linear)
+    if made.ndim != 2 or made.shape[1] not in (3, 4):
+        raise wrong_shape("color", made, "one colour is (3,), colours are (N, 3); `color_by` takes numbers that a map turns "
+                          "into colours")
+    are_bytes = made.dtype == "u1"
+    if made.shape[1] == 4:
+        require(f"color: {len(made)} rows", made.size)
+        is_opaque = made[:, 3] == (255 if are_bytes else 1)
+        if not is_opaque.all():
+            row = int(is_opaque.argmin())
+            raise ValueError(f"color: row {row} (counted from 0): expected an alpha of {'255' if are_bytes else '1'}, as "
+                             f"spheres are opaque, found {made[row, 3]}")
+        made = made[:, :3]
+    if are_bytes:
+        made = in_order("color", made, "u1")
+        return made / 255 if is_linear else made
+    made = in_order("color", made)
+    return made if is_linear else linear_from_srgb(made)
+
+
+def named_colors(texts: Sequence[str], is_linear: bool) -> NDArray[np.float64]:
+    """Returns the linear colours of names and "#rrggbb", a row each."""
+    known: dict[str, int] = {}
+    places = [known.setdefault(text, len(known)) for text in texts]
+    palette = [color(f"color: row {texts.index(text)} (counted from 0)", text, is_linear) for text in known]
+    return np.array(palette)[places]
 
 
 def numbers(color_by: Any) -> tuple[str, NDArray[np.float64]]:
@@ -255,19 +333,3 @@ def named(given: Any, n: int) -> list[tuple[int, str]]:
         if row not in range(n):
             raise ValueError(f"names: row {row} (counted from 0), but there are {n} spheres")
     return list(given.items())
-
-
-def arguments(options: str) -> str:
-    """The command line's options as arguments: ``--id-offset 1`` as ``id_offset=1``."""
-    return ", ".join(_argument(*match) for match in re.findall(r"--([\w-]+)[ =]?((?:(?! *--).)*)", options))
-
-
-def _argument(option: str, value: str) -> str:
-    name = option.replace("-", "_")
-    if name == "as":
-        return f"the arrays given as {', '.join('t' if word == 'depth' else word for word in value.split(','))}"
-    try:
-        float(value)
-    except ValueError:
-        return f"{name}={json.dumps(value) if value else True}"
-    return f"{name}={value}"

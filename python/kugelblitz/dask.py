@@ -55,7 +55,8 @@ def render(
     as ``samples`` and ``device``; what is wrong in them is said at once.
     """
     shape, dtype = _field(field)
-    camera, (width, height) = _camera(scene, camera), _size(scene, size)
+    width, height = _size(scene, size)
+    camera = _camera(scene, camera, (width, height))
     _check_render(camera, (width, height), options)
     client = _client(client)
     n_rows = _band_rows(width, height, client) if rows is None else int(rows)
@@ -134,11 +135,13 @@ def _field(name: str) -> tuple[tuple[int, ...], Any]:
     return FIELDS[name]
 
 
-def _camera(scene: Scene, camera: Camera | None) -> Camera:
+def _camera(scene: Scene, camera: Camera | None, size: tuple[int, int]) -> Camera:
+    """The camera, the scene's own, or one that frames all spheres."""
     camera = scene.camera if camera is None else camera
-    if camera is None:
-        raise ValueError("camera: the scene has none; give one, e.g. Camera((0, 1, 6), (0, 0, 0))")
-    return camera
+    if camera is None and scene.n_spheres == 0:
+        raise ValueError("camera: the scene has none, and no spheres that one could frame; give one, for example "
+                         "Camera((0, 1, 6), (0, 0, 0))")
+    return Camera.frame(scene, size=size) if camera is None else camera
 
 
 def _size(scene: Scene, size: tuple[int, int] | None) -> tuple[int, int]:

@@ -17,7 +17,7 @@ SIZE = (96, 54) if SMALL else (1280, 720)
 
 # %% [markdown]
 # A hundred thousand spheres in a cube, on a floor. `spheres` is an array of centres, `radius` one number or one for
-# each, and so is `color`.
+# each, and so is `color`, here floats in sRGB.
 
 # %%
 rng = np.random.default_rng(1)

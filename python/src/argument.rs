@@ -1,9 +1,10 @@
 //! Few numbers out of any sequence, pixels, rays, rows of arrays, and names of things.
 
 use std::iter;
+use std::path::Path;
 
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{self, Scene, schema};
+use kugelblitz::scene::{self, Scene, SceneOverrides, place_camera, schema};
 use kugelblitz::trace::{Rays, WorldRay};
 use numpy::ndarray::Dimension;
 use numpy::{Element, PyReadonlyArray, PyReadonlyArrayDyn};
@@ -15,6 +16,7 @@ use pyo3::types::{PyByteArray, PyBytes};
 use crate::camera::Camera;
 use crate::error::{wrong_type, wrong_value};
 use crate::table::{helpers, value_of};
+use crate::work;
 
 /// Columns and rows that a picture can have.
 #[derive(Clone, Copy)]
@@ -118,29 +120,52 @@ pub fn named<T: Copy>(
     })
 }
 
-/// The camera that is given, or the scene's own.
-pub fn camera_of<'a>(
-    scene: &'a Scene,
-    camera: Option<&'a Camera>,
-) -> PyResult<&'a kugelblitz::scene::Camera> {
-    camera.map(|camera| &camera.of_scene).or(scene.camera.as_ref()).ok_or_else(|| {
-        PyValueError::new_err(
-            "camera: the scene has none; give one, e.g. Camera((0, 1, 6), (0, 0, 0)), or \
-             Camera.frame(scene)",
-        )
-    })
+/// Returns the camera that is given, or the scene's own, or one that frames all spheres in a picture of this size.
+///
+/// # Errors
+/// `ValueError` if there are no spheres either, or they cannot be framed.
+pub fn camera_of(
+    py: Python<'_>,
+    scene: &Scene,
+    camera: Option<&Camera>,
+    size: Option<Size>,
+) -> PyResult<scene::Camera> {
+    if let Some(camera) = camera.map(|camera| &camera.of_scene).or(scene.camera.as_ref()) {
+        return Ok(camera.clone());
+    }
+    if scene.spheres.is_empty() {
+        return wrong_value(
+            "camera: the scene has none, and no spheres that one could frame; give one, for example \
+             Camera((0, 1, 6), (0, 0, 0))",
+        );
+    }
+    let overrides =
+        SceneOverrides { size: size.map(|Size(size)| size), ..SceneOverrides::default() };
+    let path = Path::new("the scene");
+    work::run(py, |control| place_camera(scene, &overrides, path, control))
 }
 
-/// The pixels of a picture, or of a part of it.
+/// The pixels of a picture of [`camera_of`], or of a part of it.
 pub fn pixels_of(
+    py: Python<'_>,
     scene: &Scene,
     camera: Option<&Camera>,
     size: Option<Size>,
     crop: Option<Crop>,
 ) -> PyResult<Pixels> {
+    pixels_of_camera(scene, &camera_of(py, scene, camera, size)?, size, crop)
+}
+
+/// The pixels of a picture of this camera, or of a part of it.
+pub fn pixels_of_camera(
+    scene: &Scene,
+    camera: &scene::Camera,
+    size: Option<Size>,
+    crop: Option<Crop>,
+) -> PyResult<Pixels> {
     let of_scene = scene.image.map(Size);
     let Size([width, height]) = size.or(of_scene).unwrap_or(Size([1280, 720]));
-    let whole = Pixels::whole(View::new(camera_of(scene, camera)?), width, height);
+    let whole = Pixels::whole(View::new(camera), width, height);
     let Some(Crop(crop @ [x, y, width, height])) = crop else { return Ok(whole) };
     whole.part(crop).ok_or_else(|| {
         PyValueError::new_err(format!(
@@ -152,6 +177,7 @@ pub fn pixels_of(
 
 /// The ray of a pixel (column, row), or the one given as (origin, direction).
 pub fn one_ray(
+    py: Python<'_>,
     scene: &Scene,
     camera: Option<&Camera>,
     size: Option<Size>,
@@ -160,7 +186,7 @@ pub fn one_ray(
 ) -> PyResult<Rays> {
     match (pixel, ray) {
         (Some(Pixel([x, y])), None) => {
-            let whole = pixels_of(scene, camera, size, None)?;
+            let whole = pixels_of(py, scene, camera, size, None)?;
             whole.pixel([x, y]).map(Rays::Pixels).ok_or_else(|| {
                 PyValueError::new_err(format!(
                     "pixel: ({x}, {y}) is not in the picture of {}×{} pixels",

@@ -81,7 +81,7 @@ pub fn figure<'py>(
             Arc::new(parse_scene(text, name.as_ref()).map_err(error::of(""))?)
         }
     };
-    let pixels = pixels_of(&scene, camera, size, None)?;
+    let pixels = pixels_of(py, &scene, camera, size, None)?;
     let drawn = figure.draw(&scene, object, &pixels, crate::explain::lang(lang)?);
     let argument = if object.is_some() { "object" } else { "scene" };
     drawing(py, drawn.map_err(error::of(argument))?)

@@ -69,6 +69,7 @@ fn object(value: &SettingValue) -> String {
     match value {
         SettingValue::Text(text) => format!("{text:?}"),
         SettingValue::Number(number) => number.clone(),
+        SettingValue::Present => "True".into(),
         SettingValue::Absent => "False".into(),
         SettingValue::Table(entries) => {
             let entries =

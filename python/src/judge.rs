@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use kugelblitz::error::{Setting, SettingValue};
 use kugelblitz::picture::Image;
 use kugelblitz::rays::{Pixels, Rays};
 use kugelblitz::scene;
 use kugelblitz::trace::Kernel;
+use kugelblitz::words::joined;
 use kugelblitz_judge::judge::{self, Allowed, Case, Conventions, Quantity, pixels_of, whole_size};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyUserWarning, PyValueError};
@@ -113,6 +115,7 @@ enum CameraOrRays<'py> {
 
 /// The rays that the claims are about.
 fn rays(
+    py: Python<'_>,
     scene: &scene::Scene,
     camera_or_rays: Given<'_>,
     image: &Image,
@@ -134,7 +137,7 @@ fn rays(
     };
     let size = whole_size(image, size.map(|Size(size)| size), crop.map(|Crop(crop)| crop));
     let size = size.map_err(error::of(""))?.map(Size);
-    let pixels = crate::argument::pixels_of(scene, camera, size, crop)?;
+    let pixels = crate::argument::pixels_of(py, scene, camera, size, crop)?;
     match crop {
         Some(_) => Ok(Rays::Pixels(pixels)),
         None => pixels_of(image, pixels).map(Rays::Pixels).map_err(error::of("")),
@@ -159,7 +162,7 @@ pub fn judge<'py>(
     let quantities = quantities.iter().map(|name| name.parse()).collect::<kugelblitz::Result<_>>();
     let quantities = quantities.map_err(error::of(""))?;
     let conventions = conventions(&keys, quantities)?;
-    let rays = rays(&scene.of, camera_or_rays, &image, &keys)?;
+    let rays = rays(py, &scene.of, camera_or_rays, &image, &keys)?;
     let n_rays = rays.len();
     let case = Case::new(Arc::clone(&scene.of), rays, image, conventions, allowed)
         .map_err(error::of(""))?;
@@ -168,20 +171,29 @@ pub fn judge<'py>(
     }
     let (progress, n_steps) = (keys.get("progress"), 2 * n_rays as u64);
     let on = (&*device, Kernel::Certified, n_rays);
-    let mut of =
+    let of =
         scene.run(py, on, (progress, n_steps), |session, control| case.judge(session, control))?;
-    if let Some(options) = &of.hint {
-        of.hint = Some(helpers(py)?.call_method1("arguments", (options,))?.extract()?);
-    }
     let judged = Bound::new(py, Judged(of))?;
     let of = &judged.get().0;
-    let summary = of.summary(of.worst(n_worst, |_| None));
+    let hint = joined(of.hint.iter().map(argument_of), ", ");
+    let summary = of.summary(of.worst(n_worst, |_| None), &hint);
     let known = Some(judged.clone().into_any());
-    verdict(py, "Judgement", &of.broken, &summary, in_words(of, n_worst), known)
+    verdict(py, "Judgement", &of.broken, &summary, in_words(of, n_worst, &hint), known)
+}
+
+/// Returns a setting of the judge as an argument: `id_offset=1`. A quantity is the name of the argument itself.
+fn argument_of(setting: &Setting) -> String {
+    match setting {
+        Setting { key: "as", value: Some(SettingValue::Text(quantities)) } => {
+            let name = |quantity| if quantity == "depth" { "t" } else { quantity };
+            format!("the arrays given as {}", joined(quantities.split(',').map(name), ", "))
+        }
+        setting => error::argument(setting),
+    }
 }
 
 /// What the program prints, with how one sees why in Python.
-fn in_words(of: &judge::Judged, n_worst: usize) -> String {
+fn in_words(of: &judge::Judged, n_worst: usize, hint: &str) -> String {
     let how = |ray| match of.pixels() {
         Some(pixels) => {
             let ((x, y), w, h) = (pixels.xy(ray), pixels.image_width, pixels.image_height);
@@ -197,5 +209,5 @@ fn in_words(of: &judge::Judged, n_worst: usize) -> String {
     let (spheres, planes) = (scene.spheres.len(), scene.planes.len());
     let worst = of.worst(n_worst, |ray| Some(how(ray)));
     format!("{what}, {judged} against exact arithmetic (spheres: {spheres}, planes: {planes})\n\n")
-        + &of.in_words(&worst)
+        + &of.in_words(&worst, hint)
 }

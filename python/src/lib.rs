@@ -30,12 +30,14 @@ mod _kugelblitz {
         drawing::{figure, png, write},
         error::{DeviceError, NoAdapterError, SceneError},
         explain::Explanation,
+        given::linear_from_srgb,
         image::{info, read, require},
         judge::Judged,
         pickle::scene_of_state,
         picture::Picture,
         place::adapters,
         scene::Scene,
+        table::linear_color,
         verdict::{Compared, compare},
     };
 

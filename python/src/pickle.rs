@@ -22,8 +22,11 @@ pub type State<'py> = (
     Vec<String>,
 );
 
-/// A [`Coloring`], its map by name.
-type StateOfColoring = (String, String, [f64; 2], [f64; 3], usize);
+/// A [`Coloring`], its map by name or by its colours.
+type StateOfColoring = (String, StateOfMap, [f64; 2], [f64; 3], usize);
+
+/// The name of a [`ColorMap`], or the bytes of its colours.
+type StateOfMap = (Option<String>, Vec<u8>);
 
 /// What pickle keeps of a scene.
 pub fn state_of<'py>(py: Python<'py>, scene: &Scene) -> PyResult<State<'py>> {
@@ -39,7 +42,9 @@ pub fn state_of<'py>(py: Python<'py>, scene: &Scene) -> PyResult<State<'py>> {
     };
     let colorings = scene.colorings().map(|coloring| {
         let Coloring { column, map, range, missing_color, n_missing } = coloring;
-        (column.clone(), map.name(), *range, missing_color.0, *n_missing)
+        let name = map.known_name();
+        let colors = if name.is_none() { map.srgb8().as_flattened().to_vec() } else { Vec::new() };
+        (column.clone(), (name, colors), *range, missing_color.0, *n_missing)
     });
     let text = scene.of.text_without_spheres();
     Ok((scene.spheres(py)?, colors, names, text, colorings.last(), scene.notes()))
@@ -54,9 +59,13 @@ pub fn scene_of_state(py: Python<'_>, state: State<'_>) -> PyResult<Scene> {
     scene.spheres = colored(py, in_rows(&rows.readonly())?, Some(colors.extract()?))?;
     names.into_iter().for_each(|(index, name)| scene.spheres.set_name(index, name));
     scene.notes = notes.into_iter().map(Into::into).collect();
+    let map_of = |(name, colors): StateOfMap| match colors.as_chunks().0.try_into() {
+        Ok(colors) => ColorMap::from_srgb8(colors),
+        Err(_) => name.and_then(|name| ColorMap::from_name(&name)).unwrap_or_default(),
+    };
     let coloring = coloring.map(|(column, map, range, missing_color, n_missing)| Coloring {
         column,
-        map: ColorMap::from_name(&map).unwrap_or_default(),
+        map: map_of(map),
         range,
         missing_color: Color(missing_color),
         n_missing,

@@ -26,12 +26,14 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::argument::{Crop, Pixel, Samples, Size, camera_of, named, one_ray, pixels_of, rays_of};
+use crate::argument::{
+    Crop, Pixel, Samples, Size, camera_of, named, one_ray, pixels_of, pixels_of_camera, rays_of,
+};
 use crate::camera::{Camera, FRAMING, framing};
 use crate::drawing::{drawing, tinted};
 use crate::error::{self, exception, wrong_value};
 use crate::explain::{Explanation, explained};
-use crate::given::{OF_SCENE, OF_SPHERES, change, spheres_of};
+use crate::given::{COLORS, OF_SCENE, OF_SPHERES, change, named_map, spheres_of};
 use crate::judge;
 use crate::pickle::{State, state_of};
 use crate::picture::Picture;
@@ -49,11 +51,15 @@ use crate::work::{self, Steps};
 ///     Centres, and radii in the fourth column; world units.
 /// radius : number or array of shape (N,), optional
 ///     Radii, where `spheres` has none.
-/// color : colour, or array of shape (N, 3), optional
-///     Of all spheres or of each: "#rrggbb", linear floats from 0 to 1, or bytes (uint8) in sRGB.
+/// color : colour, or array of shape (N, 3) or (N, 4), or list of N names, optional
+///     Colour of all spheres or of each: "#rrggbb", a name of CSS, floats from 0 to 1 or bytes (uint8), both in sRGB. Alpha must
+///     be 1, or 255 in bytes.
 /// color_by : array of shape (N,), optional
-///     Numbers that a `colormap` ("viridis", "magma", …; "_r" behind it turns it around) makes colours of, over
-///     `range` (low, high) or over all of them; NaN gets `missing_color`. `legend()` shows which is which.
+///     Numbers that a `colormap` turns into colours, over `range` (low, high) or over all of them; NaN gets `missing_color`.
+///     `legend()` draws the map with its numbers.
+/// colormap : name, or colormap of matplotlib, optional
+///     "viridis" (default), "magma" and others, reversed with "_r"; or a function of numbers from 0 to 1 that returns colours,
+///     which is sampled at 256 places.
 /// names : list of names or None, or {row: name}, optional
 ///     What spheres are called in explanations.
 /// planes : list of dicts, optional
@@ -67,6 +73,11 @@ use crate::work::{self, Steps};
 /// camera : Camera, optional
 ///     The one that pictures have where no other is given; so are `size`, (columns, rows), and `samples`, N for
 ///     N x N a pixel.
+/// color_space : "srgb" or "linear", optional
+///     Colour space of all floats in colours; "srgb" by default. In linear space, bytes are divided by 255. `ambient` as a number
+///     is a light intensity and is always linear.
+///
+/// Colours that a scene returns are linear: `colors`, and `rgb` of its pictures.
 ///
 /// The scene keeps what was made for its pictures, the tree over its spheres above all, so that the next
 /// camera needs no new one.
@@ -131,13 +142,14 @@ impl Scene {
 }
 
 /// The arguments of [`Scene::open`] beside [`FRAMING`].
-const OF_DATA: [&str; 11] = [
+const OF_DATA: [&str; 12] = [
     "radius",
     "color",
     "color_by",
     "color_space",
     "colormap",
     "range",
+    "missing_color",
     "columns",
     "header",
     "missing",
@@ -153,27 +165,54 @@ impl Scene {
         text_signature = "(spheres=None, *, radius=None, color=None, color_by=None, colormap=None, \
                           range=None, missing_color=None, names=None, planes=None, lights=None, \
                           sky=None, ambient=None, background=None, camera=None, size=None, \
-                          samples=None)"
+                          samples=None, color_space=None)"
     )]
     fn new(py: Python<'_>, spheres: Given<'_>, keys: Option<Bound<'_, PyDict>>) -> PyResult<Scene> {
-        let keys = Keywords::new(py, keys, &[&OF_SPHERES[..], &OF_SCENE].concat())?;
-        let (spheres, coloring) = spheres_of(py, spheres, &keys)?;
+        let known = [&OF_SPHERES[..], &OF_SCENE, &["color_space"]].concat();
+        let keys = Keywords::new(py, keys, &known)?;
+        let is_linear = keys.is_linear()?;
+        let keys = keys.with_linear_colors(&COLORS, is_linear)?;
+        let (spheres, coloring) = spheres_of(py, spheres, &keys, is_linear)?;
         let mut scene = scene::Scene { spheres, ..scene::Scene::default() };
         change(&mut scene, &keys)?;
         Ok(Scene::new_colored(scene, coloring))
     }
 
-    /// Reads a scene file (.toml), or makes a scene of data (.npy, .csv, .xyz, .dump and others): with a camera
-    /// that frames everything, light, and a radius where the data have none. `notes` says what was chosen.
+    /// Reads a scene file (.toml), or makes a scene of data. Data get a camera that frames everything, light, and a
+    /// radius if they have none. `notes` contains what was chosen.
     ///
-    /// `radius`, `color`, `color_by` (a column), `colormap`, `range`, `columns` (a dictionary such as
-    /// {"radius": "R"}) and `frame` (from 0) are for data, or for a scene's only cloud. `view`, `up`, `fov`,
-    /// `height` and `margin` are those of `Camera.frame`; `size` and `samples` win over the file's.
+    /// Formats of data: NumPy arrays (.npy), tables of text (.csv, .tsv and others), .xyz, and LAMMPS dumps, also
+    /// compressed with gzip. The content decides, not the name.
+    ///
+    /// The following arguments are for data, or for the only [[spheres]] of a scene:
+    ///
+    /// radius : number, optional
+    ///     Radius of all spheres, if the file has none.
+    /// color : colour, optional
+    ///     Colour of all spheres, if the file has none.
+    /// color_by : name or place of a column, optional
+    ///     Column that `colormap` (a name) turns into colours, over `range` (low, high); rows without a number get
+    ///     `missing_color`.
+    /// color_space : "srgb" or "linear", optional
+    ///     Colour space of colours in the file, and of floats in `color` and `missing_color`; "srgb" by default.
+    /// columns : dict, optional
+    ///     Names or places (from 0) of columns, for example {"radius": "R"}. False ignores a column. A float is a
+    ///     coordinate of all spheres: {"z": 0.0} for data in a plane.
+    /// header : int, optional
+    ///     Line that names the columns of a table, from 1.
+    /// missing : "skip", optional
+    ///     Leaves out rows without a coordinate or a radius.
+    /// frame : int, optional
+    ///     Frame of a file of several, from 0; -1 is the last one.
+    ///
+    /// `view`, `up`, `fov`, `height` and `margin` have the same meaning as in `Camera.frame`. `size` and `samples`
+    /// replace the file's. `progress` is as for `trace`.
     #[staticmethod]
     #[pyo3(
         signature = (path, *, view = None, progress = None, **keys),
-        text_signature = "(path, *, radius=None, color=None, color_by=None, colormap=None, range=None, \
-                          columns=None, frame=None, view=None, up=None, fov=None, height=None, \
+        text_signature = "(path, *, radius=None, color=None, color_by=None, color_space=None, \
+                          colormap=None, range=None, missing_color=None, columns=None, header=None, \
+                          missing=None, frame=None, view=None, up=None, fov=None, height=None, \
                           margin=None, size=None, samples=None, progress=None)"
     )]
     fn open(
@@ -185,6 +224,16 @@ impl Scene {
     ) -> PyResult<Scene> {
         let known = [&OF_DATA[..], &FRAMING].concat();
         let keys = Keywords::new(py, keys, &known)?;
+        let is_linear = keys.is_linear()?;
+        let keys = keys.with_linear_colors(&["color", "missing_color"], is_linear)?;
+        if keys.get("colormap").is_some() {
+            let Some(map) = named_map(&keys)? else {
+                return wrong_value(
+                    "colormap: give a name; for another map, give an array to Scene(color_by=…)",
+                );
+            };
+            keys.0.set_item("colormap", map.name())?;
+        }
         let mut overrides = SceneOverrides {
             cloud: section(&keys.lines(&keys_of::<CloudKeys>())?)?,
             samples: keys.value("samples", schema::samples)?,
@@ -217,15 +266,18 @@ impl Scene {
     }
 
     /// The scene with some things changed: `camera`, `size`, `samples`, `planes`, `lights`, `sky`, `ambient` or
-    /// `background`, as for `Scene`; None takes one away. The spheres are shared.
+    /// `background`, as for `Scene`; None takes one away. The spheres are shared. `color_space` applies to
+    /// floats in the new colours: "srgb" (default) or "linear".
     #[pyo3(
         signature = (**changes),
         text_signature = "($self, *, camera=..., size=..., samples=..., planes=..., lights=..., sky=..., \
-                          ambient=..., background=...)"
+                          ambient=..., background=..., color_space=None)"
     )]
     fn replace(&self, py: Python<'_>, changes: Option<Bound<'_, PyDict>>) -> PyResult<Scene> {
         let mut scene = scene::Scene::clone(&self.of);
-        change(&mut scene, &Keywords::new(py, changes, &OF_SCENE)?)?;
+        let keys = Keywords::new(py, changes, &[&OF_SCENE[..], &["color_space"]].concat())?;
+        let is_linear = keys.is_linear()?;
+        change(&mut scene, &keys.with_linear_colors(&COLORS, is_linear)?)?;
         Ok(Scene::new_colored(scene, self.coloring.clone()))
     }
 
@@ -263,7 +315,7 @@ impl Scene {
         PyArray1::from_slice(py, rows.as_flattened()).reshape([rows.len(), 4])
     }
 
-    /// Linear colours of the spheres: a copy, of shape (N, 3).
+    /// Linear colours of the spheres: a copy, of shape (N, 3). `Scene` takes them with `color_space="linear"`.
     #[getter]
     pub fn colors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let colors: Vec<[f64; 3]> = self.of.spheres.colors().map(|color| color.0).collect();
@@ -315,8 +367,8 @@ impl Scene {
         camera: Option<&Camera>,
         size: Option<Size>,
     ) -> Object<'py> {
-        let has_camera = camera.is_some() || self.of.camera.is_some();
-        let pixels = has_camera.then(|| pixels_of(&self.of, camera, size, None)).transpose()?;
+        let is_seen = camera.is_some() || self.of.camera.is_some() || self.n_spheres() > 0;
+        let pixels = is_seen.then(|| pixels_of(py, &self.of, camera, size, None)).transpose()?;
         let cost = work::run(py, |control| Cost::new(&self.of, pixels.as_ref(), control))?;
         to_python(py, &cost)
     }
@@ -333,7 +385,7 @@ impl Scene {
         size: Option<Size>,
     ) -> PyResult<String> {
         let language = named("language", language, Language::ALL, Language::name)?;
-        let pixels = pixels_of(&self.of, camera, size, None)?;
+        let pixels = pixels_of(py, &self.of, camera, size, None)?;
         work::run(py, |control| {
             let mut file = OutputFile::create(&path, false)?;
             export::write(language, &self.of, &pixels, &mut file).map_err(Error::io(&path))?;
@@ -363,7 +415,7 @@ impl Scene {
         digits: usize,
         device: &str,
     ) -> PyResult<Explanation> {
-        let ray = one_ray(&self.of, camera, size, pixel, ray)?;
+        let ray = one_ray(py, &self.of, camera, size, pixel, ray)?;
         let scene = match samples.map(|Samples(samples)| samples) {
             samples @ Some(_) if samples != self.of.samples => {
                 Arc::new(scene::Scene { samples, ..scene::Scene::clone(&self.of) })
@@ -419,7 +471,7 @@ impl Scene {
         device: &str,
         progress: Given<'py>,
     ) -> Object<'py> {
-        let pixels = pixels_of(&self.of, camera, size, crop)?;
+        let pixels = pixels_of(py, &self.of, camera, size, crop)?;
         let kernels = match kernel {
             "all" => Kernel::ALL.to_vec(),
             name => vec![place::kernel(name)?],
@@ -454,7 +506,7 @@ impl Scene {
         device: &str,
         progress: Given<'_>,
     ) -> PyResult<String> {
-        let pixels = pixels_of(&self.of, camera, size, crop)?;
+        let pixels = pixels_of(py, &self.of, camera, size, crop)?;
         let n_samples = self.n_samples(samples);
         let n_steps = n_steps(&pixels, n_samples, self.of.is_lit());
         let on = (device, Kernel::Certified, pixels.len());
@@ -483,7 +535,7 @@ impl Scene {
         let all = Show::ALL.into_iter().filter(|show| *show != Show::Color);
         let show = named("what", what, all, Show::name)?;
         let kernel = place::kernel(kernel)?;
-        let pixels = pixels_of(&self.of, camera, size, crop)?;
+        let pixels = pixels_of(py, &self.of, camera, size, crop)?;
         let (on, n_steps) = ((device, kernel, pixels.len()), show::n_steps(show, &pixels));
         let (shown, colors) = self.run(py, on, (progress, n_steps), |session, control| {
             show::keep(session, show, &pixels, control)
@@ -538,10 +590,10 @@ impl Scene {
 
     /// Draws a picture into memory.
     ///
-    /// `camera` is the scene file's own unless one is given, `size` (width, height) in pixels, `samples` N for
-    /// N x N a pixel, `crop` (left column, top row, width, height). With `transparent` the background is left
-    /// out. `epsilon` is how far from a surface shadow rays start, for kernels without a proof. `device`,
-    /// `kernel` and `progress` are as for `trace`.
+    /// `camera` is the scene file's own unless one is given; without any, all spheres are framed as by
+    /// `Camera.frame`. `size` is (width, height) in pixels, `samples` N for N x N a pixel, `crop` (left column, top
+    /// row, width, height). With `transparent` the background is left out. `epsilon` is the distance from a surface
+    /// at which shadow rays start, for kernels without a proof. `device`, `kernel` and `progress` are as for `trace`.
     #[pyo3(signature = (
         camera = None, size = None, *, samples = None, crop = None, transparent = false,
         device = "auto", kernel = "certified", epsilon = 0.0, progress = None
@@ -570,7 +622,8 @@ impl Scene {
                  out, or choose another kernel",
             );
         }
-        let pixels = pixels_of(&this.of, camera, size, crop)?;
+        let camera = camera_of(py, &this.of, camera, size)?;
+        let pixels = pixels_of_camera(&this.of, &camera, size, crop)?;
         let n_samples = this.n_samples(samples);
         let background = if transparent { Background::LeftOut } else { Background::Shown };
         let style = Style { encoding: Encoding::Srgb8, n_samples, epsilon, background };
@@ -581,7 +634,6 @@ impl Scene {
             this.run(py, (device, kernel, n_rays), (progress, n_steps), |session, control| {
                 session.keep(&pixels, style, wants, control)
             })?;
-        let camera = camera_of(&this.of, camera)?.clone();
         Ok(Picture {
             scene: slf.clone().unbind(),
             device: device.into(),

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use kugelblitz::Error;
 use kugelblitz::error::Message;
-use kugelblitz::scene::schema::{self, Reader, Section, read_value};
+use kugelblitz::scene::schema::{self, ColorSpace, Reader, Section, read_value};
 use kugelblitz::scene::{Scene, parse_scene};
 use kugelblitz::words::did_you_mean_at_end;
 use pyo3::exceptions::PyValueError;
@@ -70,6 +70,23 @@ impl<'py> Keywords<'py> {
     /// As [`value_of`].
     pub fn value<T>(&self, name: &'static str, read: Reader<T>) -> PyResult<Option<T>> {
         self.get(name).map(|given| value_of(name, &given, read)).transpose()
+    }
+
+    /// Whether floats of colours are linear: the argument `color_space`, which is "srgb" by default.
+    ///
+    /// # Errors
+    /// As [`value_of`].
+    pub fn is_linear(&self) -> PyResult<bool> {
+        Ok(self.value("color_space", schema::color_space)? == Some(ColorSpace::Linear))
+    }
+
+    /// Returns the arguments with linear colours, for these names and in planes and lights.
+    ///
+    /// # Errors
+    /// [`SceneError`] names the colour that cannot be read.
+    pub fn with_linear_colors(self, names: &[&str], is_linear: bool) -> PyResult<Keywords<'py>> {
+        let made = helpers(self.0.py())?.call_method1("in_linear", (&self.0, names, is_linear))?;
+        Ok(Keywords(made.cast_into()?))
     }
 
     /// The lines of a scene file for what is there of these names.
@@ -154,4 +171,18 @@ pub fn to_python<'py>(py: Python<'py>, all: &impl Serialize) -> Object<'py> {
     let json = serde_json::to_string(all);
     let json = json.map_err(|error| PyValueError::new_err(error.to_string()))?;
     py.import("json")?.call_method1("loads", (json,))
+}
+
+/// Returns the linear colour of a value in TOML, whose floats are encoded in sRGB unless `is_linear`; `subject` names it
+/// in errors.
+///
+/// # Errors
+/// [`SceneError`] for any other value.
+#[pyfunction]
+pub fn linear_color(subject: &str, toml: &str, is_linear: bool) -> PyResult<[f64; 3]> {
+    let names = ["background", "missing_color", "ambient"];
+    let name = names.into_iter().find(|name| subject == *name).unwrap_or("color");
+    let read = if is_linear { schema::color } else { schema::srgb_color };
+    let color = read_value(name, toml, read).map_err(|fault| wrong_argument(subject, &fault))?;
+    Ok(color.0)
 }

@@ -30,6 +30,20 @@ CALLS = {
         "ambient": "0.125",
         "background": "'#20242c'",
         "names": "['sun', None, 'moon']",
+        "color_space": "'linear'",
+    },
+    "replace": {
+        "background": "(0.5, 0.25, 1)",
+        "planes": "[{'point': [0, -1, 0], 'normal': [0, 1, 0], 'color': [0.5, 0, 1, 1]}]",
+        "color_space": "'srgb'",
+    },
+    "Scene by numbers": {
+        "spheres": SPHERES,
+        "color_by": "np.array([1, 2, 4.0])",
+        "colormap": "lambda x: (x, 0.5, 1 - x)",
+        "range": "(1, 3)",
+        "missing_color": "(0.5, 0, 0)",
+        "color_space": "None",
     },
     "Camera": {
         "position": "(0, 1, 6)",
@@ -88,7 +102,12 @@ CALLS = {
 RIGHT = {
     "names": ["{1: 'b'}", "[None] * 3", "{np.int64(2): ''}"],
     "radius": ["0.5", "np.float32(2)", "np.array(1)", "5", "[1, 2, 3]"],
-    "color": ["'#d62728'", "(0, 0.5, 1)", "'tomato'", "np.zeros((3, 3), 'u1')", "np.array([0.5, 0.5, 0.5])"],
+    "color": ["'#d62728'", "(0, 0.5, 1)", "'tomato'", "np.zeros((3, 3), 'u1')", "np.array([0.5, 0.5, 0.5])",
+              "['red', '#d62728', 'Tomato']", "np.array(['red'] * 3)", "np.full((3, 4), 255, 'u1')", "(0, 1, 0.5, 1)", "np.ones((3, 4), 'f4')"],
+    "color_space": ["'srgb'", "None", "np.str_('linear')"],
+    "colormap": ["'magma_r'", "None", "lambda x: 'red'", "lambda x: np.array([x, x, x, 1])"],
+    "range": ["None", "[0, 1e9]", "np.array([0, 1])"],
+    "missing_color": ["'red'", "None", "np.zeros(3, 'u1')", "(0, 0, 0, 1)"],
     "planes": ["[]", "()", "[{'point': np.zeros(3), 'normal': (0, 1, 1), 'color': [0.5, 0.5, 0.5], 'name': 'floor'}]"],
     "lights": ["[]", "[{'position': 'eye', 'shadows': False}]", "[{'position': np.array([4, 6, 3]), 'color': '#ffffff'}]"],
     "sky": ["{'intensity': np.float64(1)}", "{'intensity': 1, 'directions': np.int64(2)}"],
@@ -222,7 +241,8 @@ def case(rng):
 def line(name, given):
     """The case as it is pasted after `import numpy as np, kugelblitz as kb; from fuzz import *`."""
     arguments = ", ".join(f"{key}={value}" for key, value in given.items())
-    of = f"kb.{name}" if name[0].isupper() else f"kb.Scene({SPHERES}).{name}"
+    call = name.partition(" ")[0]
+    of = f"kb.{call}" if call[0].isupper() else f"kb.Scene({SPHERES}).{call}"
     return f"{of}({arguments})"
 
 
@@ -232,6 +252,8 @@ TELL = {
     "judge": lambda judgement: repr(judgement.to_dict()) + str(judgement.wrong.tolist()),
     "Camera.frame": repr,
     "Scene.generate": lambda scene: scene.spheres.tobytes(),
+    "Scene by numbers": lambda scene: scene.colors.tobytes(),
+    "replace": lambda scene: scene.hash(),
 }
 
 

@@ -88,7 +88,7 @@ def test_wrong_arguments_are_named_before_any_work(camera):
     for call, *cases in [
         (
             partial(kd.render, camera=camera, size=SIZE),
-            (dict(field="rgb9"), "rgb9.*rgb8"), (dict(rows=0), "rows"), (dict(camera=None), "camera"),
+            (dict(field="rgb9"), "rgb9.*rgb8"), (dict(rows=0), "rows"),
             (dict(size=(0, 10)), "size"), (dict(size=(-5, 10)), "size"), (dict(size=(10.9, 10)), "size"),
             (dict(crop=(0, 0, 5, 5)), "crop"), (dict(samples=17), "samples"), (dict(device=""), "device"), (dict(sample=2), "sample"),
         ),
@@ -104,6 +104,7 @@ def test_wrong_arguments_are_named_before_any_work(camera):
         ),
     ]:
         refuses(partial(call, cloud(5)), (ValueError, TypeError), *cases)
+    refuses(partial(kd.render, kb.Scene()), ValueError, (dict(size=SIZE), "^camera: .*no spheres"))
 
 
 def test_a_scene_has_its_own_size_and_camera(client, camera):
@@ -111,6 +112,9 @@ def test_a_scene_has_its_own_size_and_camera(client, camera):
     array = kd.render(scene, client=client)
     assert array.shape == (30, 40, 3) and (array.compute() == scene.render().rgb8).all()
     assert kd.frames(scene, [camera], client=client).shape == (1, 30, 40, 3)
+    # Without a camera, all bands are of one that frames the whole picture.
+    array = kd.render(cloud(50), size=(40, 30), rows=10, client=client)
+    assert (array.compute() == cloud(50).render(size=(40, 30)).rgb8).all()
 
 
 def test_bands_are_small(client):

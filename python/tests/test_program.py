@@ -196,6 +196,20 @@ def test_judge_takes_the_conventions_of_others(camera):
     ]:
         assert judge(**there), there
     assert not judge(normal=-exact.normal) and not judge(id=from_0)
+    # What the program words as options, are arguments here.
+    half = np.tan(np.radians(camera.fov / 2))
+    x, y = ((np.arange(n) + 0.5 - n / 2) / (SIZE[1] / 2) * half for n in SIZE)
+    distance = exact.t * np.sqrt(1 + x**2 + y[:, None] ** 2)
+    forward = np.subtract(camera.look_at, camera.position)
+    right = np.cross(forward, camera.up)
+    axes = np.array([axis / np.linalg.norm(axis) for axis in [right, np.cross(right, forward), -forward]])
+    for there, hint in [
+        (dict(id=from_0), "`id_offset=1`"), (dict(id=exact.id[::-1]), "`rows_from_below=True`"),
+        (dict(t=distance), "the arrays given as id, distance"), (dict(id=None, t=np.where(exact.id, exact.t, 7)), "`background=7`"),
+        (dict(normal=exact.normal @ axes.T), '`normal_space="camera"`'), (dict(id=exact.id), None),
+    ]:
+        judgement = judge(**there)
+        assert judgement.hint == hint and (hint is None or f"right with {hint}\n" in str(judgement))
     refuses(
         judge, (ValueError, TypeError),
         (dict(near=1), "near, far"), (dict(near=1, far=1), "near, far"), (dict(scale=0), "scale"),
@@ -239,7 +253,12 @@ def test_generate(run, distribution, tmp_path):
     path = tmp_path / "cloud.npy"
     run("generate", "cloud", "--count=300", f"--distribution={distribution}", "--seed=7", "-o", path)
     made, theirs = kb.Scene.generate(300, distribution, seed=7), np.load(path)
-    assert (made.spheres == theirs[:, :4]).all() and (made.colors == (theirs[:, 4:] if theirs.shape[1] == 7 else 1)).all()
+    # The file has bytes in sRGB.
+    assert (made.spheres == theirs[:, :4]).all() and theirs.shape == (300, 7)
+    ours = kb.Scene(made.spheres, color=made.colors, color_space="linear", camera=made.camera)
+    assert ours.render(size=SIZE).digest() == made.render(size=SIZE).digest()
+    theirs = kb.Scene(theirs[:, :4], color=theirs[:, 4:].astype("u1"), camera=made.camera)
+    assert (theirs.render(size=SIZE).rgb8 == made.replace(lights=None, sky=None, ambient=None, background=None).render(size=SIZE).rgb8).all()
 
 
 @pytest.mark.parametrize("given", [{}, {"view": "iso"}, {"view": "-x", "fov": 30}, {"view": "y", "height": "auto", "up": (0, 0, 1)}])

@@ -74,7 +74,7 @@ def test_wrong_options_change_no_file(tmp_path, camera, ball):
         (dict(epsilon=float("nan"), kernel="stable"), "epsilon"),
         (dict(device=""), "device"),
     )
-    refuses(ball.render, ValueError, ({}, "camera"))
+    refuses(kb.Scene().render, ValueError, ({}, "camera"))
     nobody = dict(camera=camera, device="nobody's card")
     for call, given in [(ball.render, {}), (ball.verify, dict(kernel="all")), (ball.explain, dict(pixel=(1, 1)))]:
         refuses(call, kb.NoAdapterError, (nobody | given, "nobody's card"))

@@ -41,8 +41,8 @@ def test_arguments_are_the_keys_of_a_scene_file():
     camera, cloud = known("camera = { KEY }"), known("spheres = [{ KEY }]")
     assert list(inspect.signature(kb.Camera).parameters) == camera
     for call, keys in [
-        (kb.Camera.frame, {*camera} - {"position"}), (kb.Scene.open, {*cloud} - {"file", "missing_color"}),
-        (kb.Scene, {*cloud} - {"file", "columns", "frame"}),
+        (kb.Camera.frame, {*camera} - {"position"}), (kb.Scene.open, {*cloud} - {"file", "format"}),
+        (kb.Scene, {*cloud} - {"file", "format", "columns", "header", "missing", "frame"}),
     ]:
         assert keys <= inspect.signature(call).parameters.keys()
 

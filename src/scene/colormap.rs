@@ -1,13 +1,17 @@
 //! Colour maps: 256 colours along a range of numbers.
 
+use std::sync::Arc;
+
 use super::Color;
 
 /// A colour map, forwards or backwards: 256 colours of 8-bit sRGB, the same on every machine; viridis by default.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ColorMap {
     /// The place of the map in [`MAPS`].
     place: usize,
     is_reversed: bool,
+    /// The colours of a map that is not in [`MAPS`].
+    custom: Option<Arc<[[u8; 3]; ColorMap::LEN]>>,
 }
 
 /// Where the colours come from.
@@ -56,16 +60,32 @@ impl ColorMap {
         let base = forwards.unwrap_or(&name);
         let base = if base == "gray" { "grey" } else { base };
         let place = ColorMap::names().position(|known| known == base)?;
-        Some(ColorMap { place, is_reversed: forwards.is_some() })
+        Some(ColorMap { place, is_reversed: forwards.is_some(), custom: None })
     }
 
-    /// The name, from which [`ColorMap::from_name`] gives the map again.
-    pub fn name(self) -> String {
-        format!("{}{}", MAPS[self.place].0, if self.is_reversed { "_r" } else { "" })
+    /// Creates a map of these colours, 8-bit sRGB, from the low end to the high one. It has no name in a scene file.
+    pub fn from_srgb8(colors: [[u8; 3]; ColorMap::LEN]) -> ColorMap {
+        ColorMap { custom: Some(Arc::new(colors)), ..ColorMap::default() }
+    }
+
+    /// Returns the name, from which [`ColorMap::from_name`] gives the map again; `None` for
+    /// [`ColorMap::from_srgb8`].
+    pub fn known_name(&self) -> Option<String> {
+        let known =
+            || format!("{}{}", MAPS[self.place].0, if self.is_reversed { "_r" } else { "" });
+        self.custom.is_none().then(known)
+    }
+
+    /// Returns the name, or "custom".
+    pub fn name(&self) -> String {
+        self.known_name().unwrap_or("custom".into())
     }
 
     /// The colours from the low end to the high one, 8-bit sRGB.
-    pub fn srgb8(self) -> [[u8; 3]; ColorMap::LEN] {
+    pub fn srgb8(&self) -> [[u8; 3]; ColorMap::LEN] {
+        if let Some(colors) = &self.custom {
+            return **colors;
+        }
         let color = |i| match MAPS[self.place].1 {
             Base::Gradient(gradient) => gradient.eval_rational(i, ColorMap::LEN).as_array(),
             Base::CoolWarm => cool_warm(i as f64 / (ColorMap::LEN - 1) as f64),
@@ -79,7 +99,7 @@ impl ColorMap {
     }
 
     /// The colours from the low end to the high one.
-    pub(super) fn colors(self) -> [Color; ColorMap::LEN] {
+    pub(super) fn colors(&self) -> [Color; ColorMap::LEN] {
         self.srgb8().map(Color::from_srgb8)
     }
 }
@@ -145,9 +165,19 @@ mod tests {
         }
         assert_eq!(ColorMap::from_name("gray"), ColorMap::from_name("grey"));
         assert_eq!(ColorMap::from_name("viridis"), Some(ColorMap::default()));
-        for wrong in ["", "_r", "viridis_r_r", "jet"] {
+        for wrong in ["", "_r", "viridis_r_r", "jet", "custom"] {
             assert_eq!(ColorMap::from_name(wrong), None, "{wrong}");
         }
+    }
+
+    #[test]
+    fn colours_of_a_user_are_a_map_without_a_known_name() {
+        let colors = std::array::from_fn(|i| [i as u8, 255 - i as u8, 40]);
+        let map = ColorMap::from_srgb8(colors);
+        assert_eq!(map.srgb8(), colors);
+        assert_eq!((map.known_name(), &*map.name()), (None, "custom"));
+        assert_eq!(map, ColorMap::from_srgb8(colors));
+        assert_ne!(map, ColorMap::default());
     }
 
     /// Values that the maps' authors publish: the ends of viridis and magma, all that makes up

@@ -38,11 +38,11 @@ pub fn help_of(error: &Error) -> String {
     }
 }
 
-/// Returns a setting as an option: `--columns radius=false`.
+/// Returns a setting as an option: `--columns radius=false`, `--rows-from-below`.
 pub fn option(Setting { key, value }: &Setting) -> String {
     let name = format!("--{}", key.replace('_', "-"));
     match value {
-        None => name,
+        None | Some(SettingValue::Present) => name,
         Some(value) => format!("{name} {}", word(value)),
     }
 }
@@ -52,6 +52,7 @@ fn word(value: &SettingValue) -> String {
     let plain = match value {
         SettingValue::Text(text) => text.clone(),
         SettingValue::Number(number) => number.clone(),
+        SettingValue::Present => "true".into(),
         SettingValue::Absent => "false".into(),
         SettingValue::Table(entries) => {
             let entry = |(name, value): &(&str, SettingValue)| match value {

@@ -20,6 +20,7 @@ use serde::Serialize;
 
 use crate::args::{DeviceArgs, SizeArgs, WholeArgs};
 use crate::compare::{begin_picture, write_picture};
+use crate::complain::option;
 use crate::head::{Done, On};
 use crate::options::number;
 use crate::output::shell_quoted;
@@ -172,12 +173,13 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<Done<Summary>> {
         args.scene.shown(),
         ObjectCounts::of(&scene)
     );
-    let words = head + &judged.in_words(&worst);
+    let hint = joined(judged.hint.iter().map(option), " ");
+    let words = head + &judged.in_words(&worst, &hint);
     let summary = Summary {
         on: On::from(session.device()),
         against: args.against.display().to_string(),
         format,
-        judged: judged.summary(worst),
+        judged: judged.summary(worst, &hint),
     };
     Ok(Done::compared(summary, words, file, &judged.broken))
 }

@@ -335,7 +335,7 @@ impl DataArgs {
             columns: Some(columns).filter(|_| !self.columns.is_empty()),
             color_space: self.color_space,
             color_by: self.color_by.clone(),
-            colormap: self.colormap,
+            colormap: self.colormap.clone(),
             range: self.range,
             header: self.header,
             missing: self.missing,

@@ -568,11 +568,11 @@ impl Reading<'_, '_> {
                 *parts = [DVec3::from_array(*parts).length(); 3];
             }
         }
-        let CloudKeys { colormap, range, missing_color, .. } = *self.source.keys;
+        let CloudKeys { colormap, range, missing_color, .. } = self.source.keys;
         let coloring = Coloring::paint(
             layout.color_by.clone(),
-            colormap.unwrap_or_default(),
-            range,
+            colormap.clone().unwrap_or_default(),
+            *range,
             missing_color.unwrap_or(Coloring::MISSING_COLOR),
             &mut self.colors,
         );

@@ -9,7 +9,9 @@ use crate::memory;
 use crate::plain::steers;
 use crate::scene::places::quoted;
 use crate::scene::table::{Checked, Field, read_table};
-use crate::scene::{Color, ColorMap, DataFormat, MAX_SIDE, Samples, Sky, Source, hex};
+use crate::scene::{
+    Color, ColorMap, DataFormat, MAX_SIDE, Samples, Sky, Source, hex, linear_from_srgb,
+};
 use crate::words::joined;
 
 /// How a value is read.
@@ -165,14 +167,24 @@ pub fn data_format(field: &Field) -> Checked<DataFormat> {
 /// A colour: `"#rrggbb"`, a name of CSS, or linear red, green and blue.
 pub fn color(field: &Field) -> Checked<Color> {
     let expected = "\"#rrggbb\" or a name of CSS (sRGB), or [r, g, b] (linear, each from 0 to 1)";
+    read_color(field, expected, "a linear colour", |linear| linear)
+}
+
+/// A colour of a language whose numbers are encoded for display: `"#rrggbb"`, a name of CSS, or red, green and blue in sRGB.
+pub fn srgb_color(field: &Field) -> Checked<Color> {
+    let expected = "\"#rrggbb\", a name of CSS, or [r, g, b], each from 0 to 1";
+    read_color(field, expected, "a colour", linear_from_srgb)
+}
+
+fn read_color(field: &Field, expected: &str, what: &str, linear: fn(f64) -> f64) -> Checked<Color> {
     if let Some(text) = field.value().as_str() {
         return Color::parse(text)
             .ok_or_else(|| field.misspelt("a colour", text, Color::css_names(), expected));
     }
-    let linear = field.numbers(expected)?;
-    match linear.iter().find(|part| !(0.0..=1.0).contains(*part)) {
-        Some(part) => Err(field.wrong(format!("{part:?} in a linear colour"), expected)),
-        None => Ok(Color(linear)),
+    let parts = field.numbers(expected)?;
+    match parts.iter().find(|part| !(0.0..=1.0).contains(*part)) {
+        Some(part) => Err(field.wrong(format!("{part:?} in {what}"), expected)),
+        None => Ok(Color(parts.map(linear))),
     }
 }
 
@@ -431,13 +443,39 @@ pub fn option<T>(read: Reader<T>) -> impl Fn(&str) -> Result<T, String> + Clone 
 /// Reads the TOML value of the key `name`.
 ///
 /// # Errors
-/// What was found, and what was expected; the key is its subject.
+/// What was found, and what was expected; the subject is the key, or a key of the table behind it.
 pub fn read_value<T>(name: &'static str, toml: &str, read: Reader<T>) -> Checked<T> {
     let value =
         DeValue::parse(toml).map_err(|error| SceneError::new(0..0, error.message(), Hint::NONE))?;
     let key = &Key { name, example: "", meaning: "" };
     read(&Field { key, value: &value }).map_err(|mut fault| {
-        fault.subject.key = Some(name);
+        fault.subject.key.get_or_insert(name);
         fault
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_of_floats_are_linear_or_encoded() {
+        let read = |toml: &str, read: Reader<Color>| read_value("color", toml, read);
+        let [encoded, linear] = [srgb_color, color].map(|reader| read("[0.5, 0.0, 1.0]", reader));
+        assert_eq!(encoded.unwrap(), Color([linear_from_srgb(0.5), 0.0, 1.0]));
+        assert_eq!(linear.unwrap(), Color([0.5, 0.0, 1.0]));
+        let byte = format!("[{:?}, 0.0, 1.0]", 128.0 / 255.0);
+        assert_eq!(read(&byte, srgb_color).unwrap(), Color::from_srgb8([128, 0, 255]));
+        for wrong in ["[1.5, 0.0, 0.0]", "[-0.5, 0.0, 0.0]", "[0.0, 0.0]", "\"no colour\""] {
+            let fault = read(wrong, srgb_color).unwrap_err();
+            assert!(!fault.hint.to_string().contains("linear"), "{wrong}: {}", fault.hint);
+        }
+    }
+
+    #[test]
+    fn a_fault_within_a_table_is_about_the_key_there() {
+        use crate::scene::schema::CloudKeys;
+        let fault = read_value::<CloudKeys>("spheres", "{ header = 0 }", table).unwrap_err();
+        assert_eq!(fault.subject.key, Some("header"));
+    }
 }

@@ -1,27 +1,28 @@
 //! Conventions that would make more of the claims right.
 
+use kugelblitz::error::Setting;
 use kugelblitz::words::joined;
 
 use super::{
     Case, CaseErrors, Claims, Conventions, Judged, NormalSide, NormalSpace, Quantity, RayError,
 };
 
-/// The options under which these claims would be far more right, where there are such: results that mean
+/// Returns the settings under which these claims would be far more right; empty if there are none. Results that mean
 /// something else look like gross errors.
-pub(super) fn hint(judged: &Judged) -> Option<String> {
+pub(super) fn hint(judged: &Judged) -> Vec<Setting> {
     let Judged { case, truth, errors, .. } = judged;
     let before = faults(errors);
     // What stays wrong anyway is of another scene.
     let most_wrong = (case.rays.len() as f64 * MOST_WRONG).max(LITTLE[0]);
-    let tried = others(judged).into_iter().filter_map(|(options, conventions)| {
+    let tried = others(judged).into_iter().filter_map(|(settings, conventions)| {
         let claims = Claims::new(case.image.clone(), &conventions, &case.rays).ok()?;
         let found = faults(&case.errors(&claims, truth));
-        (found[0] <= most_wrong && is_far_better(found, before)).then_some((found, options))
+        (found[0] <= most_wrong && is_far_better(found, before)).then_some((found, settings))
     });
     // Fewer ids are wrong, or as many and the rest is less so. Numbers that are not negative are ordered as their bits.
     let best = tried
         .min_by_key(|&([wrong_ids, t, degrees], _)| [wrong_ids, t + degrees].map(f64::to_bits));
-    best.map(|(_, options)| options)
+    best.map(|(_, settings)| settings).unwrap_or_default()
 }
 
 /// The share of ids that may be wrong by the right conventions.
@@ -50,22 +51,22 @@ fn is_far_better(now: Faults, before: Faults) -> bool {
         && pairs().any(|((now, before), little)| before > little && now * MUCH < before)
 }
 
-/// Other conventions, and the options of the command line that say them.
-fn others(judged: &Judged) -> Vec<(String, Conventions)> {
+/// Other conventions, with their settings.
+fn others(judged: &Judged) -> Vec<(Vec<Setting>, Conventions)> {
     let Case { image, claims, .. } = &judged.case;
     let conventions = &claims.conventions;
     let mut others = Vec::new();
-    let mut add = |options: &str, change: &dyn Fn(&mut Conventions)| {
+    let mut add = |settings: &[Setting], change: &dyn Fn(&mut Conventions)| {
         let mut conventions = conventions.clone();
         change(&mut conventions);
-        others.push((options.into(), conventions));
+        others.push((settings.to_vec(), conventions));
     };
     if !image.is_list && !conventions.rows_from_below {
-        add("--rows-from-below", &|c| c.rows_from_below = true);
+        add(&[Setting::on("rows_from_below")], &|c| c.rows_from_below = true);
     }
     if claims.has(Quantity::Id) && conventions.id_offset == 0 {
-        add("--id-offset 1", &|c| c.id_offset = 1);
-        add("--id-offset=-1", &|c| c.id_offset = -1);
+        add(&[Setting::number("id_offset", 1.0)], &|c| c.id_offset = 1);
+        add(&[Setting::number("id_offset", -1.0)], &|c| c.id_offset = -1);
     }
     if claims.has(Quantity::Depth) || claims.has(Quantity::Distance) {
         let other = |quantity| match quantity {
@@ -75,25 +76,27 @@ fn others(judged: &Judged) -> Vec<(String, Conventions)> {
         };
         let quantities: Vec<Quantity> = claims.quantities().map(other).collect();
         let names = joined(quantities.iter().map(|quantity| quantity.name()), ",");
-        add(&format!("--as {names}"), &|c| c.quantities.clone_from(&quantities));
+        add(&[Setting::text("as", names)], &|c| c.quantities.clone_from(&quantities));
     }
     if let Some(background) = common_background(judged)
         && conventions.background.is_none()
     {
-        add(&format!("--background {background}"), &|c| c.background = Some(background));
+        add(&[Setting::number("background", background)], &|c| c.background = Some(background));
     }
     if claims.has(Quantity::Normal) {
         let is_inside = judged.truth.hits.iter().any(|hit| hit.is_back);
         let outward = NormalSide::Outward;
         let camera = NormalSpace::Camera;
+        let normals = |side| Setting::text("normals", side);
+        let in_camera_space = Setting::text("normal_space", "camera");
         if is_inside {
-            add("--normals outward", &|c| c.normal_side = outward);
+            add(&[normals("outward")], &|c| c.normal_side = outward);
         }
-        add("--normals either", &|c| c.normal_side = NormalSide::Either);
+        add(&[normals("either")], &|c| c.normal_side = NormalSide::Either);
         if !image.is_list {
-            add("--normal-space camera", &|c| c.normal_space = camera);
+            add(&[in_camera_space.clone()], &|c| c.normal_space = camera);
             if is_inside {
-                add("--normal-space camera --normals outward", &|c| {
+                add(&[in_camera_space, normals("outward")], &|c| {
                     (c.normal_side, c.normal_space) = (outward, camera);
                 });
             }

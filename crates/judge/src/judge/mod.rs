@@ -20,6 +20,7 @@ pub use words::Finding;
 pub use crate::compare::Allowed;
 use kugelblitz::control::Control;
 use kugelblitz::cost::ObjectCounts;
+use kugelblitz::error::Setting;
 use kugelblitz::memory;
 use kugelblitz::picture::Image;
 use kugelblitz::rays::{Pixels, Rays};
@@ -96,7 +97,7 @@ impl Case {
         session.trace(&self.rays, Wants::default(), control, &mut hits)?;
         let truth = Truth::of_known(session.scene(), &self.rays, &hits.id, control)?;
         let errors = self.errors(&self.claims, &truth);
-        let mut judged = Judged { case: self, truth, errors, broken: Vec::new(), hint: None };
+        let mut judged = Judged { case: self, truth, errors, broken: Vec::new(), hint: Vec::new() };
         judged.broken = judged.broken();
         if !judged.broken.is_empty() {
             judged.hint = hints::hint(&judged);
@@ -147,8 +148,8 @@ pub struct Judged {
     pub errors: CaseErrors,
     /// What is more wrong than it may be, one sentence each.
     pub broken: Vec<String>,
-    /// Options under which far more of it would be right, where there are such.
-    pub hint: Option<String>,
+    /// Settings under which far more of it would be right; empty if there are none.
+    pub hint: Vec<Setting>,
 }
 
 /// What became of a case.
@@ -179,8 +180,8 @@ impl Judged {
         self.case.claims.quantities().map(Quantity::name).collect()
     }
 
-    /// All in numbers, with these findings.
-    pub fn summary(&self, worst: Vec<Finding>) -> JudgeSummary {
+    /// Returns all in numbers, with these findings and the hint as the front end words it.
+    pub fn summary(&self, worst: Vec<Finding>, hint: &str) -> JudgeSummary {
         let (pixels, Case { scene, rays, allowed, .. }) = (self.pixels(), &self.case);
         let [away, silhouettes] = self.errors.classes.clone();
         let is_part = |p: &&Pixels| (p.width, p.height) != (p.image_width, p.image_height);
@@ -194,7 +195,7 @@ impl Judged {
             away,
             silhouettes: pixels.map(|_| silhouettes),
             worst,
-            hint: self.hint.clone(),
+            hint: (!hint.is_empty()).then(|| hint.into()),
             broken: self.broken.clone(),
         }
     }

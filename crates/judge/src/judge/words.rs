@@ -112,8 +112,8 @@ impl Judged {
         Finding { kind: KINDS[kind].0, ray, pixel: rays.pixel(ray), says, exact, explain }
     }
 
-    /// The errors and these findings in lines for people.
-    pub fn in_words(&self, worst: &[Finding]) -> String {
+    /// Returns the errors, these findings and the hint, as the front end words it, in lines for people.
+    pub fn in_words(&self, worst: &[Finding], hint: &str) -> String {
         let mut text = self.table();
         if let Some(lengths) = self.normal_lengths() {
             text += &format!("\nnormals: {}; expected 1\n", length_range(lengths));
@@ -130,8 +130,8 @@ impl Judged {
                 text += &format!("\n{title}:\n{lines}");
             }
         }
-        if let Some(options) = &self.hint {
-            text += &format!("\nfar more of it would be right with {options}\n");
+        if !hint.is_empty() {
+            text += &format!("\nfar more of it would be right with {hint}\n");
         }
         let kept = if self.broken.is_empty() { ": kept" } else { "" };
         text + &format!("\nallowed: {}{kept}\n", self.case.allowed)
