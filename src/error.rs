@@ -315,7 +315,7 @@ const MAX_PATH: usize = 300;
 
 /// Place in data, or key, that an error of the reader is about, with its known parts.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Subject {
+pub struct ErrorSubject {
     /// Data file; `None` for the scene file itself.
     pub file: Option<PathBuf>,
     /// Line of a text file, from 1.
@@ -328,9 +328,9 @@ pub struct Subject {
     pub key: Option<&'static str>,
 }
 
-impl fmt::Display for Subject {
+impl fmt::Display for ErrorSubject {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Subject { file, line, row, column, .. } = self;
+        let ErrorSubject { file, line, row, column, .. } = self;
         let parts = [
             file.as_ref().map(|file| cut(&file.shown(), MAX_PATH).into_owned()),
             line.map(|line| format!("line {line}")),
@@ -357,7 +357,7 @@ pub struct SceneError {
     /// Column of the span's start, characters, from 1; 0 if the error is about the file as a whole.
     pub column: usize,
     /// The data file, line, column and key.
-    pub subject: Subject,
+    pub subject: ErrorSubject,
     /// Offending value, as it was read.
     pub value: Option<String>,
     /// The problem, without its place.

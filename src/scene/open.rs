@@ -43,13 +43,13 @@ impl<'r, 'c> Reader<'r, 'c> {
             if self.only_regular {
                 return Err(not_regular());
             }
-            let stream = Watched { file: system::stdin()?, control };
+            let stream = ProgressReader { file: system::stdin()?, control };
             return Input::new(Box::new(stream), None);
         }
         let file = self.open(path)?;
         let metadata = file.metadata()?;
         let n_bytes = metadata.is_file().then_some(metadata.len());
-        Input::new(Box::new(Watched { file, control }), n_bytes)
+        Input::new(Box::new(ProgressReader { file, control }), n_bytes)
     }
 
     fn open(self, path: &Path) -> io::Result<File> {
@@ -75,12 +75,12 @@ fn not_regular() -> io::Error {
 }
 
 /// A stream that counts the bytes read from it in a [`Control`], and fails once that is cancelled.
-struct Watched<'c, R> {
+struct ProgressReader<'c, R> {
     file: R,
     control: &'c Control,
 }
 
-impl<R: Read> Read for Watched<'_, R> {
+impl<R: Read> Read for ProgressReader<'_, R> {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
         // Not as `ErrorKind::Interrupted`, upon which callers would read again.
         self.control.check().map_err(io::Error::other)?;

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use crate::error::{Hint, SceneError, Subject};
+use crate::error::{ErrorSubject, Hint, SceneError};
 use crate::words::cut;
 
 impl SceneError {
@@ -20,7 +20,7 @@ impl SceneError {
             span,
             line: 0,
             column: 0,
-            subject: Subject::default(),
+            subject: ErrorSubject::default(),
             value: None,
             message: message.into(),
             hint: hint.into(),

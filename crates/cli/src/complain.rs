@@ -184,7 +184,7 @@ fn excerpt(before: &str, behind: &str, n_bytes: usize) -> Line {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use kugelblitz::error::{Hint, Subject};
+    use kugelblitz::error::{ErrorSubject, Hint};
 
     /// `text` has the place between `‹` and `›`, and so have the lines that are expected.
     fn check(text: &str, expected: &str) {
@@ -196,7 +196,7 @@ mod tests {
             span: start..end,
             line: 1 + text[..start].matches('\n').count(),
             column: 1,
-            subject: Subject::default(),
+            subject: ErrorSubject::default(),
             value: None,
             message: String::new(),
             hint: Hint::NONE,

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use kugelblitz::cost::ObjectCounts;
 use kugelblitz::device::Device;
-use kugelblitz::error::Subject;
+use kugelblitz::error::ErrorSubject;
 use kugelblitz::gpu::AdapterFacts;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::Shown;
@@ -131,12 +131,12 @@ struct Failure {
     place: Option<Place>,
     /// Data file, line, column and key of an error.
     #[serde(skip_serializing_if = "Option::is_none")]
-    subject: Option<About>,
+    subject: Option<SubjectSummary>,
 }
 
 /// The data file, line, row, column and key that an error is about, and the value there.
 #[derive(Serialize)]
-struct About {
+struct SubjectSummary {
     file: Option<String>,
     line: Option<u64>,
     row: Option<u64>,
@@ -165,10 +165,10 @@ impl From<&Error> for Failure {
             line: error.line,
             column: error.column,
         });
-        let subject = scene.filter(|error| error.subject != Subject::default()).map(|error| {
-            let Subject { file, line, row, column, key } = error.subject.clone();
+        let subject = scene.filter(|error| error.subject != ErrorSubject::default()).map(|error| {
+            let ErrorSubject { file, line, row, column, key } = error.subject.clone();
             let file = file.map(|file| file.display().to_string());
-            About { file, line, row, column, key, value: error.value.clone() }
+            SubjectSummary { file, line, row, column, key, value: error.value.clone() }
         });
         Failure {
             error: error.to_string(),
@@ -185,7 +185,7 @@ impl From<&Error> for Failure {
 pub fn failed_in_json<C: CommandLine>(error: &Error) {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();
     let has_json = arguments.iter().any(|argument| argument == "--json");
-    // As the value of an option, but for `--rays`, it is an output, and so it is after `new`; otherwise it is an input.
+    // As the value of an option, but for `--rays`, it is an output, also after `new`; otherwise it is an input.
     let is_output = |pair: &[OsString]| {
         let before = pair[0].to_string_lossy();
         pair[1] == "-" && before != "--rays" && (before.starts_with('-') || before == "new")

@@ -40,7 +40,7 @@ use super::table::Checked;
 use super::{
     Cloud, Color, Coloring, MAX_OBJECTS, Scene, Sphere, hex, linear_from_srgb, linear_of_bytes,
 };
-use crate::error::{Error, Hint, Message, Result, SceneError, Setting, Subject};
+use crate::error::{Error, ErrorSubject, Hint, Message, Result, SceneError, Setting};
 use crate::memory::Available;
 use crate::parallel;
 use crate::plain::Shown;
@@ -140,26 +140,26 @@ enum Place {
 
 /// An error in a row, without its place.
 #[derive(Debug)]
-struct Fault {
+struct RowError {
     message: String,
     hint: Hint,
     value: Option<String>,
     column: Option<String>,
 }
 
-impl Fault {
-    fn new(message: impl Into<String>, hint: impl Into<Hint>) -> Fault {
-        Fault { message: message.into(), hint: hint.into(), value: None, column: None }
+impl RowError {
+    fn new(message: impl Into<String>, hint: impl Into<Hint>) -> RowError {
+        RowError { message: message.into(), hint: hint.into(), value: None, column: None }
     }
 
-    fn with_value(self, value: impl Into<String>) -> Fault {
-        Fault { value: Some(value.into()), ..self }
+    fn with_value(self, value: impl Into<String>) -> RowError {
+        RowError { value: Some(value.into()), ..self }
     }
 }
 
-impl From<Problem> for Fault {
-    fn from((message, hint): Problem) -> Fault {
-        Fault::new(message, hint)
+impl From<Problem> for RowError {
+    fn from((message, hint): Problem) -> RowError {
+        RowError::new(message, hint)
     }
 }
 
@@ -196,8 +196,8 @@ impl FileColors {
     }
 }
 
-fn wrong_color(Color([red, green, blue]): Color) -> Fault {
-    Fault::new(
+fn wrong_color(Color([red, green, blue]): Color) -> RowError {
+    RowError::new(
         format!("the colour is ({red:?}, {green:?}, {blue:?})"),
         "red, green and blue are from 0 to 1; or whole numbers from 0 to 255 in all rows",
     )
@@ -223,12 +223,12 @@ impl<'r> CloudFile<'_, 'r> {
     ) -> Box<SceneError> {
         let message = cut(&message.into(), MAX_MESSAGE).into_owned();
         let mut error = SceneError::new(span, message, hint);
-        error.subject = Subject { file: Some(self.path.clone()), ..Subject::default() };
+        error.subject = ErrorSubject { file: Some(self.path.clone()), ..ErrorSubject::default() };
         error
     }
 
-    fn wrong_row(&self, place: Place, fault: Fault) -> Box<SceneError> {
-        let Fault { message, hint, value, column } = fault;
+    fn wrong_row(&self, place: Place, fault: RowError) -> Box<SceneError> {
+        let RowError { message, hint, value, column } = fault;
         let mut error = self.wrong(message, hint);
         match place {
             Place::Line(line) => error.subject.line = Some(line),
@@ -502,7 +502,7 @@ impl Reading<'_, '_> {
         let eye = self.source.before.camera.as_ref().map_or(DVec3::ZERO, |camera| camera.position);
         let file_colors = self.file_colors.as_mut();
         let wrong_color = || file_colors?.see(color, place).then(|| wrong_color(color.color));
-        let mut problem = problem_of(&sphere, eye).map(Fault::from);
+        let mut problem = problem_of(&sphere, eye).map(RowError::from);
         if let Some(fault) = &mut problem
             && !(sphere.center.is_finite() && sphere.radius.is_finite())
         {
@@ -529,7 +529,7 @@ impl Reading<'_, '_> {
         }
         let are_bytes = are_bytes || above_one.is_some();
         if let Some((place, alpha)) = transparent[usize::from(are_bytes)] {
-            let fault = Fault::new(
+            let fault = RowError::new(
                 format!("the alpha is {alpha:?}, but spheres are opaque"),
                 layout.hint_without_alpha(),
             );

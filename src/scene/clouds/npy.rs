@@ -2,7 +2,7 @@
 
 use super::columns::{Header, Layout, Part, put};
 use super::text::FileColor;
-use super::{CloudFile, Fault, Place, Reading};
+use super::{CloudFile, Place, Reading, RowError};
 use crate::error::{Error, Hint, Result, Setting, SettingValue};
 use crate::npy::{self, Array, Cell};
 use crate::plain::Shown;
@@ -106,7 +106,7 @@ pub(super) fn read<'r>(cloud: &mut Reading<'_, 'r>, input: Input<'r>) -> Result<
             "save the colours as red, green, blue; or ignore the column with {}",
             settings,
         );
-        let fault = Fault::new(format!("expected a packed colour, found {value:?}"), hint);
+        let fault = RowError::new(format!("expected a packed colour, found {value:?}"), hint);
         return Err(source
             .wrong_row(Place::Row(row as u64), fault.with_value(value.to_string()))
             .into());

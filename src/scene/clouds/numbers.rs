@@ -1,6 +1,6 @@
 //! Numbers as programs write them into text.
 
-use super::Fault;
+use super::RowError;
 use crate::plain::Shown;
 use crate::scene::places::quoted;
 
@@ -45,7 +45,7 @@ impl Numbers {
         cell: &[u8],
         may_have_comma: impl FnOnce() -> bool,
         line: u64,
-    ) -> Result<Option<f64>, Fault> {
+    ) -> Result<Option<f64>, RowError> {
         let Ok(text) = std::str::from_utf8(cell) else { return Ok(None) };
         if let Ok(number) = text.parse() {
             if self.looks_for_points && text.contains('.') {
@@ -62,7 +62,7 @@ impl Numbers {
         text: &str,
         may_have_comma: bool,
         line: u64,
-    ) -> Result<Option<f64>, Fault> {
+    ) -> Result<Option<f64>, RowError> {
         if let Some(number) = fortran(text).or_else(|| truth(text)) {
             return Ok(Some(number));
         }
@@ -91,7 +91,7 @@ impl Numbers {
         Ok(Some(number))
     }
 
-    fn see(&mut self, mark: Mark) -> Result<(), Fault> {
+    fn see(&mut self, mark: Mark) -> Result<(), RowError> {
         match (&self.mark, &mark) {
             (Mark::Unknown, _) => {
                 self.looks_for_points = matches!(mark, Mark::Comma(..));
@@ -103,7 +103,7 @@ impl Numbers {
                 let message = format!(
                     "two decimal marks in one file: {one:?} in line {first}, {other:?} here"
                 );
-                let fault = Fault::new(message, "write all numbers with the same decimal mark");
+                let fault = RowError::new(message, "write all numbers with the same decimal mark");
                 return Err(fault.with_value(other));
             }
             _ => {}

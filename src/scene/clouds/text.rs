@@ -9,7 +9,7 @@ use super::columns::{Header, Layout, Part, put};
 use super::elements::{self, element};
 use super::numbers::Numbers;
 use super::units::Factor;
-use super::{CloudFile, Fault, Place, Reading};
+use super::{CloudFile, Place, Reading, RowError};
 use crate::error::{Error, Hint, Message, Result, SceneError, Setting};
 use crate::input::MAX_LINE_BYTES;
 use crate::scene::decode::Input;
@@ -158,7 +158,7 @@ pub(super) fn read<'r>(
         if format.is_table && lines.is_empty_or_comment() {
             continue;
         }
-        let fault = |fault: Fault| Error::from(source.wrong_row(Place::Line(line), fault));
+        let fault = |fault: RowError| Error::from(source.wrong_row(Place::Line(line), fault));
         rows.check_length(&lines, format.is_table).map_err(fault)?;
         let read = rows.sphere(&lines, line).map_err(|problem| {
             let is_text_below_header = cloud.spheres.is_empty() && head.header_line.is_some();
@@ -169,7 +169,7 @@ pub(super) fn read<'r>(
                 );
                 Hint::new("{}", [setting]).after(text)
             });
-            fault(Fault { hint: hint.unwrap_or(problem.hint), ..problem })
+            fault(RowError { hint: hint.unwrap_or(problem.hint), ..problem })
         })?;
         cloud.push(read, Place::Line(line))?;
     }
@@ -494,7 +494,7 @@ impl<'h> Rows<'h> {
     }
 
     /// Refuses a row with too few or too many cells.
-    fn check_length(&self, lines: &Lines, is_table: bool) -> Result<(), Fault> {
+    fn check_length(&self, lines: &Lines, is_table: bool) -> Result<(), RowError> {
         let (n_cells, n_names) = (lines.n_cells(), self.head.names.len());
         // Rows may end in a separator.
         let is_open_ended = n_cells == n_names + 1 && lines.cell(n_names).is_empty();
@@ -510,12 +510,12 @@ impl<'h> Rows<'h> {
             true => "write a value for each column; begin a line that is not a row with #",
             false => self.help,
         };
-        Err(Fault::new(message, hint))
+        Err(RowError::new(message, hint))
     }
 
     /// Reads the sphere of a row, and its colour as the file has it: numbers on any scale, or those that a colour map is applied
     /// to.
-    fn sphere(&mut self, lines: &Lines, line: u64) -> Result<(Sphere, FileColor), Fault> {
+    fn sphere(&mut self, lines: &Lines, line: u64) -> Result<(Sphere, FileColor), RowError> {
         let (mut sphere, mut color) = (self.template, FileColor::default());
         for &(column, part, factor) in &self.layout.parts {
             let cell = lines.cell(column);
@@ -567,7 +567,7 @@ impl<'h> Rows<'h> {
         line: u64,
         sphere: &mut Sphere,
         color: &mut FileColor,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), RowError> {
         let symbol = String::from_utf8_lossy(lines.cell(column));
         let [gives_radius, gives_color] = self.of_element;
         let element = element(&symbol).ok_or_else(|| {
@@ -581,7 +581,7 @@ impl<'h> Rows<'h> {
                     Setting::text("color", "steelblue"),
                 ],
             );
-            Fault::new(message, hint).with_value(symbol.as_ref())
+            RowError::new(message, hint).with_value(symbol.as_ref())
         })?;
         if gives_radius {
             sphere.radius = element.radius;
@@ -601,7 +601,7 @@ impl<'h> Rows<'h> {
         Ok(())
     }
 
-    fn no_number(&self, column: usize, part: Part, lines: &Lines) -> Fault {
+    fn no_number(&self, column: usize, part: Part, lines: &Lines) -> RowError {
         let cell = lines.cell(column);
         let text = String::from_utf8_lossy(cell);
         let found = quoted(&text);
@@ -639,7 +639,7 @@ impl<'h> Rows<'h> {
         self.fault_in(column, message, hint, &found)
     }
 
-    fn no_color(&self, column: usize, cell: &[u8]) -> Fault {
+    fn no_color(&self, column: usize, cell: &[u8]) -> RowError {
         let text = String::from_utf8_lossy(cell);
         let found = quoted(&text);
         let name = self.head.names[column].as_str();
@@ -659,9 +659,9 @@ impl<'h> Rows<'h> {
         self.fault_in(column, format!("expected a colour, found {found:?}"), hint, &found)
     }
 
-    fn fault_in(&self, column: usize, message: String, hint: Hint, value: &str) -> Fault {
+    fn fault_in(&self, column: usize, message: String, hint: Hint, value: &str) -> RowError {
         let name = self.head.names.get(column).filter(|_| !self.head.has_places);
-        Fault { column: name.cloned(), ..Fault::new(message, hint) }.with_value(value)
+        RowError { column: name.cloned(), ..RowError::new(message, hint) }.with_value(value)
     }
 
     /// Returns the notes of the rows.
