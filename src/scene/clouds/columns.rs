@@ -128,7 +128,7 @@ const LIKE_COLOR: [&str; 3] = ["color", "colour", "rgb"];
 pub(super) fn have_center(names: &[String]) -> bool {
     let plain: Vec<String> = names.iter().map(|name| name_and_unit(name).0).collect();
     let is_there = |name: &&str| plain.iter().any(|plain| plain == name);
-    CENTERS.iter().any(|names| names.iter().all(|name| is_there(&name)))
+    CENTERS.iter().any(|names| names.iter().all(&is_there))
 }
 
 /// A coordinate: the place of its column, or the number of all spheres.

@@ -325,7 +325,7 @@ fn separator_of(line: &str) -> u8 {
 
 fn is_number_first(line: &str) -> bool {
     let word = line.split([',', ';', '\t', ' ', '"']).find(|word| !word.is_empty());
-    word.is_some_and(|word| super::numbers::is_number(word))
+    word.is_some_and(super::numbers::is_number)
 }
 
 /// Counts the numbers in a line.

@@ -443,7 +443,7 @@ pub fn option<T>(read: Reader<T>) -> impl Fn(&str) -> Result<T, String> + Clone 
 /// Reads the TOML value of the key `name`.
 ///
 /// # Errors
-/// What was found, and what was expected; the subject is the key, or a key of the table that is its value.
+/// Reports the value found and the values expected; the subject is the key, or a key of its table.
 pub fn read_value<T>(name: &'static str, toml: &str, read: Reader<T>) -> Checked<T> {
     let value =
         DeValue::parse(toml).map_err(|error| SceneError::new(0..0, error.message(), Hint::NONE))?;

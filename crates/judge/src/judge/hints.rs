@@ -88,15 +88,15 @@ fn others(judged: &Judged) -> Vec<(Vec<Setting>, Conventions)> {
         let outward = NormalSide::Outward;
         let camera = NormalSpace::Camera;
         let normals = |side| Setting::text("normals", side);
-        let in_camera_space = Setting::text("normal_space", "camera");
+        let in_camera_space = || Setting::text("normal_space", "camera");
         if is_inside {
             add(&[normals("outward")], &|c| c.normal_side = outward);
         }
         add(&[normals("either")], &|c| c.normal_side = NormalSide::Either);
         if !image.is_list {
-            add(&[in_camera_space.clone()], &|c| c.normal_space = camera);
+            add(&[in_camera_space()], &|c| c.normal_space = camera);
             if is_inside {
-                add(&[in_camera_space, normals("outward")], &|c| {
+                add(&[in_camera_space(), normals("outward")], &|c| {
                     (c.normal_side, c.normal_space) = (outward, camera);
                 });
             }
