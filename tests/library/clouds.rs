@@ -42,7 +42,8 @@ fn a_long_array_is_read_as_it_is_written() {
     let rows: Vec<_> = spheres.iter().map(columns).collect();
     let spheres = Spheres::from_iter(spheres);
     for fortran in [false, true] {
-        let scene = folder.cloud("a.npy", npy(&rows, "<f8", fortran), "").unwrap();
+        let bytes = npy(&rows, "<f8", fortran);
+        let scene = folder.cloud("a.npy", bytes, "color_space = \"linear\"").unwrap();
         assert!(scene.spheres == spheres);
         assert_eq!(scene.bytes(), 70_001 * 56);
     }
@@ -132,7 +133,8 @@ fn clouds_come_through_pipes() {
         let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
         assert!(made.success());
         let writer = std::thread::spawn(move || fs::write(pipe, bytes).unwrap());
-        let scene = folder.read(&format!("[[spheres]]\nfile = \"{name}\"\n")).unwrap();
+        let keys = "color_space = \"linear\"";
+        let scene = folder.read(&format!("[[spheres]]\nfile = \"{name}\"\n{keys}\n")).unwrap();
         writer.join().unwrap();
         assert!(scene.spheres == Spheres::from_iter(spheres.clone()), "{name}");
     }

@@ -172,6 +172,8 @@ struct FileColors {
     have_fractions: bool,
     /// Whether their type is bytes.
     are_bytes: bool,
+    /// Whether an alpha is above 1, as the alpha of opaque bytes is.
+    have_alpha_of_bytes: bool,
     /// The first alpha that is not 1, and the first that is not 255.
     transparent: [Option<(Place, f64)>; 2],
 }
@@ -185,6 +187,7 @@ impl FileColors {
         if self.above_one.is_none() && is_any(|part| part > 1.0) {
             self.above_one = Some((place, color));
         }
+        self.have_alpha_of_bytes |= alpha > 1.0;
         if !alpha.is_nan() {
             for (first, opaque) in self.transparent.iter_mut().zip([1.0, 255.0]) {
                 if alpha != opaque && first.is_none() {
@@ -521,13 +524,14 @@ impl Reading<'_, '_> {
             return self.color_by(name, layout).map(Some);
         }
         let Some(colors) = self.file_colors.take() else { return Ok(None) };
-        let FileColors { above_one, have_fractions, are_bytes, transparent } = colors;
+        let FileColors { above_one, have_fractions, are_bytes, have_alpha_of_bytes, transparent } =
+            colors;
         if let Some((place, color)) = above_one
             && have_fractions
         {
             return Err(self.source.wrong_row(place, wrong_color(color)).into());
         }
-        let are_bytes = are_bytes || above_one.is_some();
+        let are_bytes = are_bytes || above_one.is_some() || have_alpha_of_bytes && !have_fractions;
         if let Some((place, alpha)) = transparent[usize::from(are_bytes)] {
             let fault = RowError::new(
                 format!("the alpha is {alpha:?}, but spheres are opaque"),

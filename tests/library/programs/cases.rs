@@ -160,6 +160,7 @@ pub const READABLE: &[Readable] = &[
     reads("pcl_float_rgb.npy", "", GREENS, &[no_radius!("1.0")]),
     reads("rgb.csv", "", GREENS, &[no_radius!("1.0"), BYTES]),
     reads("opaque.csv", "", GREENS, &[BYTES]),
+    reads("dark.csv", "", &["0 0 0 1 #000000", "2 0 0 1 #000100"], &[BYTES]),
     reads("rgba.npy", "", &["0 0 0 1 #ff0000", "2 0 0 1 #ff0000"], &[FLOATS]),
     reads("fields.npy", "", &["0 0 0 1 #2e995f", "2 0 0 0.5 #00ff01"], &[BYTES]),
     reads("colors.npy", "", &["0 0 0 1 #2e995f", "2 0 0 0.5 #00ff00"], &[FLOATS]),
