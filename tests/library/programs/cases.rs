@@ -328,6 +328,7 @@ pub const READABLE: &[Readable] = &[
     reads("r_table.txt", "", UNEQUAL, &[]),
     reads("r_csv.csv", "", UNEQUAL, &[]),
     reads("pandas_index.csv", "", UNEQUAL, &[]),
+    reads("pandas_index.tsv", "", UNEQUAL, &[]),
     reads("trailing.csv", "", UNEQUAL, &[]),
     reads("dem.csv", "", UNEQUAL, &[]),
     reads("fortran.dat", "", EQUAL, &[]),
