@@ -86,7 +86,7 @@ fn head(lines: &mut Lines) -> Result<Option<Head>> {
     let line = lines.n_read;
     let header_separator = separator.unwrap_or_else(|| separator_of(&first));
     let is_quoted = first.starts_with('"');
-    lines.put_back(first.into_bytes());
+    lines.repeat();
     lines.row(header_separator, true)?;
     let names = with_units(lines.cells(), header_separator);
     let header = Named { line, separator: header_separator, names, is_quoted };

@@ -314,6 +314,11 @@ impl<'a, 'r> Lines<'a, 'r> {
         (self.line, self.is_next) = (line, true);
     }
 
+    /// Makes the current line the next one again, with the white space around it.
+    pub fn repeat(&mut self) {
+        self.is_next = true;
+    }
+
     /// Returns a cell of the next row, which stays the next one; `None` if there is no such cell.
     fn peek_cell(&mut self, head: &Head, column: usize) -> Result<Option<String>> {
         if head.n_rows.0 == 0 || self.row(head.separator, false)?.is_none() {

@@ -328,6 +328,7 @@ pub const READABLE: &[Readable] = &[
     reads("r_table.txt", "", UNEQUAL, &[]),
     reads("r_csv.csv", "", UNEQUAL, &[]),
     reads("pandas_index.csv", "", UNEQUAL, &[]),
+    reads("pandas_index.tsv", "", UNEQUAL, &[]),
     reads("trailing.csv", "", UNEQUAL, &[]),
     reads("dem.csv", "", UNEQUAL, &[]),
     reads("fortran.dat", "", EQUAL, &[]),
@@ -392,6 +393,7 @@ pub const READABLE: &[Readable] = &[
 ];
 
 const ROW: &str = "write a value for each column, numbers as 1.5 or 2e-3";
+const CELLS: &str = "write a value for each column; begin a line that is not a row with #";
 const TABLE: &str = "the first line names the columns: x, y, z, and optionally r or radius, and red, green, blue (0 to 1, or 0 to 255) \
                      or color (\"#rrggbb\"), with commas, semicolons, tabs or spaces between them";
 const XYZ: &str = "the first line of an .xyz file is the number of atoms, the second a comment, and each further line an atom: its \
@@ -400,7 +402,18 @@ const DUMP: &str = "a LAMMPS dump in text has for each step the lines ITEM: TIME
                     and ITEM: ATOMS with the names of columns, x, y and z among them";
 const ARRAY: &str = "save an array of numbers of shape (N, 3): x, y, z; (N, 4): with r; (N, 7): with r, red, green, blue; or a \
                      structured array with fields of these names";
-const FLOAT_ARRAY: &str = "save floats of up to 64 bits, integers or bool, for example `numpy.save(file, array.astype(float))`";
+/// The command that saves an array as floats.
+macro_rules! save_floats {
+    ($name:literal) => {
+        concat!(
+            "save floats of up to 64 bits: `python3 -c \"import numpy; numpy.save('",
+            $name,
+            "-new.npy', numpy.load('",
+            $name,
+            ".npy').astype(float))\"`"
+        )
+    };
+}
 const SKIP: &str = "leave out such rows with `missing = \"skip\"`";
 const LABELS: &str = "to draw all labels alike, give `columns = { element = false }`; or give `radius = 1` and `color = \"steelblue\"`";
 const SCALES: &str =
@@ -414,8 +427,8 @@ pub const REFUSED: &[Refused] = &[
         "units_unknown.csv",
         "",
         ["column diameter [mm]", "mm"],
-        "its unit cannot be converted to that of `x [px]`",
-        "write a unit of length after both names in the file, for example `x [mm]`",
+        "its unit cannot be converted to the unit of `x [px]`",
+        "convert one of them in the file, so that both have the same unit",
         Edit("px", "mm", &["0 0 0 2 #8fb4d9", "5 0 0 1 #8fb4d9"]),
     ),
     refuses(
@@ -423,15 +436,15 @@ pub const REFUSED: &[Refused] = &[
         "",
         ["column r [mm]", "mm"],
         "it has a unit, but `x` has none",
-        "write a unit of length after both names in the file, for example `x [mm]`",
+        "write the unit of `x` into the file, for example `x [mm]`",
         Edit("x,", "x [mm],", &["0 0 0 4 #8fb4d9", "5 0 0 2 #8fb4d9"]),
     ),
     refuses(
         "units_h_one_side.csv",
         "",
         ["column r [kpc]", "kpc"],
-        "its unit cannot be converted to that of `x [Mpc/h]`",
-        "write a unit of length after both names in the file, for example `x [kpc]`",
+        "its unit cannot be converted to the unit of `x [Mpc/h]`",
+        "convert one of them in the file, so that both have the same unit",
         Edit("Mpc/h", "kpc", &["0.5 0 0 250 #8fb4d9", "1.5 0 0 125 #8fb4d9"]),
     ),
     // Decimal marks.
@@ -546,7 +559,7 @@ pub const REFUSED: &[Refused] = &[
         "hex.csv",
         "color = \"red\"",
         ["key color", ""],
-        "the file has a color for each sphere, but `color` is given as well",
+        "the file has a colour for each sphere, but `color` is given as well",
         "remove `color`, or ignore the file's with `columns = { color = false }`",
         Settings(&["0 0 0 1 #ff0000", "2 0 0 1 #00ff00"]),
     ),
@@ -751,7 +764,7 @@ pub const REFUSED: &[Refused] = &[
         "",
         ["line 3", ""],
         "expected 4 values, one for each column, found 3",
-        ROW,
+        CELLS,
         Edit("2,0,0", "2,0,0,0.5", UNEQUAL),
     ),
     refuses(
@@ -965,7 +978,7 @@ pub const REFUSED: &[Refused] = &[
         "",
         ["", ""],
         "expected numbers of shape (N, 3), (N, 4) or (N, 7), found the type '<c16'",
-        FLOAT_ARRAY,
+        save_floats!("complex"),
         Elsewhere,
     ),
     refuses(
@@ -973,7 +986,7 @@ pub const REFUSED: &[Refused] = &[
         "",
         ["", ""],
         "expected numbers of shape (N, 3), (N, 4) or (N, 7), found the type '<f16'",
-        FLOAT_ARRAY,
+        save_floats!("float128"),
         Elsewhere,
     ),
     refuses(
@@ -981,7 +994,7 @@ pub const REFUSED: &[Refused] = &[
         "",
         ["", ""],
         "expected numbers of shape (N, 3), (N, 4) or (N, 7), found the type '<U2'",
-        FLOAT_ARRAY,
+        save_floats!("text"),
         Elsewhere,
     ),
     refuses(
@@ -989,7 +1002,8 @@ pub const REFUSED: &[Refused] = &[
         "",
         ["", ""],
         "expected numbers of shape (N, 3), (N, 4) or (N, 7), found the type '|O'",
-        "it holds Python objects; save numbers: `numpy.save(file, array.astype(float))`",
+        "it holds Python objects; if you trust the file, save numbers: `python3 -c \"import numpy; numpy.save('object-new.npy', \
+         numpy.load('object.npy', allow_pickle=True).astype(float))\"`",
         Elsewhere,
     ),
     refuses(

@@ -35,7 +35,11 @@ pub const FOREIGN: [(&str, &str, &str); 36] = [
     ("nacl.cif", "a CIF file", ASE),
     ("POSCAR", "a POSCAR file of VASP", "ase convert -i vasp IN OUT.xyz"),
     ("lammps.data", "a LAMMPS data file", LAMMPS_DATA),
-    ("sphere.data", "a LAMMPS data file", LAMMPS_DATA),
+    (
+        "sphere.data",
+        "a LAMMPS data file",
+        "(echo x y z r; awk '/^[A-Z]/{a=/^Atoms/} a&&NF>6{print $5,$6,$7,$3/2}' IN) > OUT.csv",
+    ),
     ("lammps_atom.bin", "a binary LAMMPS dump", "binary2txt IN"),
     ("lammps_custom.bin", "a binary LAMMPS dump", "binary2txt IN"),
     (
@@ -46,7 +50,11 @@ pub const FOREIGN: [(&str, &str, &str); 36] = [
     ("lammps.yaml", "a LAMMPS dump in YAML", "dump custom"),
     ("points.las", "a LAS point cloud", LAS),
     ("points.laz", "a LAS point cloud", LAS),
-    ("points.npz", "an .npz archive of NumPy arrays", "unzip IN NAME.npy"),
+    (
+        "points.npz",
+        "an .npz archive of NumPy arrays",
+        "python3 -c \"import numpy; a = numpy.load('IN'); numpy.save('OUT.npy', a[a.files[0]])\"",
+    ),
     ("points.h5", "an HDF5 file", HDF5),
     (
         "points.parquet",
@@ -61,13 +69,18 @@ pub const FOREIGN: [(&str, &str, &str); 36] = [
     (
         "matlab_5.mat",
         "a MATLAB file",
-        "python3 -c \"import numpy, scipy.io; numpy.save('OUT.npy', scipy.io.loadmat('IN')['NAME'])\"",
+        "python3 -c \"import numpy, scipy.io; m = scipy.io.loadmat('IN'); numpy.save('OUT.npy', next(m[k] for k in m if \
+         k[0] != '_'))\"",
+    ),
+    (
+        "points.feather",
+        "a Feather file",
+        "python3 -c \"import pandas; pandas.read_feather('IN').to_csv('OUT.csv', index=False)\"",
     ),
     ("table.csv.bz2", "a file compressed with bzip2", "bunzip2 -k IN"),
     ("table.csv.xz", "a file compressed with xz", "xz -dk IN"),
     ("table.csv.zst", "a file compressed with zstd", "zstd -d IN"),
     // Without advice of their own.
-    ("points.feather", "binary data", ""),
     ("points.gsd", "binary data", ""),
     ("points.pkl", "binary data", ""),
     ("matlab_4.mat", "binary data", ""),
@@ -93,7 +106,7 @@ fn foreign_files_are_named_with_the_command_that_converts_them() {
             let [message, hint] = refused_as(file, name);
             let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
             // A shell needs quotes around spaces; Python's texts have theirs.
-            let is_quoted = command.contains("'IN'") || !name.contains(' ');
+            let is_quoted = command.contains("('IN'") || !name.contains(' ');
             let [name_there, stem] =
                 [name, stem].map(|text| if is_quoted { text.into() } else { format!("'{text}'") });
             let filled = command.split("IN").map(|part| part.replace("OUT", &stem));

@@ -162,9 +162,17 @@ impl Form {
                 form.header = HeaderForm::Plain;
             }
         }
+        let is_comment = matches!(form.header, HeaderForm::Hash | HeaderForm::Slashes);
+        if form.row_names == RowNames::Unnamed && is_comment && form.separator == '\t' {
+            // A tab after the mark of a comment is white space.
+            form.row_names = RowNames::Words;
+        }
         if form.row_names == RowNames::WithoutCell {
-            // One cell more than names is a separator at the end or a row name, not both.
+            // One cell more than names is a separator at the end or a row name, not both; R quotes names.
             form.ends_in_separator = false;
+            if form.quotes == Quotes::None {
+                form.quotes = Quotes::Names;
+            }
         }
         form
     }
@@ -216,6 +224,10 @@ impl Form {
             let mut cells = Vec::new();
             match self.row_names {
                 RowNames::Words => cells.push(format!("p{at}")),
+                // R quotes them, whatever else is quoted.
+                RowNames::WithoutCell if self.quotes != Quotes::All => {
+                    cells.push(format!("\"{}\"", at + 1));
+                }
                 RowNames::Unnamed | RowNames::WithoutCell => cells.push((at + 1).to_string()),
                 RowNames::None => {}
             }
