@@ -54,6 +54,9 @@ fn cannot_read(path: &Path, error: &io::Error) -> Error {
         io::ErrorKind::NotFound => {
             "check the path; built-in scenes such as `figure1` need no file, and `kugelblitz new scene.toml` writes one to start from"
         }
+        io::ErrorKind::InvalidInput | io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidData => {
+            "the file may be damaged; copy or save it again"
+        }
         _ => "give the path of a scene (TOML) or of data",
     };
     SceneError::whole_file(path, format!("cannot read it: {error}"), help).into()

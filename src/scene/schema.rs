@@ -176,7 +176,7 @@ section! {
         color_space: ColorSpace, color_space = "\"linear\"", "Colour space of colours in the file: srgb (default) or linear.";
         columns: ColumnKeys, table = "{ radius = \"R\" }", "Names of columns, if they are not known ones.";
         header: u32, header = "3", "Line that names the columns of a table, from 1; the first one by default.";
-        missing: Missing, missing = "\"skip\"", "Leaves out rows without a coordinate or a radius.";
+        missing: MissingRows, missing = "\"skip\"", "Leaves out rows without a coordinate or a radius.";
         color_by: String, column = "\"speed\"", "Column that a colour map is applied to.";
         colormap: ColorMap, colormap = "\"viridis\"", "Colour map; viridis by default.";
         range: [f64; 2], range = "[0.0, 2.5]",

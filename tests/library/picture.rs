@@ -445,8 +445,8 @@ fn what_does_not_fit_is_refused() {
 
         let transparent = with_alpha(EIGHT);
         if format == Format::Ppm {
-            let message = begin(transparent).err().unwrap().to_string();
-            assert!(message.contains(".png, .exr or .npy"), "{message}");
+            let hint = begin(transparent).err().unwrap().hint().to_string();
+            assert!(hint.contains(".png, .exr or .npy"), "{hint}");
             continue;
         }
         let mut short = made.clone();

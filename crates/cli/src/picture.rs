@@ -11,8 +11,8 @@ use kugelblitz::error::{Message, Setting};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::{Shown, plain_json};
 use kugelblitz::scene::schema::{
-    self, CameraKeys, CloudKeys, ColorSpace, ColumnKeys, LightKeys, Missing, SkyKeys, Value as _,
-    option, read_value,
+    self, CameraKeys, CloudKeys, ColorSpace, ColumnKeys, LightKeys, MissingRows, SkyKeys,
+    Value as _, option, read_value,
 };
 use kugelblitz::scene::{
     Cloud, Color, ColorMap, Composed, Framing, InputFormat, Samples, Scene, SceneOverrides,
@@ -150,7 +150,7 @@ pub struct DataArgs {
     pub header: Option<u32>,
     /// Treatment of rows without a coordinate or a radius: skip leaves them out [default: an error]
     #[arg(long, value_name = "WHAT", value_parser = option(schema::missing))]
-    pub missing: Option<Missing>,
+    pub missing: Option<MissingRows>,
     /// Frame of a file of several, from 0; -1 is the last one [default: 0]
     #[arg(long, value_name = "N", value_parser = option(schema::frame), allow_negative_numbers = true)]
     pub frame: Option<i32>,

@@ -21,7 +21,7 @@ pub(super) const FORMAT: TextFormat = TextFormat {
 const MAX_LINES_OF_TEXT: usize = 20;
 
 /// A line that names columns.
-struct Named {
+struct HeaderLine {
     line: u64,
     separator: u8,
     names: Vec<String>,
@@ -35,7 +35,7 @@ fn head(lines: &mut Lines) -> Result<Option<Head>> {
     let source = lines.source;
     let chosen = source.keys.header.map(u64::from);
     let mut separator = None;
-    let mut comments: Vec<Named> = Vec::new();
+    let mut comments: Vec<HeaderLine> = Vec::new();
     let first = loop {
         let Some(text) = lines.text()? else { break None };
         let line = lines.n_read;
@@ -45,10 +45,10 @@ fn head(lines: &mut Lines) -> Result<Option<Head>> {
         if let Some(mark) = excel_separator(&text) {
             separator = Some(mark);
         } else if chosen.is_some() {
-            let header = Named::new(line, &text, separator);
+            let header = HeaderLine::new(line, &text, separator);
             return with_rows(lines, header, None).map(Some);
         } else if is_comment(text.as_bytes()) {
-            comments.push(Named::new(line, &text, separator));
+            comments.push(HeaderLine::new(line, &text, separator));
         } else if !text.is_empty() {
             break Some(text);
         }
@@ -89,15 +89,15 @@ fn head(lines: &mut Lines) -> Result<Option<Head>> {
     lines.repeat();
     lines.row(header_separator, true)?;
     let names = with_units(lines.cells(), header_separator);
-    let header = Named { line, separator: header_separator, names, is_quoted };
+    let header = HeaderLine { line, separator: header_separator, names, is_quoted };
     if !have_center(&header.names) && !names_center {
         refuse_lines_above_header(lines, &header, separator)?;
     }
     with_rows(lines, header, None).map(Some)
 }
 
-impl Named {
-    fn new(line: u64, text: &str, separator: Option<u8>) -> Named {
+impl HeaderLine {
+    fn new(line: u64, text: &str, separator: Option<u8>) -> HeaderLine {
         let marks: &[char] =
             if text.starts_with("//") { &['/', ' ', '\t'] } else { &['#', ' ', '\t'] };
         let is_marked = is_comment(text.as_bytes());
@@ -105,24 +105,24 @@ impl Named {
         // yade writes `#format x_y_z_r`.
         if let Some(names) = text.strip_prefix("format ").filter(|_| is_marked) {
             let names = names.trim().split('_').map(String::from).collect();
-            return Named { line, separator: b' ', names, is_quoted: false };
+            return HeaderLine { line, separator: b' ', names, is_quoted: false };
         }
         let separator = separator.unwrap_or_else(|| separator_of(text));
         let names = with_units(cells_of(text, separator), separator);
-        Named { line, separator, names, is_quoted: text.starts_with('"') }
+        HeaderLine { line, separator, names, is_quoted: text.starts_with('"') }
     }
 }
 
 /// Refuses a file with other lines above the header; the error names the header's line.
 fn refuse_lines_above_header(
     lines: &mut Lines,
-    first: &Named,
+    first: &HeaderLine,
     separator: Option<u8>,
 ) -> Result<()> {
     let mut skipped = Vec::new();
     for _ in 0..MAX_LINES_OF_TEXT {
         let Some(text) = lines.text()? else { break };
-        let below = Named::new(lines.n_read, &text, separator);
+        let below = HeaderLine::new(lines.n_read, &text, separator);
         if have_center(&below.names) {
             let message =
                 format!("expected names of columns, found {:?}", quoted(&first.names.join(", ")));
@@ -142,8 +142,8 @@ fn refuse_lines_above_header(
 }
 
 /// Returns the head of a table with this header. `first` is the first row, if it was read.
-fn with_rows(lines: &mut Lines, header: Named, first: Option<String>) -> Result<Head> {
-    let Named { line, separator, mut names, is_quoted } = header;
+fn with_rows(lines: &mut Lines, header: HeaderLine, first: Option<String>) -> Result<Head> {
+    let HeaderLine { line, separator, mut names, is_quoted } = header;
     let is_chosen = lines.source.keys.header.is_some();
     let mut notes = Vec::new();
     let mut first = match first {

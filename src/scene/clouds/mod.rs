@@ -33,7 +33,7 @@ use glam::DVec3;
 use super::decode::Input;
 use super::open::Reader;
 use super::places::quoted;
-use super::schema::{CloudKeys, ColorSpace, Missing, Section};
+use super::schema::{CloudKeys, ColorSpace, MissingRows, Section};
 use super::sniff::{Content, DataFormat, recognize};
 use super::spheres::{Problem, problem_of};
 use super::table::Checked;
@@ -386,7 +386,7 @@ impl Reading<'_, '_> {
 
     /// Whether rows without a coordinate or a radius are left out.
     fn skips_missing(&self) -> bool {
-        self.source.keys.missing == Some(Missing::Skip)
+        self.source.keys.missing == Some(MissingRows::Skip)
     }
 
     /// Returns a sphere with the radius of all, or with 0; stores the colour of all. A key that the file makes superfluous is

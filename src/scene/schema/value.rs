@@ -110,7 +110,7 @@ pub enum ColorSpace {
 
 /// Treatment of rows without a coordinate or a radius.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Missing {
+pub enum MissingRows {
     /// They are left out.
     Skip,
 }
@@ -126,8 +126,8 @@ impl Named for ColorSpace {
         &[("srgb", ColorSpace::Srgb), ("linear", ColorSpace::Linear)];
 }
 
-impl Named for Missing {
-    const NAMES: &'static [(&'static str, Missing)] = &[("skip", Missing::Skip)];
+impl Named for MissingRows {
+    const NAMES: &'static [(&'static str, MissingRows)] = &[("skip", MissingRows::Skip)];
 }
 
 impl Named for DataFormat {
@@ -155,7 +155,7 @@ pub fn color_space(field: &Field) -> Checked<ColorSpace> {
 }
 
 /// Treatment of rows with missing numbers, by its name.
-pub fn missing(field: &Field) -> Checked<Missing> {
+pub fn missing(field: &Field) -> Checked<MissingRows> {
     named(field, "a treatment of missing numbers")
 }
 
@@ -355,7 +355,7 @@ macro_rules! written_by_name {
     )*};
 }
 
-written_by_name!(ColorSpace, DataFormat, Missing);
+written_by_name!(ColorSpace, DataFormat, MissingRows);
 
 impl Value for DVec3 {
     fn toml(&self) -> String {
