@@ -72,7 +72,9 @@ impl Cell {
         // Relative coordinates from z on: for a restricted box, each depends only on those after it.
         let offset = position - self.origin;
         let scaled_z = if is_scaled[2] { position.z } else { offset.z / c.z };
-        let scaled_y = if is_scaled[1] { position.y } else { (offset.y - scaled_z * c.y) / b.y };
+        // Without tilt, a box may have no height.
+        let tilt = if c.y == 0.0 { 0.0 } else { scaled_z * c.y };
+        let scaled_y = if is_scaled[1] { position.y } else { (offset.y - tilt) / b.y };
         let scaled_x = position.x;
         let sum = |axis: usize| {
             // Edges that are axes are added alone, so that a box without tilt rounds as one without angles.
@@ -175,7 +177,22 @@ pub(super) fn read<'r>(
     }
     rows.notes().into_iter().for_each(|note| cloud.note(note));
     if !format.is_table && source.keys.frame.is_none() {
-        let n_frames = 1 + count_frames(&mut lines, format, &head)?;
+        let (n_more, end) = count_frames(&mut lines, format)?;
+        let n_frames = 1 + n_more;
+        match end {
+            End::Whole => {}
+            End::Cut => cloud.note("the last frame is cut off, and not counted"),
+            End::Invalid(mut error) => {
+                if n_more == 0 {
+                    let (n_rows, line) = head.n_rows;
+                    error.message = format!(
+                        "expected the end of the file or another frame after the {n_rows} atoms that line {line} gives"
+                    );
+                    error.hint = "correct the number of atoms in that line".into();
+                }
+                return Err(error.into());
+            }
+        }
         if n_frames > 1 && head.n_rows.0 == 0 {
             let message = format!("frame 0 of {n_frames} has no atoms");
             let hint = Hint::new(
@@ -194,7 +211,7 @@ pub(super) fn read<'r>(
     Ok(rows.layout)
 }
 
-/// Counts all frames, and returns the one that the scene counts from the last one.
+/// Counts all frames, and returns the one that the scene counts from the last whole one.
 fn frame_from_start(lines: &mut Lines, format: &TextFormat) -> Result<u32> {
     let source = lines.source;
     if !lines.is_regular {
@@ -205,35 +222,39 @@ fn frame_from_start(lines: &mut Lines, format: &TextFormat) -> Result<u32> {
         let message = "frames can be counted from the last one only in a regular file";
         return Err(source.wrong_at(source.keys.span("frame"), message, hint).into());
     }
-    let mut n_frames = 0;
-    while let Some(head) = (format.head)(lines)? {
-        head.skip_rows(lines)?;
-        n_frames += 1;
+    let (n_frames, end) = count_frames(lines, format)?;
+    if let End::Invalid(error) = end {
+        return Err(error.into());
     }
     let from_start = i64::from(n_frames) + i64::from(source.frame());
     u32::try_from(from_start).map_err(|_| source.no_such_frame(n_frames))
 }
 
-/// Counts the frames after the first one.
-fn count_frames(lines: &mut Lines, format: &TextFormat, first: &Head) -> Result<u32> {
+/// The end of the frames of a file.
+enum End {
+    /// Every frame is whole.
+    Whole,
+    /// The last frame is cut off: a simulation may still be writing it.
+    Cut,
+    /// Something else follows the last whole frame.
+    Invalid(Box<SceneError>),
+}
+
+/// Counts the whole frames that follow.
+fn count_frames(lines: &mut Lines, format: &TextFormat) -> Result<(u32, End)> {
     let mut n_frames = 0;
     loop {
-        match (format.head)(lines) {
-            Ok(None) => return Ok(n_frames),
-            Ok(Some(head)) => head.skip_rows(lines)?,
-            Err(Error::Scene(error)) if n_frames == 0 => {
-                let (n_rows, line) = first.n_rows;
-                let message = format!(
-                    "expected the end of the file or another frame after the {n_rows} atoms that line {line} gives"
-                );
-                let mut error = *error;
-                (error.message, error.hint) =
-                    (message, "correct the number of atoms in that line".into());
-                return Err(Box::new(error).into());
+        let head = (format.head)(lines);
+        let next = head.and_then(|head| head.map(|head| head.skip_rows(lines)).transpose());
+        match next {
+            Ok(None) => return Ok((n_frames, End::Whole)),
+            Ok(Some(())) => n_frames += 1,
+            Err(Error::Scene(error)) => {
+                let is_cut = lines.next()?.is_none();
+                return Ok((n_frames, if is_cut { End::Cut } else { End::Invalid(error) }));
             }
             Err(error) => return Err(error),
         }
-        n_frames += 1;
     }
 }
 
@@ -763,5 +784,8 @@ mod tests {
             }));
             assert_eq!(cell.unscale(given, is_scaled), position, "{is_scaled:?}");
         }
+        let flat = Cell { edges: [DVec3::X * 4.0, DVec3::new(1.0, 5.0, 0.0), DVec3::ZERO], ..cell };
+        let given = DVec3::new(0.25, 4.5, 3.0);
+        assert_eq!(flat.unscale(given, [true, false, false]), DVec3::new(2.5, 4.5, 3.0));
     }
 }
