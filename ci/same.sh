@@ -15,7 +15,7 @@
 # A program before `color_space` reads colours of floats as linear, so OLD gets scenes without that key, and NEW gets them with
 # `color_space = "linear"`.
 set -euo pipefail
-[ $# -eq 2 ] || { sed -n '2,14s/^# \?//p' "$0" >&2; exit 2; }
+[ $# -eq 2 ] || { sed -n '2,17s/^# \?//p' "$0" >&2; exit 2; }
 scenes=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)/scenes
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
