@@ -21,6 +21,7 @@ use crate::control::Control;
 use crate::error::{Error, Hint, Message, Result, SceneError, Setting, wrong_usage};
 use crate::output::OutputFile;
 use crate::plain::Shown;
+use crate::words::joined;
 
 /// A scene as it was put together.
 #[derive(Debug)]
@@ -218,7 +219,16 @@ fn choose(
         0 | 1 => "",
         _ => ", half the median distance between neighbours",
     };
-    let text = format!("the data have no radius: each sphere gets {radius:?}{reason}");
+    let unused: Vec<&String> =
+        scene.clouds.iter().flat_map(|cloud| &cloud.unused_columns).collect();
+    let columns = match unused.len() {
+        0 => String::new(),
+        _ => {
+            format!(" (columns not used: {})", joined(unused.iter().map(|name| name.shown()), ", "))
+        }
+    };
+    let text =
+        format!("no column is known as the radius{columns}: each sphere gets {radius:?}{reason}");
     Some(Message::new(text, Hint::new("{} gives another one", [Setting::named("radius")])))
 }
 

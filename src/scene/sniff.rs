@@ -172,11 +172,13 @@ pub(super) fn recognize(head: &[u8], path: &Path) -> Content {
     if first.starts_with("ITEM:") {
         return Content::Data(DataFormat::Lammps);
     }
-    // A count of atoms; a comment; atoms. A table of one number would be of no use.
-    if is_count(first) && n_numbers(text.lines().nth(2).unwrap_or_default()) >= 3 {
+    let n_numbers_in = |line| n_numbers(text.lines().nth(line).unwrap_or_default());
+    let by_name = DataFormat::of_name(path);
+    // A count of atoms; a comment; atoms. Without the comment, it is a table below the number of its rows.
+    let has_comment = n_numbers_in(1) < 3 || by_name == Some(DataFormat::Xyz);
+    if is_count(first) && n_numbers_in(2) >= 3 && has_comment {
         return Content::Data(DataFormat::Xyz);
     }
-    let by_name = DataFormat::of_name(path);
     if let Some(format @ (DataFormat::Xyz | DataFormat::Lammps)) = by_name
         && is_count(first)
     {

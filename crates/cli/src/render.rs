@@ -90,6 +90,7 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         .transpose()?;
 
     let is_lit = begun.scene.is_lit() && shown.is_none();
+    let shows_nothing = rendered.hits == 0;
     let drawn = Drawn::new(&rendered, making, Some(begun.read), run.start.elapsed(), is_lit);
     let summary = Traced {
         work: Work::new(&session, Some(([pixels.width, pixels.height], begun.n_samples))),
@@ -104,6 +105,13 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     let times = format!("note: {}", summary.drawn.ms.in_words());
     let mut done = Done::with_file(summary, begun.beside, file, &line);
     done.said.extend(lines);
+    if shows_nothing {
+        // A pixel's centre may miss what its samples hit.
+        done.said.push(
+            "note: no object is at the centre of a pixel: objects may be too small, or not in view"
+                .into(),
+        );
+    }
     done.said.extend(run.talk.verbose.then_some(times));
     Ok(done)
 }

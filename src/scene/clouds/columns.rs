@@ -121,8 +121,9 @@ const COLORS: [[&str; 4]; 11] = [
 const WHOLE_COLORS: [&str; 5] = ["color", "colour", "colors", "rgb", "rgba"];
 const ELEMENTS: [&str; 3] = ["element", "species", "symbol"];
 /// Parts of names that are probably a radius or a colour.
-const LIKE_RADIUS: [&str; 3] = ["radius", "radii", "diameter"];
-const LIKE_COLOR: [&str; 3] = ["color", "colour", "rgb"];
+const LIKE_RADIUS: [&str; 7] =
+    ["radius", "radii", "diameter", "rvir", "r_vir", "durchmesser", "rayon"];
+const LIKE_COLOR: [&str; 4] = ["color", "colour", "rgb", "farbe"];
 
 /// Whether these names contain three coordinates.
 pub(super) fn have_center(names: &[String]) -> bool {
@@ -422,6 +423,24 @@ impl<'f> Finder<'f, '_> {
                 }),
             };
         }
+        for (axis, other) in [(0, 1), (0, 2), (1, 2)] {
+            if let (Coordinate::Column(one), Coordinate::Column(two)) =
+                (center[axis], center[other])
+                && one == two
+            {
+                let keys = ["x", "y", "z"];
+                let message = format!("`{}` and `{}` are the same column", keys[axis], keys[other]);
+                let zero = Setting::column(keys[other], SettingValue::Number("0.0".into()));
+                let hint = Hint::new(
+                    "to give all spheres one coordinate, write {}, with a decimal point",
+                    [zero],
+                );
+                return Err(self
+                    .source
+                    .wrong_at(self.columns.span(keys[other]), message, hint)
+                    .into());
+            }
+        }
         Ok(center)
     }
 
@@ -555,7 +574,8 @@ impl<'f> Finder<'f, '_> {
         else {
             return Ok(None);
         };
-        let is_diameter = name.to_lowercase().contains("diam");
+        let is_diameter =
+            ["diam", "durchmesser"].iter().any(|word| name.to_lowercase().contains(word));
         let key = if is_diameter { "diameter" } else { "radius" };
         Err(self.unread(name, key, key).into())
     }

@@ -2,10 +2,10 @@
 
 use super::columns::have_center;
 use super::text::{Head, Lines, TextFormat, is_comment};
-use super::units::Unit;
+use super::units::{Unit, name_and_unit};
 use crate::error::{Hint, Result, Setting, SettingValue};
 use crate::scene::places::quoted;
-use crate::scene::schema::{ColumnKeys, Section};
+use crate::scene::schema::{ColumnChoice, ColumnKeys, Section};
 use crate::scene::sniff::DataFormat;
 
 pub(super) const FORMAT: TextFormat = TextFormat {
@@ -50,7 +50,7 @@ fn head(lines: &mut Lines) -> Result<Option<Head>> {
         } else if is_comment(text.as_bytes()) {
             comments.push(HeaderLine::new(line, &text, separator));
         } else if !text.is_empty() {
-            break Some(text);
+            break Some(lines.whole_text());
         }
     };
     if let Some(chosen) = chosen {
@@ -72,11 +72,18 @@ fn head(lines: &mut Lines) -> Result<Option<Head>> {
     };
     // Rows below a comment that names columns may begin with a label.
     if is_number_first(&first) || named.is_some() && n_numbers(&first) > 2 {
-        // CloudCompare writes the number of points below its header.
-        if named.is_some() && first.bytes().all(|byte| byte.is_ascii_digit()) {
-            first = lines.text()?.unwrap_or_default();
+        // CloudCompare and programs in Fortran write the number of points above the rows.
+        if first.trim().bytes().all(|byte| byte.is_ascii_digit())
+            && let Some(row) = next_row(lines)?
+        {
+            first = row;
         }
-        return match comment.filter(|_| named.is_some() || names_center) {
+        // A comment of other words is no header.
+        let names_chosen = |comment: &HeaderLine| {
+            let columns = source.keys.columns.as_ref();
+            names_center && columns.is_some_and(|columns| has_chosen(columns, &comment.names))
+        };
+        return match comment.filter(|comment| named.is_some() || names_chosen(comment)) {
             Some(comment) => with_rows(lines, comment, Some(first)),
             None => without_header(lines, &first, separator),
         }
@@ -186,7 +193,7 @@ fn with_rows(lines: &mut Lines, header: HeaderLine, first: Option<String>) -> Re
             names.pop();
         }
         is_text = n_numbers(&first) == 0;
-        lines.put_back(first.into_bytes());
+        lines.repeat();
     }
     let header_line = (is_text && !is_chosen).then_some(line);
     Ok(Head {
@@ -212,12 +219,29 @@ fn without_header(lines: &mut Lines, first: &str, separator: Option<u8>) -> Resu
     let is_points = DataFormat::of_name(&source.path) == Some(DataFormat::Xyz) && n > 2;
     if !names_center(source.keys.columns.as_ref()) {
         if !is_points {
-            let place = |(part, place)| (part, SettingValue::Number(String::from(place)));
-            let places = [("x", "0"), ("y", "1"), ("z", "2")].map(place).to_vec();
-            let setting = Setting { key: "columns", value: Some(SettingValue::Table(places)) };
-            let hint =
-                Hint::new("add a header, or name columns by their place, from 0: {}", [setting]);
-            let message = format!("expected names of columns, found numbers: {:?}", quoted(first));
+            let places = |z: &str, radius: Option<&str>| {
+                let coordinates =
+                    [("x", Some("0")), ("y", Some("1")), ("z", Some(z)), ("radius", radius)];
+                let entry = |(part, place): (&'static str, Option<&str>)| {
+                    Some((part, SettingValue::Number(place?.into())))
+                };
+                let entries = coordinates.into_iter().filter_map(entry).collect();
+                Setting { key: "columns", value: Some(SettingValue::Table(entries)) }
+            };
+            let hint = match n {
+                0..=2 => {
+                    Hint::new("name columns by their place, from 0: {}", [places("0.0", None)])
+                }
+                3 => Hint::new("name columns by their place, from 0: {}", [places("2", None)]),
+                _ => Hint::new(
+                    "name columns by their place, from 0: {}; or {} if the fourth is the radius",
+                    [places("2", None), places("2", Some("3"))],
+                ),
+            };
+            let message = format!(
+                "the table has no line with names of columns, and begins with {:?}",
+                quoted(first.trim())
+            );
             return Err(source.wrong(message, hint).at_line(lines.n_read).into());
         }
         for (name, axis) in names.iter_mut().zip(["x", "y", "z"]) {
@@ -228,7 +252,7 @@ fn without_header(lines: &mut Lines, first: &str, separator: Option<u8>) -> Resu
             "no number of atoms in the first line: read as a table of x, y, z{rest}"
         ));
     }
-    lines.put_back(first.as_bytes().to_vec());
+    lines.repeat();
     Ok(Head {
         n_rows: (usize::MAX, 0),
         names,
@@ -241,16 +265,27 @@ fn without_header(lines: &mut Lines, first: &str, separator: Option<u8>) -> Resu
     })
 }
 
+/// Whether the coordinates that the scene names are among these names.
+fn has_chosen(columns: &ColumnKeys, names: &[String]) -> bool {
+    let has =
+        |name: &str| names.iter().any(|other| name_and_unit(other).0 == name_and_unit(name).0);
+    let ColumnKeys { x, y, z, .. } = columns;
+    [x, y, z].into_iter().flatten().all(|choice| match choice {
+        ColumnChoice::Named(name) => has(name),
+        _ => true,
+    })
+}
+
 /// Whether the scene names a column for a coordinate.
 fn names_center(columns: Option<&ColumnKeys>) -> bool {
     columns.is_some_and(|ColumnKeys { x, y, z, .. }| x.is_some() || y.is_some() || z.is_some())
 }
 
-/// Reads the next line that is neither empty nor a comment.
+/// Reads the next line that is neither empty nor a comment, with the white space around its cells: tabs separate cells.
 fn next_row(lines: &mut Lines) -> Result<Option<String>> {
     while let Some(text) = lines.text()? {
         if !text.is_empty() && !is_comment(text.as_bytes()) {
-            return Ok(Some(text));
+            return Ok(Some(lines.whole_text()));
         }
     }
     Ok(None)

@@ -24,9 +24,11 @@ static ELEMENTS: LazyLock<HashMap<[u8; 2], Element>> = LazyLock::new(|| {
     TABLE.lines().filter_map(element).collect()
 });
 
-/// The element of a symbol in any case: `Cl`, `CL` and `cl` are chlorine.
+/// Returns the element of a symbol in any case: `Cl`, `CL` and `cl` are chlorine. A number and a charge after it are left out:
+/// `C1` is carbon, `Na+` is sodium.
 pub(super) fn element(symbol: &str) -> Option<Element> {
-    ELEMENTS.get(&key(symbol)?).copied()
+    let symbol = symbol.trim_end_matches(['+', '-']).trim_end_matches(|c: char| c.is_ascii_digit());
+    ELEMENTS.get(&key(symbol.trim_end_matches(['+', '-']))?).copied()
 }
 
 /// Whether the label of a file's first atom shows that the others are elements: a number is a type, not an element.
@@ -78,6 +80,10 @@ mod tests {
     #[test]
     fn each_line_is_an_element_of_its_own() {
         assert_eq!((TABLE.lines().count(), ELEMENTS.len()), (93, 93));
+        for (label, symbol) in [("C1", "C"), ("Na+", "Na"), ("Fe3+", "Fe"), ("Cl-1", "Cl")] {
+            assert_eq!(element(label).unwrap().radius, element(symbol).unwrap().radius, "{label}");
+        }
+        assert!(["", "1", "+", "OW", "XX"].into_iter().all(|label| element(label).is_none()));
         let gold = element("AU").unwrap();
         assert_eq!((gold.radius, gold.color), (2.32, Color::from_srgb8([0xff, 0xd1, 0x23])));
     }

@@ -64,7 +64,7 @@ fn head(lines: &mut Lines) -> Result<Option<Head>> {
                 has_places: false,
                 header_line: None,
                 cell,
-                notes: vec!["its box is left out".into()],
+                notes: vec!["the box is not drawn".into()],
             }));
         } else {
             // The time, the units: a line.

@@ -407,6 +407,9 @@ impl Reading<'_, '_> {
             self.chosen.radius = usual.radius.filter(|_| lacks_radius);
             self.chosen.color = usual.color.filter(|_| lacks_color);
         }
+        if element_gives_radius {
+            self.note("radii are the van der Waals radii of the elements, in ångström");
+        }
         let center = columns::constant_center(layout.constants);
         let radius = match element_gives_radius {
             true => None,
@@ -509,6 +512,11 @@ impl Reading<'_, '_> {
         if let Some(fault) = &mut problem
             && !(sphere.center.is_finite() && sphere.radius.is_finite())
         {
+            let Sphere { center, radius } = sphere;
+            fault.message = match center.is_finite() {
+                true => format!("expected a finite radius, found {radius:?}"),
+                false => format!("expected finite coordinates, found {:?}", center.to_array()),
+            };
             fault.hint =
                 Hint::new("leave out such rows with {}", [Setting::text("missing", "skip")]);
         }

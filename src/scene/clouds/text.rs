@@ -1,5 +1,6 @@
 //! Data in text: a head that names the columns, then rows of cells, each of them a sphere.
 
+use std::borrow::Cow;
 use std::io::{BufRead, BufReader, Read};
 use std::ops::Range;
 
@@ -150,6 +151,8 @@ pub(super) fn read<'r>(
     let sphere = cloud.template(&layout)?;
     let mut rows = Rows::new(layout, sphere, &head, format.row_help, cloud);
 
+    // Two empty lines separate blocks, as gnuplot has them.
+    let (mut n_empty, mut has_blocks) = (0, false);
     for n_read in 0..head.n_rows.0 {
         let Some(line) = lines.row(head.separator, format.is_table)? else {
             if !format.is_table {
@@ -158,8 +161,11 @@ pub(super) fn read<'r>(
             break;
         };
         if format.is_table && lines.is_empty_or_comment() {
+            n_empty = if lines.is_empty() { n_empty + 1 } else { n_empty };
             continue;
         }
+        has_blocks |= n_empty > 1 && !cloud.spheres.is_empty();
+        n_empty = 0;
         let fault = |fault: RowError| Error::from(source.wrong_row(Place::Line(line), fault));
         rows.check_length(&lines, format.is_table).map_err(fault)?;
         let read = rows.sphere(&lines, line).map_err(|problem| {
@@ -176,6 +182,9 @@ pub(super) fn read<'r>(
         cloud.push(read, Place::Line(line))?;
     }
     rows.notes().into_iter().for_each(|note| cloud.note(note));
+    if has_blocks {
+        cloud.note("empty lines separate blocks of rows, which are drawn together");
+    }
     if !format.is_table && source.keys.frame.is_none() {
         let (n_more, end) = count_frames(&mut lines, format)?;
         let n_frames = 1 + n_more;
@@ -204,7 +213,7 @@ pub(super) fn read<'r>(
         if n_frames > 1 {
             let text = format!("frame 0 of {}", count(n_frames as usize, "frame"));
             let setting = Setting::number("frame", -1.0);
-            let hint = Hint::new("choose another with {} (the last one)", [setting]);
+            let hint = Hint::new("choose another one, for example the last one with {}", [setting]);
             cloud.note(Message::new(text, hint));
         }
     }
@@ -327,7 +336,12 @@ impl<'a, 'r> Lines<'a, 'r> {
 
     /// Reads the next line as text, without white space around it.
     pub fn text(&mut self) -> Result<Option<String>> {
-        Ok(self.next()?.map(|line| String::from_utf8_lossy(line).trim().to_owned()))
+        Ok(self.next()?.map(|line| text_of(line).trim().to_owned()))
+    }
+
+    /// Returns the current line as text, without its line end.
+    pub fn whole_text(&self) -> String {
+        text_of(&self.line).trim_end_matches(['\n', '\r']).to_owned()
     }
 
     /// Makes this the next line, instead of the current one.
@@ -345,8 +359,7 @@ impl<'a, 'r> Lines<'a, 'r> {
         if head.n_rows.0 == 0 || self.row(head.separator, false)?.is_none() {
             return Ok(None);
         }
-        let label =
-            self.cells.get(column).map(|_| String::from_utf8_lossy(self.cell(column)).into_owned());
+        let label = self.cells.get(column).map(|_| text_of(self.cell(column)).into_owned());
         self.is_next = true;
         Ok(label)
     }
@@ -406,6 +419,11 @@ impl<'a, 'r> Lines<'a, 'r> {
         Ok(Some(number))
     }
 
+    /// Whether the current line is empty.
+    pub fn is_empty(&self) -> bool {
+        self.line.trim_ascii().is_empty()
+    }
+
     /// Whether the current line is empty or a comment.
     pub fn is_empty_or_comment(&self) -> bool {
         let line = self.line.trim_ascii();
@@ -421,7 +439,7 @@ impl<'a, 'r> Lines<'a, 'r> {
     pub fn cells(&self) -> Vec<String> {
         let text = |place: &Range<usize>| {
             let cell = self.line[place.clone()].trim_ascii();
-            let text = String::from_utf8_lossy(unquoted(cell));
+            let text = text_of(unquoted(cell));
             let is_quoted = cell.starts_with(b"\"");
             let text = if is_quoted { text.replace("\"\"", "\"") } else { text.into_owned() };
             text.trim().to_owned()
@@ -452,6 +470,14 @@ impl<'a, 'r> Lines<'a, 'r> {
         let found = quoted(text);
         let error = self.source.wrong(format!("{expected}, found {found:?}"), self.help);
         error.at_line(self.n_read).with_value(found)
+    }
+}
+
+/// Returns bytes as text: UTF-8, or else Latin-1, as spreadsheets write it.
+pub(super) fn text_of(bytes: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.into(),
+        Err(_) => bytes.iter().copied().map(char::from).collect::<String>().into(),
     }
 }
 
@@ -594,11 +620,12 @@ impl<'h> Rows<'h> {
         sphere: &mut Sphere,
         color: &mut FileColor,
     ) -> Result<(), RowError> {
-        let symbol = String::from_utf8_lossy(lines.cell(column));
+        let symbol = text_of(lines.cell(column));
         let [gives_radius, gives_color] = self.of_element;
         let element = element(&symbol).ok_or_else(|| {
             let what = if gives_radius { "radius" } else { "colour" };
-            let message = format!("no {what} is known for an element {:?}", quoted(&symbol));
+            let message =
+                format!("the label {:?} is no element with a known {what}", quoted(&symbol));
             let hint = Hint::new(
                 "to draw all labels alike, give {}; or give {} and {}",
                 [
@@ -629,7 +656,7 @@ impl<'h> Rows<'h> {
 
     fn no_number(&self, column: usize, part: Part, lines: &Lines) -> RowError {
         let cell = lines.cell(column);
-        let text = String::from_utf8_lossy(cell);
+        let text = text_of(cell);
         let found = quoted(&text);
         let is_word = found.chars().any(char::is_alphabetic);
         let hint = match part {

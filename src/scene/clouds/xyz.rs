@@ -43,7 +43,7 @@ fn head(lines: &mut Lines) -> Result<Option<Head>> {
             (names, format!("Properties= in line {line}"))
         }
     };
-    let notes = value_of(&comment, "lattice").map(|_| "its box (Lattice) is left out".into());
+    let notes = value_of(&comment, "lattice").map(|_| "the box (Lattice) is not drawn".into());
     Ok(Some(Head {
         n_rows,
         names,

@@ -65,7 +65,7 @@ const fn refuses(
 macro_rules! no_radius {
     ($radius:literal) => {
         concat!(
-            "the data have no radius: each sphere gets ",
+            "no column is known as the radius",
             $radius,
             ", half the median distance between neighbours; `radius` gives another one"
         )
@@ -81,7 +81,7 @@ macro_rules! commas {
 
 const BYTES: &str = "its colours are whole numbers up to 255, read as sRGB";
 const FLOATS: &str = "its colours are numbers up to 1, read as sRGB; `color_space = \"linear\"` reads them as linear";
-const BOX: &str = "its box is left out";
+const BOX: &str = "the box is not drawn";
 
 /// Two spheres of two common colours.
 const GREENS: &[&str] = &["0 0 0 1 #2e995f", "2 0 0 1 #00ff01"];
@@ -238,7 +238,7 @@ pub const READABLE: &[Readable] = &[
         "lattice.extxyz",
         "",
         &["1 2 3 0.5 #ff6600", "-1.5 0.25 0.004 2 #000000"],
-        &["its box (Lattice) is left out", FLOATS],
+        &["the box (Lattice) is not drawn", FLOATS],
     ),
     reads(
         "protein.xyz",
@@ -293,7 +293,7 @@ pub const READABLE: &[Readable] = &[
         "trajectory.xyz",
         "",
         &["0 0 0 1.5 #ff0d0d", "0 1 0 1.2 #ffffff"],
-        &["frame 0 of 3 frames; choose another with `frame = -1` (the last one)"],
+        &["frame 0 of 3 frames; choose another one, for example the last one with `frame = -1`"],
     ),
     reads("trajectory.xyz", "frame = 0", &["0 0 0 1.5 #ff0d0d", "0 1 0 1.2 #ffffff"], &[]),
     reads("trajectory.xyz", "frame = -1", &["2 0 0 1.5 #ff0d0d", "2 1 0 1.2 #ffffff"], &[]),
@@ -303,7 +303,10 @@ pub const READABLE: &[Readable] = &[
         "trajectory.lammpstrj",
         "",
         &["0 0 0 1.5 #ff0d0d", "0 1 0 1.2 #ffffff"],
-        &[BOX, "frame 0 of 3 frames; choose another with `frame = -1` (the last one)"],
+        &[
+            BOX,
+            "frame 0 of 3 frames; choose another one, for example the last one with `frame = -1`",
+        ],
     ),
     reads(
         "trajectory.lammpstrj",
@@ -796,7 +799,7 @@ pub const REFUSED: &[Refused] = &[
         "nan_row.csv",
         "",
         ["line 3", ""],
-        "not all numbers are finite: centre (NaN, NaN, NaN), radius 1.0",
+        "expected finite coordinates, found [NaN, NaN, NaN]",
         SKIP,
         Settings(EQUAL),
     ),
@@ -804,7 +807,7 @@ pub const REFUSED: &[Refused] = &[
         "nan.npy",
         "",
         ["row 1", ""],
-        "not all numbers are finite: centre (NaN, 0.0, 0.0), radius 1.0",
+        "expected finite coordinates, found [NaN, 0.0, 0.0]",
         SKIP,
         Settings(EQUAL),
     ),
@@ -812,7 +815,7 @@ pub const REFUSED: &[Refused] = &[
         "inf.csv",
         "",
         ["line 3", ""],
-        "not all numbers are finite: centre (inf, 0.0, 0.0), radius 1.0",
+        "expected finite coordinates, found [inf, 0.0, 0.0]",
         SKIP,
         Settings(&["0 0 0 1 #8fb4d9"]),
     ),
@@ -837,7 +840,7 @@ pub const REFUSED: &[Refused] = &[
         "protein.xyz",
         "",
         ["line 5", "OXT"],
-        "no radius is known for an element \"OXT\"",
+        "the label \"OXT\" is no element with a known radius",
         LABELS,
         Settings(&["0 0 0 0.559 #8fb4d9", "1.5 0 0 0.559 #8fb4d9", "2 1 0 0.559 #8fb4d9"]),
     ),
@@ -845,7 +848,7 @@ pub const REFUSED: &[Refused] = &[
         "polonium.xyz",
         "",
         ["line 3", "Po"],
-        "no radius is known for an element \"Po\"",
+        "the label \"Po\" is no element with a known radius",
         LABELS,
         Settings(&["0 0 0 1.5 #8fb4d9", "3 0 0 1.5 #8fb4d9"]),
     ),
@@ -853,7 +856,7 @@ pub const REFUSED: &[Refused] = &[
         "mixed_labels.xyz",
         "",
         ["line 4", "1"],
-        "no radius is known for an element \"1\"",
+        "the label \"1\" is no element with a known radius",
         LABELS,
         Settings(&["0 0 0 1.5 #8fb4d9", "3 0 0 1.5 #8fb4d9"]),
     ),
