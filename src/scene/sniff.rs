@@ -172,11 +172,14 @@ pub(super) fn recognize(head: &[u8], path: &Path) -> Content {
     if first.starts_with("ITEM:") {
         return Content::Data(DataFormat::Lammps);
     }
-    let n_numbers_in = |line| n_numbers(text.lines().nth(line).unwrap_or_default());
     let by_name = DataFormat::of_name(path);
-    // A count of atoms; a comment; atoms. Without the comment, it is a table below the number of its rows.
-    let has_comment = n_numbers_in(1) < 3 || by_name == Some(DataFormat::Xyz);
-    if is_count(first) && n_numbers_in(2) >= 3 && has_comment {
+    // A count of atoms; a comment; atoms. Two rows of as many numbers are a table below the number of its rows.
+    let line = |at| text.lines().nth(at).unwrap_or_default();
+    let n_cells =
+        |at| line(at).split([',', ';', '\t', ' ']).filter(|cell| !cell.is_empty()).count();
+    let are_rows = n_numbers(line(1)) == n_cells(2) && n_numbers(line(2)) == n_cells(2);
+    let has_comment = !are_rows || by_name == Some(DataFormat::Xyz);
+    if is_count(first) && n_numbers(line(2)) >= 3 && has_comment {
         return Content::Data(DataFormat::Xyz);
     }
     if let Some(format @ (DataFormat::Xyz | DataFormat::Lammps)) = by_name

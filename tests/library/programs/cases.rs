@@ -65,7 +65,16 @@ const fn refuses(
 macro_rules! no_radius {
     ($radius:literal) => {
         concat!(
-            "no column is known as the radius",
+            "no column is known as the radius: each sphere gets ",
+            $radius,
+            ", half the median distance between neighbours; `radius` gives another one"
+        )
+    };
+    ($radius:literal, $unused:literal) => {
+        concat!(
+            "no column is known as the radius (columns not used: ",
+            $unused,
+            "): each sphere gets ",
             $radius,
             ", half the median distance between neighbours; `radius` gives another one"
         )
@@ -81,6 +90,7 @@ macro_rules! commas {
 
 const BYTES: &str = "its colours are whole numbers up to 255, read as sRGB";
 const FLOATS: &str = "its colours are numbers up to 1, read as sRGB; `color_space = \"linear\"` reads them as linear";
+const ELEMENTS: &str = "radii are the van der Waals radii of the elements, in ångström";
 const BOX: &str = "the box is not drawn";
 
 /// Two spheres of two common colours.
@@ -325,6 +335,21 @@ pub const READABLE: &[Readable] = &[
     reads("yade_attrs.txt", "", UNEQUAL, &[]),
     reads("yade_comment.txt", "", UNEQUAL, &[]),
     reads("savetxt.csv", "", EQUAL, &[]),
+    reads("savetxt_text.txt", "columns = { x = 0, y = 1, z = 2, radius = 3 }", EQUAL, &[]),
+    reads("counted_rows.txt", "columns = { x = 0, y = 1, z = 2, radius = 3 }", EQUAL, &[]),
+    reads("latin1.csv", "columns = { radius = \"Größe\" }", EQUAL, &[]),
+    reads(
+        "blocks.txt",
+        "",
+        EQUAL,
+        &["empty lines separate blocks of rows, which are drawn together"],
+    ),
+    reads(
+        "ions.xyz",
+        "",
+        &["0 0 0 2.5 #ab5cf2", "5 0 0 1.77 #909090", "0 5 0 1.82 #1ff01f"],
+        &[ELEMENTS],
+    ),
     reads("footer.txt", "", EQUAL, &[]),
     reads("comments.dat", "", UNEQUAL, &[]),
     reads("labels_below_comment.dat", "", UNEQUAL, &[]),
@@ -679,6 +704,22 @@ pub const REFUSED: &[Refused] = &[
         "the header has no column `x`, only \"<!DOCTYPE, html>\"",
         TABLE,
         Elsewhere,
+    ),
+    refuses(
+        "halos.csv",
+        "",
+        ["column Rvir(kpc/h)", ""],
+        "the column may be the radius, but its name is not a known one",
+        "to use it, give `columns = { radius = \"Rvir(kpc/h)\" }`; to ignore it, `columns = { radius = false }`",
+        Settings(EQUAL),
+    ),
+    refuses(
+        "savetxt_text.txt",
+        "columns = { x = 0, y = 1, z = 0, radius = 3 }",
+        ["", ""],
+        "`x` and `z` are the same column",
+        "to give all spheres one coordinate, write `columns = { z = 0.0 }`, with a decimal point",
+        Settings(EQUAL),
     ),
     refuses(
         "twod.csv",
