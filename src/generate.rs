@@ -68,7 +68,7 @@ pub const MAX_COUNT: u64 = MAX_OBJECTS as u64;
 /// [`Error::Usage`] for a count that can't be; [`Error::Io`] and [`Error::Interrupted`].
 pub fn write_cloud(file: &mut OutputFile, recipe: &Recipe, control: &Control) -> Result<()> {
     recipe.check()?;
-    let in_bytes = |(sphere, color): (Sphere, Color)| (sphere, color.to_srgb8().map(f64::from));
+    let in_bytes = |(sphere, bytes): (Sphere, [u8; 3])| (sphere, bytes.map(f64::from));
     write_rows(file, recipe.count as usize, recipe.rows().map(in_bytes), control)
 }
 
@@ -122,13 +122,17 @@ impl Recipe {
             if index % (1 << 14) == 0 {
                 control.check()?;
             }
-            spheres.push(sphere, color);
+            spheres.push(sphere, Color::from_srgb8(color));
         }
         Ok(Scene { camera: Some(self.camera()), spheres, ..Scene::default() })
     }
 
-    /// The spheres, and perhaps more behind them.
-    fn rows(&self) -> Box<dyn Iterator<Item = (Sphere, Color)>> {
+    /// Returns the spheres with their colours as bytes in sRGB, and possibly more than are needed.
+    fn rows(&self) -> impl Iterator<Item = (Sphere, [u8; 3])> {
+        self.rows_in_linear_colors().map(|(sphere, color)| (sphere, color.to_srgb8()))
+    }
+
+    fn rows_in_linear_colors(&self) -> Box<dyn Iterator<Item = (Sphere, Color)>> {
         match self.distribution {
             Distribution::Uniform => {
                 let radius = self.uniform_radius();

@@ -140,7 +140,7 @@ mod tests {
 
     fn usage(result: Result<impl fmt::Debug>) -> String {
         match result {
-            Err(Error::Usage(message)) => message.text,
+            Err(Error::Usage(message)) => message.worded(Setting::to_string),
             other => panic!("expected wrong usage, got {other:?}"),
         }
     }
@@ -166,7 +166,7 @@ mod tests {
         let message = usage(Format::from_path(Path::new("out.jpeg")));
         assert!(!message.contains("did you mean"), "{message}");
         assert!(usage(Format::from_path(Path::new("out"))).contains("no ending"));
-        assert!(usage(Format::from_path(Path::new("-"))).contains("--format png|exr|ppm|npy"));
+        assert!(usage(Format::from_path(Path::new("-"))).contains("`format`: png|exr|ppm|npy"));
         assert!(usage("expr".parse::<Format>()).contains("did you mean exr?"));
         assert_eq!("EXR".parse::<Format>().unwrap(), Format::Exr);
     }

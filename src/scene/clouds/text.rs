@@ -259,8 +259,8 @@ fn count_frames(lines: &mut Lines, format: &TextFormat) -> Result<(u32, End)> {
             Ok(None) => return Ok((n_frames, End::Whole)),
             Ok(Some(())) => n_frames += 1,
             Err(Error::Scene(error)) => {
-                let is_cut = lines.next()?.is_none();
-                return Ok((n_frames, if is_cut { End::Cut } else { End::Invalid(error) }));
+                let end = if lines.has_ended { End::Cut } else { End::Invalid(error) };
+                return Ok((n_frames, end));
             }
             Err(error) => return Err(error),
         }
@@ -300,6 +300,8 @@ pub(super) struct Lines<'a, 'r> {
     line: Vec<u8>,
     /// Whether `line` is still to be read.
     is_next: bool,
+    /// Whether the end of the file was reached.
+    has_ended: bool,
     /// Number of the current line, from 1.
     pub n_read: u64,
     /// Places of the cells of the current row.
@@ -317,6 +319,7 @@ impl<'a, 'r> Lines<'a, 'r> {
             is_regular,
             line: Vec::new(),
             is_next: false,
+            has_ended: false,
             n_read: 0,
             cells: Vec::new(),
             help: format.help,
@@ -375,6 +378,7 @@ impl<'a, 'r> Lines<'a, 'r> {
             let message = format!("the line is longer than {} MiB", MAX_LINE_BYTES >> 20);
             return Err(self.source.wrong(message, self.help).at_line(self.n_read).into());
         }
+        self.has_ended |= self.line.len() == n_before;
         Ok(self.line.len() > n_before)
     }
 
