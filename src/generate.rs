@@ -322,7 +322,8 @@ mod tests {
             (Distribution::Packing, [0xc000000000000000, 0x3ff0000000000000, 0x3fd6288c2f3a163b]),
         ];
         for (distribution, bits) in known {
-            let (sphere, color) = recipe(distribution, 1000).rows().nth(999).unwrap();
+            let mut rows = recipe(distribution, 1000).rows_in_linear_colors();
+            let (sphere, color) = rows.nth(999).unwrap();
             let found = [sphere.center.x, sphere.radius, color.0[2]].map(f64::to_bits);
             assert_eq!(found, bits, "{}: {found:x?}", distribution.name());
         }
