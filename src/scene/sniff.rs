@@ -297,7 +297,7 @@ fn n_numbers(line: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::schema::Named;
+    use crate::scene::schema::NamedValue;
 
     #[test]
     fn data_are_recognized_by_content_under_any_name() {

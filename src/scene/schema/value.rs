@@ -116,21 +116,21 @@ pub enum MissingRows {
 }
 
 /// A value that is one of a few names.
-pub trait Named: Copy + 'static {
+pub trait NamedValue: Copy + 'static {
     /// All values, with their names.
     const NAMES: &'static [(&'static str, Self)];
 }
 
-impl Named for ColorSpace {
+impl NamedValue for ColorSpace {
     const NAMES: &'static [(&'static str, ColorSpace)] =
         &[("srgb", ColorSpace::Srgb), ("linear", ColorSpace::Linear)];
 }
 
-impl Named for MissingRows {
+impl NamedValue for MissingRows {
     const NAMES: &'static [(&'static str, MissingRows)] = &[("skip", MissingRows::Skip)];
 }
 
-impl Named for DataFormat {
+impl NamedValue for DataFormat {
     const NAMES: &'static [(&'static str, DataFormat)] = &[
         ("npy", DataFormat::Npy),
         ("csv", DataFormat::Table),
@@ -139,7 +139,7 @@ impl Named for DataFormat {
     ];
 }
 
-fn named<T: Named>(field: &Field, what: &str) -> Checked<T> {
+fn named<T: NamedValue>(field: &Field, what: &str) -> Checked<T> {
     let text = text(field)?;
     let found = T::NAMES.iter().find(|(name, _)| *name == text);
     found.map(|(_, value)| *value).ok_or_else(|| {
