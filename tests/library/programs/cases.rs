@@ -180,8 +180,8 @@ pub const READABLE: &[Readable] = &[
         &["0 0 0 1 #2e995f", "2 0 0 1 #01ff01"],
         &[no_radius!("1.0"), BYTES],
     ),
-    reads("ase_colors.xyz", "", &["0 0 0 1.77 #808080", "4 0 0 1.77 #ff8000"], &[FLOATS]),
-    reads("cloudcompare.txt", "", GREENS, &[no_radius!("1.0"), BYTES]),
+    reads("ase_colors.xyz", "", &["0 0 0 1.77 #808080", "4 0 0 1.77 #ff8000"], &[ELEMENTS, FLOATS]),
+    reads("cloudcompare.txt", "", GREENS, &[no_radius!("1.0", "Intensity"), BYTES]),
     reads(
         "cloudcompare_floats.asc",
         "",
@@ -202,8 +202,8 @@ pub const READABLE: &[Readable] = &[
     ),
     reads("kinds.csv", "", &["0 0 0 1 #8fb4d9", "2 0 0 1 #8fb4d9", "4 0 0 1 #8fb4d9"], &[]),
     // Atoms.
-    reads("water.xyz", "", WATER, &[]),
-    reads("water.xyz.gz", "", WATER, &[]),
+    reads("water.xyz", "", WATER, &[ELEMENTS]),
+    reads("water.xyz.gz", "", WATER, &[ELEMENTS]),
     reads(
         "water.xyz",
         "columns = { radius = false }",
@@ -216,21 +216,21 @@ pub const READABLE: &[Readable] = &[
         &["0 0 0 0.25 #8fb4d9", "0.96 0 0 0.25 #8fb4d9", "-0.24 0.93 0 0.25 #8fb4d9"],
         &[],
     ),
-    reads("bom.xyz", "", &["0 0 0 1.5 #ff0d0d", "1 0 0 1.2 #ffffff"], &[]),
+    reads("bom.xyz", "", &["0 0 0 1.5 #ff0d0d", "1 0 0 1.2 #ffffff"], &[ELEMENTS]),
     reads(
         "ca_trace.xyz",
         "",
         &["0 0 0 2.62 #3dff00", "3.8 0 0 2.62 #3dff00", "7.6 0 0 2.62 #3dff00"],
         &[
-            "`CA` in line 3 is read as the element calcium; if it is the Cα atom of a protein, draw all labels alike with \
-           `columns = { element = false }`",
+            ELEMENTS,
+            "`CA` in line 3 is read as the element calcium; if it is the Cα atom of a protein, draw all labels alike with `columns = { element = false }`",
         ],
     ),
     reads(
         "ca_trace.xyz",
         "columns = { element = false }",
         &["0 0 0 1.9 #8fb4d9", "3.8 0 0 1.9 #8fb4d9", "7.6 0 0 1.9 #8fb4d9"],
-        &[no_radius!("1.9")],
+        &[no_radius!("1.9", "element")],
     ),
     reads(
         "lammps_types.xyz",
@@ -261,13 +261,13 @@ pub const READABLE: &[Readable] = &[
         "tilt_0.dump",
         "",
         &["0.5 0.5 0.5 2.17 #8fb4d9", "3 3 3 2.17 #8fb4d9"],
-        &[no_radius!("2.17"), BOX],
+        &[no_radius!("2.17", "id, type"), BOX],
     ),
     reads(
         "lammps_tilted.dump",
         "",
         &["1.5 2.5 3.5 0.935 #8fb4d9", "3 4 6 0.935 #8fb4d9", "2.5 3 7.5 0.935 #8fb4d9"],
-        &[no_radius!("0.935"), BOX],
+        &[no_radius!("0.935", "id, type, xs, ys, zs, xu, yu, zu, xsu, ysu, zsu, ix, iy, iz"), BOX],
     ),
     reads(
         "lammps_general.dump",
@@ -277,7 +277,7 @@ pub const READABLE: &[Readable] = &[
             "1.75 2.625 -2.5 0.971 #8fb4d9",
             "0.65 3.875 -3.5 0.971 #8fb4d9",
         ],
-        &[no_radius!("0.971"), BOX],
+        &[no_radius!("0.971", "id, type, xs, ys, zs, xu, yu, zu, xsu, ysu, zsu"), BOX],
     ),
     reads(
         "lammps_box.dump",
@@ -297,24 +297,28 @@ pub const READABLE: &[Readable] = &[
         &["0 1 2 0.4 #8fb4d9", "1 2 3 0.4 #8fb4d9", "2 3 4 0.4 #8fb4d9"],
         &[BOX],
     ),
-    reads("elements.dump", "", &["1 2 3 1.5 #ff0d0d", "2 2 3 1.2 #ffffff"], &[BOX]),
+    reads("elements.dump", "", &["1 2 3 1.5 #ff0d0d", "2 2 3 1.2 #ffffff"], &[BOX, ELEMENTS]),
     // Trajectories.
     reads(
         "trajectory.xyz",
         "",
         &["0 0 0 1.5 #ff0d0d", "0 1 0 1.2 #ffffff"],
-        &["frame 0 of 3 frames; choose another one, for example the last one with `frame = -1`"],
+        &[
+            ELEMENTS,
+            "frame 0 of 3 frames; choose another one, for example the last one with `frame = -1`",
+        ],
     ),
-    reads("trajectory.xyz", "frame = 0", &["0 0 0 1.5 #ff0d0d", "0 1 0 1.2 #ffffff"], &[]),
-    reads("trajectory.xyz", "frame = -1", &["2 0 0 1.5 #ff0d0d", "2 1 0 1.2 #ffffff"], &[]),
-    reads("trajectory.xyz", "frame = -2", &["1 0 0 1.5 #ff0d0d", "1 1 0 1.2 #ffffff"], &[]),
-    reads("trajectory.xyz", "frame = 2", &["2 0 0 1.5 #ff0d0d", "2 1 0 1.2 #ffffff"], &[]),
+    reads("trajectory.xyz", "frame = 0", &["0 0 0 1.5 #ff0d0d", "0 1 0 1.2 #ffffff"], &[ELEMENTS]),
+    reads("trajectory.xyz", "frame = -1", &["2 0 0 1.5 #ff0d0d", "2 1 0 1.2 #ffffff"], &[ELEMENTS]),
+    reads("trajectory.xyz", "frame = -2", &["1 0 0 1.5 #ff0d0d", "1 1 0 1.2 #ffffff"], &[ELEMENTS]),
+    reads("trajectory.xyz", "frame = 2", &["2 0 0 1.5 #ff0d0d", "2 1 0 1.2 #ffffff"], &[ELEMENTS]),
     reads(
         "trajectory.lammpstrj",
         "",
         &["0 0 0 1.5 #ff0d0d", "0 1 0 1.2 #ffffff"],
         &[
             BOX,
+            ELEMENTS,
             "frame 0 of 3 frames; choose another one, for example the last one with `frame = -1`",
         ],
     ),
@@ -322,7 +326,7 @@ pub const READABLE: &[Readable] = &[
         "trajectory.lammpstrj",
         "frame = -2",
         &["1 0 0 1.5 #ff0d0d", "1 1 0 1.2 #ffffff"],
-        &[BOX],
+        &[BOX, ELEMENTS],
     ),
     reads(
         "empty_first.melt",
