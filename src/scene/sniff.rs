@@ -147,7 +147,7 @@ const LAMMPS_DATA: &str =
     "run `ase convert -i lammps-data IN OUT.xyz` (needs ase), or dump the atoms in LAMMPS";
 const LAMMPS_SPHERES: &str =
     "run `(echo x y z r; awk '/^[A-Z]/{a=/^Atoms/} a&&NF>6{print $5,$6,$7,$3/2}' IN) > OUT.csv`";
-const VASP: &str = "run `ase convert -i vasp IN OUT.xyz` (needs ase)";
+const VASP: &str = "run `ase convert -i vasp -o extxyz IN atoms.xyz` (needs ase)";
 const LAMMPS_YAML: &str = "write it with LAMMPS' `dump custom` instead of `dump yaml`";
 const LAMMPS_BINARY: &str = "run LAMMPS' `binary2txt IN`, which writes `IN.txt`";
 const LAMMPS_RESTART: &str = "run `lmp -restart2dump IN all custom OUT.dump id type x y z radius`";

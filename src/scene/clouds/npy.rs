@@ -179,7 +179,7 @@ fn check_shape(source: &CloudFile, header: &npy::Header, has_names: bool) -> Res
         [_, n] if COLUMNS.contains(&n) => Ok(()),
         [3, n] if n > 4 => {
             let hint =
-                "each row must be a sphere; transpose the array: `numpy.save(file, array.T)`";
+                format!("each row must be a sphere; transpose the array: {}", convert("", ".T"));
             wrong(text(shape), hint.into())
         }
         [_, n] if has_names && (1..=MAX_COLUMNS).contains(&n) => Ok(()),

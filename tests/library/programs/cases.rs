@@ -1002,7 +1002,8 @@ pub const REFUSED: &[Refused] = &[
         "",
         ["", ""],
         "expected numbers of shape (N, 3), (N, 4) or (N, 7), found (3, 5)",
-        "each row must be a sphere; transpose the array: `numpy.save(file, array.T)`",
+        "each row must be a sphere; transpose the array: `python3 -c \"import numpy; \
+         numpy.save('transposed-new.npy', numpy.load('transposed.npy').T)\"`",
         Elsewhere,
     ),
     refuses(

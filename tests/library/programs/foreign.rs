@@ -33,7 +33,7 @@ pub const FOREIGN: [(&str, &str, &str); 36] = [
     ("water.pdb", "a PDB file", ASE),
     ("water.gro", "a GRO file", ASE),
     ("nacl.cif", "a CIF file", ASE),
-    ("POSCAR", "a POSCAR file of VASP", "ase convert -i vasp IN OUT.xyz"),
+    ("POSCAR", "a POSCAR file of VASP", "ase convert -i vasp -o extxyz IN atoms.xyz"),
     ("lammps.data", "a LAMMPS data file", LAMMPS_DATA),
     (
         "sphere.data",
