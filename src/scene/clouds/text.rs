@@ -9,7 +9,6 @@ use glam::DVec3;
 use super::columns::{Header, Layout, Part, put};
 use super::elements::{self, element};
 use super::numbers::Numbers;
-use super::units::Factor;
 use super::{CloudFile, Place, Reading, RowError};
 use crate::error::{Error, Hint, Message, Result, SceneError, Setting};
 use crate::input::MAX_LINE_BYTES;
@@ -590,7 +589,7 @@ impl<'h> Rows<'h> {
             let number =
                 number.or_else(|| (may_be_missing && is_missing(cell)).then_some(f64::NAN));
             let number = number.ok_or_else(|| self.no_number(column, part, lines))?;
-            let number = if factor == Factor::ONE { number } else { factor.apply(number) };
+            let number = factor.apply(number);
             if part == Part::Alpha {
                 color.alpha = number;
             } else {

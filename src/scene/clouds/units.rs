@@ -83,7 +83,12 @@ impl Factor {
 
     /// Returns the number in the other unit. Between units that differ by a power of ten up to 10²², it is the f64 nearest to
     /// the exact product: such a power is an f64, and one rounding is left.
+    #[inline]
     pub fn apply(self, number: f64) -> f64 {
+        if self == Factor::ONE { number } else { self.convert(number) }
+    }
+
+    fn convert(self, number: f64) -> f64 {
         let number = if self.mantissa == 1.0 { number } else { number * self.mantissa };
         let power = libm::exp10(f64::from(self.exponent.abs()));
         match self.exponent {
