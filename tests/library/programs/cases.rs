@@ -341,7 +341,7 @@ pub const READABLE: &[Readable] = &[
     reads("savetxt.csv", "", EQUAL, &[]),
     reads("savetxt_text.txt", "columns = { x = 0, y = 1, z = 2, radius = 3 }", EQUAL, &[]),
     reads("counted_rows.txt", "columns = { x = 0, y = 1, z = 2, radius = 3 }", EQUAL, &[]),
-    reads("latin1.csv", "columns = { radius = \"Größe\" }", EQUAL, &[]),
+    reads("latin1.csv.gz", "columns = { radius = \"Größe\" }", EQUAL, &[]),
     reads(
         "blocks.txt",
         "",
