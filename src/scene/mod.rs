@@ -45,7 +45,7 @@ pub use read::{parse_scene, read_scene, read_scene_text};
 pub use samples::Samples;
 pub(crate) use save::write_rows;
 pub use shipped::SHIPPED_SCENES;
-pub use sniff::{DATA_FORMATS, DataFormat};
+pub use sniff::DataFormat;
 pub use spheres::{Sphere, Spheres};
 
 /// The most objects that a scene may have: ids are `u32`, 0 is the background, and one more is

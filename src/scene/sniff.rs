@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 use std::path::Path;
 
-use super::clouds::is_number;
+use super::clouds::n_numbers;
 use crate::error::Hint;
 use crate::plain::Shown;
 
@@ -32,9 +32,6 @@ impl DataFormat {
         }
     }
 }
-
-/// The formats that are read, for help texts.
-pub const DATA_FORMATS: &str = ".npy, .csv, .xyz, LAMMPS dumps";
 
 /// Returns the ending of a file's name in lower case, without `.gz`.
 fn ending(path: &Path) -> Option<String> {
@@ -286,12 +283,6 @@ fn is_table(text: &str) -> bool {
     }
     let is_toml = first.contains('=') || first.starts_with('[');
     !is_toml && lines.take(10).any(|line| n_numbers(line) >= 3)
-}
-
-/// Counts the numbers in a line.
-fn n_numbers(line: &str) -> usize {
-    let cells = line.split([',', ';', '\t', ' ', '"']).filter(|cell| !cell.is_empty());
-    cells.filter(|cell| is_number(cell)).count()
 }
 
 #[cfg(test)]

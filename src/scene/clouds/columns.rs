@@ -402,17 +402,12 @@ impl<'f> Finder<'f, '_> {
     fn center(&self) -> Result<[Coordinate; 3]> {
         let ColumnKeys { x, y, z, .. } = self.columns;
         let choices = [("x", x), ("y", y), ("z", z)];
-        let is_chosen = choices.iter().any(|(_, choice)| choice.is_some());
         // A name that is left over belongs to the same set as the others.
         let fits = |names: &&[&str; 3]| {
             let mut pairs = names.iter().zip(&choices);
             pairs.all(|(name, (_, choice))| choice.is_some() || self.is_there(name))
         };
-        let names = CENTERS
-            .iter()
-            .find(fits)
-            .filter(|_| !is_chosen || choices.iter().any(|(_, choice)| choice.is_none()));
-        let names = names.unwrap_or(&CENTERS[0]);
+        let names = CENTERS.iter().find(fits).unwrap_or(&CENTERS[0]);
         let mut center = [Coordinate::Constant(0.0); 3];
         for (axis, (key, choice)) in choices.into_iter().enumerate() {
             center[axis] = match choice {

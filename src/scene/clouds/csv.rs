@@ -1,6 +1,7 @@
 //! Tables of text: cells between commas, semicolons, tabs or spaces, below a header.
 
 use super::columns::have_center;
+use super::numbers::{is_number, n_numbers};
 use super::text::{Head, Lines, TextFormat, is_comment};
 use super::units::{Unit, name_and_unit};
 use crate::error::{Hint, Result, Setting, SettingValue};
@@ -360,13 +361,7 @@ fn separator_of(line: &str) -> u8 {
 
 fn is_number_first(line: &str) -> bool {
     let word = line.split([',', ';', '\t', ' ', '"']).find(|word| !word.is_empty());
-    word.is_some_and(super::numbers::is_number)
-}
-
-/// Counts the numbers in a line.
-fn n_numbers(line: &str) -> usize {
-    let words = line.split([',', ';', '\t', ' ', '"']).filter(|word| !word.is_empty());
-    words.filter(|word| super::numbers::is_number(word)).count()
+    word.is_some_and(is_number)
 }
 
 #[cfg(test)]

@@ -46,7 +46,7 @@ use crate::parallel;
 use crate::plain::Shown;
 use crate::words::{count, cut};
 use columns::Layout;
-pub(super) use numbers::is_number;
+pub(super) use numbers::n_numbers;
 use text::FileColor;
 
 /// Adds the spheres of all clouds to `scene`, in the order of the file. Paths are relative to `folder`. Returns the

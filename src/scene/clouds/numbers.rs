@@ -123,10 +123,16 @@ impl Numbers {
 }
 
 /// Whether a word is a number, with any decimal mark.
-pub(in crate::scene) fn is_number(word: &str) -> bool {
+pub(super) fn is_number(word: &str) -> bool {
     let mut numbers = Numbers::new(b';');
     truth(word).is_none()
         && numbers.read(word.as_bytes(), || true, 0).is_ok_and(|number| number.is_some())
+}
+
+/// Counts the numbers in a line.
+pub(in crate::scene) fn n_numbers(line: &str) -> usize {
+    let words = line.split([',', ';', '\t', ' ', '"']).filter(|word| !word.is_empty());
+    words.filter(|word| is_number(word)).count()
 }
 
 /// Whether the mark separates groups of three digits; the first group may be shorter.

@@ -40,10 +40,12 @@ const UNITS: [(&str, f64, i32); 22] = [
 const PARSEC: f64 = 3.085_677_581_491_367_3;
 
 impl Unit {
-    /// Reads a unit of length such as `mm`, `Å` or `kpc/h`, in either case; `None` for any other text.
+    /// Reads a unit of length such as `mm`, `Å` or `kpc/h`, in either case; `None` for any other text. `Mm` is a megametre.
     pub fn parse(text: &str) -> Option<Unit> {
+        if text.trim() == "Mm" {
+            return Some(Unit { mantissa: 1.0, exponent: 6, per_h: false });
+        }
         let lower = text.trim().to_lowercase();
-        let plural = |name: &str| lower_of(name).strip_suffix('s').map(str::to_owned);
         let (name, per_h) = match lower.rsplit_once('/') {
             Some((name, h)) if h.trim() == "h" => (name.trim_end(), true),
             Some(_) => return None,
@@ -53,7 +55,7 @@ impl Unit {
             },
         };
         let known = |name: &str| UNITS.iter().find(|(known, ..)| *known == name);
-        let found = known(name).or_else(|| plural(name).and_then(|name| known(&name)));
+        let found = known(name).or_else(|| known(name.strip_suffix('s')?));
         found.map(|&(_, mantissa, exponent)| Unit { mantissa, exponent, per_h })
     }
 
@@ -64,10 +66,6 @@ impl Unit {
             exponent: self.exponent - other.exponent,
         })
     }
-}
-
-fn lower_of(name: &str) -> String {
-    name.to_lowercase()
 }
 
 /// A factor between two units.
@@ -148,6 +146,8 @@ mod tests {
         assert_eq!(convert(400.0, "mm", "m"), Some(0.4));
         assert_eq!(convert(0.3, "m", "mm"), Some(300.0));
         assert_eq!(convert(3.0, "Å", "nm"), Some(0.3));
+        assert_eq!(convert(3.0, "Mm", "km"), Some(3000.0));
+        assert_eq!(convert(3.0, "MM", "m"), Some(0.003));
         assert_eq!(convert(3.0, "µm", "micron"), Some(3.0));
         assert_eq!(convert(3.0, "μm", "microns"), Some(3.0));
         assert_eq!(convert(0.1, "Mpc/h", "kpc/h"), Some(100.0));
