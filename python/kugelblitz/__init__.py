@@ -1,7 +1,7 @@
 """Certified ray tracing of spheres and planes: arrays in, hits and pictures out."""
 
-from ._drawings import Drawing, Tinted
-from ._hits import Hits
+from importlib import import_module
+
 from ._kugelblitz import (
     Camera,
     DeviceError,
@@ -17,7 +17,6 @@ from ._kugelblitz import (
     info,
     read,
 )
-from ._verdicts import Difference, Judgement, Verdict, Verification
 
 __all__ = [
     "Camera",
@@ -44,3 +43,20 @@ __all__ = [
 ]
 
 generate = Scene.generate
+
+# Modules that need numpy, imported on first use: the command `kugelblitz` starts without it.
+_MODULES = {
+    "Difference": "_verdicts",
+    "Drawing": "_drawings",
+    "Hits": "_hits",
+    "Judgement": "_verdicts",
+    "Tinted": "_drawings",
+    "Verdict": "_verdicts",
+    "Verification": "_verdicts",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f".{_MODULES[name]}", __name__), name)

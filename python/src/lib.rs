@@ -4,6 +4,7 @@
 
 mod argument;
 mod camera;
+mod command;
 mod drawing;
 mod error;
 mod explain;
@@ -27,6 +28,7 @@ mod _kugelblitz {
     #[pymodule_export]
     use super::{
         camera::Camera,
+        command::run_command,
         drawing::{figure, png, write},
         error::{DeviceError, NoAdapterError, SceneError},
         explain::Explanation,

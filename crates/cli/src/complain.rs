@@ -3,9 +3,9 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
-use crate::CommandLine;
 use crate::head::failed_in_json;
 use crate::output::{STDOUT, talk, talk_in_colour, text_quoted};
+use crate::{CommandLine, command_line};
 use anstream::{AutoStream, ColorChoice};
 use kugelblitz::Error;
 use kugelblitz::error::{SceneError, Setting, SettingValue};
@@ -69,7 +69,7 @@ fn word(value: &SettingValue) -> String {
 /// version. Returns the exit code.
 pub fn complain_about_usage<C: CommandLine>(error: clap::Error) -> u8 {
     // It quotes arguments, which are read once more as they are shown.
-    let shown = std::env::args_os().map(|argument| Path::new(&argument).shown());
+    let shown = command_line().iter().map(|argument| Path::new(argument).shown());
     let error = C::try_parse_from(shown).err().unwrap_or(error);
     match error.print() {
         Err(failure) if !error.use_stderr() => {

@@ -21,7 +21,7 @@ use serde::{Serialize, Serializer};
 
 use crate::complain::help_of;
 use crate::output::{json, ms, print, print_text};
-use crate::{CommandLine, Run};
+use crate::{CommandLine, Run, arguments};
 
 /// The version of `docs/json.md`; a report has its own.
 const SCHEMA: u32 = 1;
@@ -183,7 +183,7 @@ impl From<&Error> for Failure {
 /// Prints a failure as JSON where the command line asks for JSON and standard output has none yet. Where
 /// an output goes there (`-`), it is not said.
 pub fn failed_in_json<C: CommandLine>(error: &Error) {
-    let arguments: Vec<_> = std::env::args_os().skip(1).collect();
+    let arguments = arguments();
     let has_json = arguments.iter().any(|argument| argument == "--json");
     // As the value of an option, but for `--rays`, it is an output, also after `new`; otherwise it is an input.
     let is_output = |pair: &[OsString]| {

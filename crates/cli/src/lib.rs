@@ -37,6 +37,7 @@ mod verify;
 mod version;
 mod view;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -86,26 +87,46 @@ pub trait CommandLine: Parser {
     fn run(self, run: &Run) -> Result<()>;
 }
 
-/// The whole of a program whose command line is a `C`: its exit code.
+/// Runs the program whose command line is a `C` with the arguments of the process. Returns its exit code.
 pub fn main_of<C: CommandLine>() -> ExitCode {
+    ExitCode::from(main_with::<C>(std::env::args_os()))
+}
+
+/// Runs the program whose command line is a `C` with these arguments, starting with the name of the program. Returns
+/// its exit code. Handles Ctrl-C and SIGTERM of the whole process from then on, so call it once.
+pub fn main_with<C: CommandLine>(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let (start, control) = (Instant::now(), Arc::new(Control::default()));
     stop_on_interrupt(Arc::clone(&control));
-    let line = match C::try_parse() {
+    let line = COMMAND_LINE.get_or_init(|| arguments.into_iter().collect());
+    let line = match C::try_parse_from(line) {
         Ok(line) => line,
-        Err(error) => return ExitCode::from(complain_about_usage::<C>(error)),
+        Err(error) => return complain_about_usage::<C>(error),
     };
     let run = Run { start, control, talk: line.talk() };
     let writes = line.writes_files();
     WRITES.store(writes, Ordering::Relaxed);
     let result = start_threads().and_then(|()| line.run(&run));
     // What was cancelled is not done, even where nothing noticed.
-    ExitCode::from(match run.control.check().and(result) {
+    match run.control.check().and(result) {
         Ok(()) => end(0, || {}),
         Err(error) => end(error.exit_code(), || {
             complain(&error, writes);
             failed_in_json::<C>(&error);
         }),
-    })
+    }
+}
+
+/// The name of the program and its arguments.
+static COMMAND_LINE: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// Returns the command line of this run, with the name of the program. Empty before [`main_with`].
+fn command_line() -> &'static [OsString] {
+    COMMAND_LINE.get().map_or(&[], Vec::as_slice)
+}
+
+/// Returns the arguments of this run.
+fn arguments() -> &'static [OsString] {
+    command_line().get(1..).unwrap_or_default()
 }
 
 /// What a thread sets aside of the address space is so before anything measures how much is left.

@@ -1,6 +1,5 @@
 //! `kugelblitz report`
 
-use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,7 +21,7 @@ use crate::args::ReportArgs;
 use crate::head::{Done, summary};
 use crate::progress::Progress;
 use crate::quiet::{self, quietly};
-use crate::{Run, device, version, wrong_usage};
+use crate::{Run, arguments, device, version, wrong_usage};
 
 /// Measures and shows.
 pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
@@ -105,8 +104,9 @@ fn earlier(args: &ReportArgs, settings: &Settings) -> Result<Option<(String, Ear
 }
 
 fn command_line() -> String {
-    let with = |line, argument: OsString| line + " " + &*argument.to_string_lossy();
-    std::env::args_os().skip(1).fold("kugelblitz".to_owned(), with)
+    let with =
+        |line: String, argument: &std::ffi::OsString| line + " " + &*argument.to_string_lossy();
+    arguments().iter().fold("kugelblitz".to_owned(), with)
 }
 
 /// The scenes, by their files' names, or by their paths where two files have the same name.

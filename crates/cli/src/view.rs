@@ -6,6 +6,7 @@ use std::process::Command;
 
 use kugelblitz::{Error, Result};
 
+use crate::arguments;
 use crate::process::become_program;
 use crate::wrong_usage;
 
@@ -24,7 +25,7 @@ pub fn run() -> Result<()> {
     // The first word is the command: no option before it has a value.
     let mut is_command = true;
     window.args(
-        env::args_os().skip(1).filter(|word| word != "view" || !std::mem::take(&mut is_command)),
+        arguments().iter().filter(|word| *word != "view" || !std::mem::take(&mut is_command)),
     );
     let error = become_program(window);
     match error.kind() {
