@@ -2,7 +2,7 @@
 # Builds the Python package as a wheel and tests it as it is installed: in an empty environment, outside of
 # the source tree. What it downloads stays in the build folder, so that a second run needs no network.
 #
-#   ci/python.sh            builds what the wheel needs, but the program: `cargo build --profile ci`
+#   ci/python.sh            builds the wheel; build the program first: `cargo build --profile ci -p kugelblitz-cli`
 #   ci/python.sh --reuse    with the program of ci/test.sh; fails where the wheel is not built of what the tests were built of
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -53,8 +53,18 @@ if [ -n "$reuse" ] && grep -q 'Compiling kugelblitz v' "$place/build.log"; then
 features than the tests do (compare cargo tree -e features of both)"
 fi
 wheels=("$place"/wheel/*.whl)
-"$place/tools/bin/twine" check --strict "${wheels[@]}"
 took "built ${wheels[0]##*/}"
+
+# The source package has every file that the wheel is built from; ci/dist.sh builds its wheel from there.
+rm -rf "$place/sdist"
+"$place/tools/bin/maturin" sdist --manifest-path python/Cargo.toml --out "$place/sdist" 2>"$place/sdist.log" ||
+    { cat "$place/sdist.log"; die "no source package"; }
+sources=("$place"/sdist/*.tar.gz)
+lacks=$(comm -23 <(git ls-files src shaders crates/{cli,judge,report}/{src,Cargo.toml} crates/cli/build.rs python/src | sort) \
+    <(tar tzf "${sources[0]}" | cut -d/ -f2- | sort))
+[ -z "$lacks" ] || die "${sources[0]##*/} lacks $lacks"
+"$place/tools/bin/twine" check --strict "${wheels[@]}" "${sources[0]}"
+took "packed ${sources[0]##*/}"
 
 # As maturin calls cargo, so that the bindings' dependencies stay as they are.
 configurations=("$target"/maturin/pyo3-config-*.txt)

@@ -12,7 +12,7 @@ name=${1:-lavapipe}
 commit=$(git rev-parse --short=12 HEAD)
 git diff --quiet HEAD -- Cargo.toml Cargo.lock .cargo crates src shaders scenes || commit="$commit and changes"
 
-KUGELBLITZ_COMMIT=$commit cargo build --release --locked
+KUGELBLITZ_COMMIT=$commit cargo build --release --locked -p kugelblitz-cli
 mkdir -p docs/report
 report=docs/report/$name
 target/release/kugelblitz report "$@" -o "$report.html" -o "$report.md" -o "$report.svg"

@@ -8,7 +8,7 @@ step ci/setup.sh --tests
 step cargo fmt --all --check
 step cargo clippy "${checked[@]}" --all-targets -- -D warnings
 # The program as the README builds it, and the libraries on the CPU.
-step cargo clippy --profile ci --locked -- -D warnings
+step cargo clippy --profile ci --locked -p kugelblitz-cli -- -D warnings
 step cargo clippy --profile ci --locked -p kugelblitz -p kugelblitz-judge --lib --no-default-features -- -D warnings
 step env RUSTDOCFLAGS="-D warnings" cargo doc "${checked[@]}" --no-deps
 step cargo test "${everything[@]}" --no-run
