@@ -9,13 +9,13 @@ import sys
 import pytest
 from conftest import ROOT
 
-PAGES = ["python", "dask", "pytest"]
+PAGES = ["docs/guide/src/python.md", "docs/guide/src/dask.md", "docs/guide/src/pytest.md", "README.md", "python/README.md"]
 NOTEBOOKS = sorted((ROOT / "python/notebooks").glob("*.py"))
 
 
 def blocks(page, language):
     """A page's blocks in a language, each on the lines that it has in the page."""
-    text = (ROOT / f"docs/guide/src/{page}.md").read_text()
+    text = (ROOT / page).read_text()
     for match in re.finditer(rf"^```{language}\n(.*?)^```$", text, re.M | re.S):
         yield "\n" * text.count("\n", 0, match.start(1)) + match[1]
 

@@ -16,6 +16,7 @@ use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
 
 const CHAPTERS: &str = "docs/guide/src";
 const PICTURES: &str = "docs/guide/src/images";
+const README: &str = "README.md";
 
 /// The paths from the root of what a folder holds.
 fn entries(folder: &str) -> Vec<String> {
@@ -94,7 +95,9 @@ impl Page {
 fn as_installed(line: &str) -> String {
     match line {
         "ci/test.sh" | "cargo install --path crates/cli" => String::new(),
-        _ => line.replace("ci/setup.sh && ", "").replace("cargo run --release -- ", "kugelblitz "),
+        _ => line
+            .replace("ci/setup.sh && ", "")
+            .replace("cargo run --release -p kugelblitz-cli -- ", "kugelblitz "),
     }
 }
 
@@ -106,13 +109,15 @@ struct Outcome {
     pictures: BTreeSet<String>,
 }
 
-/// Runs a page's commands in an empty folder that holds a link `scenes`, with the program in the path.
+/// Runs a page's commands with the program in the path, in an empty folder. For pages of the guide, it holds a link `scenes`.
 fn run(page: &Page) -> Outcome {
     let mut outcome = Outcome::default();
     let place = tempfile::tempdir().unwrap();
     let (folder, script) = (place.path().join("work"), place.path().join("page.sh"));
     fs::create_dir(&folder).unwrap();
-    symlink(root().join("scenes"), folder.join("scenes")).unwrap();
+    if page.path != README {
+        symlink(root().join("scenes"), folder.join("scenes")).unwrap();
+    }
     // The first line of a page is none of its commands.
     let line = r#"$LINENO: $(sed -n "${LINENO}p" "$0")"#;
     let report = format!("trap 'echo \"{}:{line}\" >&2' ERR", page.path);
@@ -175,7 +180,7 @@ fn check(made: &Path, shown: &Path) -> Result<(), String> {
 
 #[test]
 fn every_command_works_and_every_picture_is_what_its_command_draws() {
-    let paths = chapters().into_iter().chain(["README.md".into()]);
+    let paths = chapters().into_iter().chain([README.into()]);
     let pages: Vec<Page> = paths.map(|path| Page::read(&path)).collect();
     let outcomes: Vec<Outcome> = thread::scope(|scope| {
         let running: Vec<_> = pages.iter().map(|page| scope.spawn(|| run(page))).collect();
@@ -202,8 +207,10 @@ fn every_command_works_and_every_picture_is_what_its_command_draws() {
     }
 }
 
-/// Pictures that no page's commands make: a drawing, the window, and the figures with German words, which `ci/answers.sh` draws.
-const OTHERS: [&str; 6] = [
+/// Pictures that no page's commands make: a drawing, data made with scipy (`examples/drum.py`), the window, and the figures with
+/// German words, which `ci/answers.sh` draws.
+const OTHERS: [&str; 7] = [
+    "drum.png",
     "intervals.svg",
     "window.png",
     "figure2-de.svg",
@@ -275,7 +282,15 @@ fn anchor_of(heading: &str) -> String {
 
 #[test]
 fn every_link_leads_somewhere() {
-    let others = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "ci/README.md"];
+    let others = [
+        README,
+        "CONTRIBUTING.md",
+        "CHANGELOG.md",
+        "SECURITY.md",
+        "ci/README.md",
+        "docs/contract.md",
+        "docs/releasing.md",
+    ];
     let paths = chapters().into_iter().chain(others.map(String::from));
     let pages: Vec<Page> = paths.map(|path| Page::read(&path)).collect();
     assert!(pages.iter().flat_map(Page::links).count() > 100);
@@ -283,7 +298,55 @@ fn every_link_leads_somewhere() {
         assert_eq!(dead_links(page), [""; 0], "{}", page.path);
     }
     let text = "# It's here\n[a](lib.rs) [b](none.rs) [c](#its-here) [d](#there) [e](https://example.org) ![f](../none.png)\n\
-                [g](../README.md#five-tasks) [h](../README.md#none) [i](http://example.org)";
+                [g](../README.md#quick-start) [h](../README.md#none) [i](http://example.org)";
     let dead = ["none.rs", "#there", "../none.png", "../README.md#none", "http://example.org"];
     assert_eq!(dead_links(&Page { path: "src/page.md".into(), text: text.into() }), dead);
+}
+
+/// The value of a key in a manifest.
+fn fact(manifest: &str, key: &str) -> String {
+    let text = fs::read_to_string(root().join(manifest)).unwrap();
+    let line = text.lines().find_map(|line| line.strip_prefix(&format!("{key} = ")));
+    line.unwrap_or_else(|| panic!("{manifest} has no {key}")).trim_matches('"').to_owned()
+}
+
+#[test]
+fn the_public_address_is_the_same_everywhere() {
+    let (repository, site) = (fact("Cargo.toml", "repository"), fact("Cargo.toml", "homepage"));
+    let listed = Command::new("git")
+        .args(["ls-files", "*.md", "*.toml", "*.cff", "*.yml"])
+        .current_dir(root())
+        .output();
+    let files = String::from_utf8(listed.unwrap().stdout).unwrap();
+    let (mut n_repository, mut n_site) = (0, 0);
+    for file in files.lines().filter(|file| !file.starts_with("docs/report")) {
+        let text = fs::read_to_string(root().join(file)).unwrap();
+        for (at, _) in text.match_indices("/kugelblitz") {
+            let end = at + "/kugelblitz".len();
+            let start = text[..end].rfind("https://").unwrap_or(end);
+            match &text[start..end] {
+                address if address.starts_with("https://github.com/") => {
+                    assert_eq!(address, repository, "{file}");
+                    n_repository += 1;
+                }
+                address if address.ends_with(".github.io/kugelblitz") => {
+                    assert_eq!(address, site, "{file}");
+                    n_site += 1;
+                }
+                _ => {}
+            }
+        }
+    }
+    assert!(n_repository > 10 && n_site > 4, "{n_repository} {n_site}");
+}
+
+#[test]
+fn the_pages_that_open_the_repository_are_short() {
+    for (path, limit) in [(README, 120), ("CHANGELOG.md", 60)] {
+        let n_lines = Page::read(path).text.lines().count();
+        assert!(n_lines <= limit, "{path} has {n_lines} lines, more than {limit}");
+    }
+    let readme = Page::read(README).text;
+    let says = readme.lines().position(|line| line.contains("deterministic")).unwrap();
+    assert!(says < 10, "the README begins with what this is");
 }
