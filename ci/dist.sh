@@ -34,17 +34,20 @@ add_texts() {
     local folder=$1 package=$2 program=$3
     sed "s/@PROGRAM@/$program/g; s/@VERSION@/$version/g" ci/dist/INSTALL.md >"$folder/INSTALL.md"
     cp LICENSE-MIT LICENSE-APACHE CHANGELOG.md "$folder"
-    { sed -n '/^allow = \[/,/^\]/s/^allow/accepted/p; /^allow = \[/,/^\]/{/^allow/!p}' ci/deny.toml
-      echo 'ignore-dev-dependencies = true'; } >"$scratch/about.toml"
+    { echo 'ignore-dev-dependencies = true'
+      sed -n '/^allow = \[/,/^\]/{s/^allow/accepted/;p}' ci/deny.toml; } >"$scratch/about.toml"
     cargo about -L error generate --offline --locked -m "crates/$package/Cargo.toml" -c "$scratch/about.toml" \
-        ci/dist/licenses.hbs -o "$folder/LICENSES-DEPENDENCIES.txt"
+        ci/dist/licenses.hbs -o "$scratch/licenses.txt"
+    # Own crates are listed once for each of their licence files.
+    sed '$!N; /^\(  kugelblitz.*\)\n\1$/!P; D' "$scratch/licenses.txt" >"$folder/LICENSES-DEPENDENCIES.txt"
 }
 
 # Adds manual pages, completions and scenes, written by the native program $2.
 add_extras() {
     local folder=$1 program=$2 shell
     "$program" man --dir "$folder/man/man1" -q
-    mkdir "$folder/completions"
+    mkdir "$folder/completions" "$folder/man/man5"
+    mv "$folder"/man/man1/*.5 "$folder/man/man5"
     for shell in bash zsh fish; do "$program" completions "$shell" >"$folder/completions/kugelblitz.$shell"; done
     git archive HEAD scenes | tar x -C "$folder"
 }
@@ -84,7 +87,7 @@ wheel() {
     rm -f "$out"/kugelblitz-*.whl "$out/kugelblitz-$version.tar.gz"
     maturin sdist --manifest-path python/Cargo.toml --out "$out"
     tar xzf "$out/kugelblitz-$version.tar.gz" -C "$source" --strip-components 1
-    RUSTFLAGS="$RUSTFLAGS --remap-path-prefix=$source=kugelblitz" maturin build --release --locked --zig --target $linux \
+    maturin build --release --locked --zig --target $linux \
         --compatibility manylinux2014 --manifest-path "$source/python/Cargo.toml" --out "$out"
     twine check --strict "$out"/*.whl "$out/kugelblitz-$version.tar.gz"
     auditwheel show "$out"/kugelblitz-"$version"-*.whl | grep -F manylinux_2_17_x86_64 ||
@@ -104,7 +107,7 @@ windows() {
     )
     fresh_folder "$folder"
     cp "$CARGO_TARGET_DIR/$windows/release"/kugelblitz{,-view}.exe "$folder"
-    add_texts "$folder" view kugelblitz.exe
+    add_texts "$folder" view kugelblitz
     git archive HEAD scenes | tar x -C "$folder"
     ci/dist/zip.py "$folder" "$out/kugelblitz-$version-x86_64-windows.zip" "$SOURCE_DATE_EPOCH"
 }
@@ -169,7 +172,13 @@ try() { ci/dist/try.sh "$out" "$version"; }
 [ $# -gt 0 ] || set -- linux wheel windows crates sbom again try sums
 for name in "$@"; do
     case "$name" in
-        linux | wheel | windows | crates | sbom | again | try | sums | native) step "$name" ;;
+        linux | wheel | windows | crates | sbom | again | try | sums | native) ;;
         *) die "unknown step $name" ;;
     esac
 done
+# Each step in a process of its own: within `step`, a function would go on after a failure.
+if [ $# -eq 1 ]; then
+    "$1"
+else
+    for name in "$@"; do step ci/dist.sh "$name"; done
+fi

@@ -27,7 +27,7 @@ if [ ! -f "$copy/$source/Cargo.lock" ]; then
     name=
     for suite in trixie-backports sid trixie; do
         name=$(curl -fsS "$mirror/dists/$suite/main/binary-all/Packages.xz" | xz -dc |
-            sed -n "s|^Filename: \(.*/rust-src_$version[^/]*\)$|\1|p" | tail -n 1)
+            sed -n "s|^Filename: \(.*/rust-src_${version}[^/]*\)$|\1|p" | tail -n 1)
         [ -z "$name" ] || break
     done
     [ -n "$name" ] || die "found no source of the standard library of Rust $version"

@@ -96,22 +96,26 @@ print(kb.__version__, hits.id)
     done
 }
 
-# The program for Windows under Wine: pictures, digests, and the library's tests on the CPU.
+# The programs for Windows under Wine: pictures, digests and errors, without a GPU.
 windows() {
-    need wine64 wine
-    local folder=$place/kugelblitz-$version-x86_64-windows
+    need wine64
+    local folder=$place/kugelblitz-$version-x86_64-windows wine=/usr/lib/wine/wine64
     python3 -m zipfile -e "$out/kugelblitz-$version-x86_64-windows.zip" "$place"
     cp "$digests" "$folder/digests.txt"
+    PATH=$(ci/dist/tools.sh python) python3 -m ziglang cc -target x86_64-windows-gnu -shared \
+        -o "$folder/bcryptprimitives.dll" ci/dist/bcryptprimitives.c -ladvapi32
     export WINEPREFIX=$place/wine WINEDEBUG=-all
     cd "$folder"
-    wine kugelblitz.exe --version
-    wine kugelblitz.exe "${picture[@]}" --device cpu
+    "$wine" kugelblitz.exe --version
+    "$wine" kugelblitz.exe "${picture[@]}" --device cpu
     same_picture picture.png
-    wine kugelblitz.exe digest --check digests.txt -q --device cpu
-    wine kugelblitz.exe generate cloud --count 1000 -o cloud.npy
-    wine kugelblitz.exe render cloud.npy -o cloud.png --device cpu
-    wine kugelblitz.exe render nosuch.toml -o no.png && die "drew a scene that does not exist"
-    wine kugelblitz-view.exe --version
+    "$wine" kugelblitz.exe digest --check digests.txt -q --device cpu
+    "$wine" kugelblitz.exe generate cloud --count 1000 -o cloud.npy
+    "$wine" kugelblitz.exe render cloud.npy -o cloud.png --device cpu
+    "$wine" kugelblitz.exe verify figure1 --size 160x90 --device cpu
+    "$wine" kugelblitz.exe render nosuch.toml -o no.png && die "drew a scene that does not exist"
+    "$wine" kugelblitz-view.exe --version
+    cd - >/dev/null
 }
 
 for name in "$@"; do

@@ -4,6 +4,7 @@ use std::env;
 use std::io::ErrorKind;
 use std::process::Command;
 
+use kugelblitz::error::Message;
 use kugelblitz::{Error, Result};
 
 use crate::arguments;
@@ -29,9 +30,10 @@ pub fn run() -> Result<()> {
     );
     let error = become_program(window);
     match error.kind() {
-        ErrorKind::NotFound => wrong_usage(format!(
-            "the window is a program of its own, `{PROGRAM}`, which is neither beside this one nor in PATH; `cargo \
-             install --path crates/view` installs it"
+        ErrorKind::NotFound => wrong_usage(Message::new(
+            format!("the window is a separate program, `{PROGRAM}`, which is not installed"),
+            "put its file next to `kugelblitz`, or run `cargo install kugelblitz-view` (in a checkout: `cargo install \
+             --path crates/view`)",
         )),
         _ => Err(Error::io(program)(error)),
     }
