@@ -25,7 +25,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 SCENES = {"lecture's scenes": "scenes/*.toml", "hard scenes": "scenes/hard/*.toml"}
-LIT_SCENES = "scenes/lit/hard/*.toml"
+
+# Lit scenes of ordinary numbers, with at most three lights and no sky. The other hard ones have numbers that a renderer
+# refuses, or parts that it lacks.
+LIT_SCENES = [
+    "contacts", "contacts_1e-3", "contacts_1e-6", "contacts_1e3", "contacts_moved", "contacts_on_ball", "low_sun", "shells",
+    "terminator",
+]
 LIT_SIZE = (640, 360)
 
 # A light of this brightness fills its channel wherever it counts, and can still be a whole number of
@@ -334,7 +340,8 @@ def measure(peer, kugelblitz, size, n_runs):
                 ms = figure(statistics.median(whole) * 1e3)
                 wrong = [share(sum(counts), n_rays), *map(str, counts)]
                 rows.append([name, kind, path.stem, *wrong, ns, ms])
-        for path in sorted(ROOT.glob(LIT_SCENES)):
+        for scene in LIT_SCENES:
+            path = ROOT / "scenes/lit/hard" / f"{scene}.toml"
             lights, wrong_bytes, n_lights = light(peer, scene_of, path.read_text(), LIT_SIZE)
             n_pixels = LIT_SIZE[0] * LIT_SIZE[1]
             light_rows.append([
