@@ -176,7 +176,7 @@ for name in "$@"; do
         *) die "unknown step $name" ;;
     esac
 done
-# Each step in a process of its own: within `step`, a function would go on after a failure.
+# Each step runs in a new process: bash ignores failures inside a function that `step` calls.
 if [ $# -eq 1 ]; then
     "$1"
 else

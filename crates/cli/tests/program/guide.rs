@@ -323,7 +323,8 @@ fn the_public_address_is_the_same_everywhere() {
         let text = fs::read_to_string(root().join(file)).unwrap();
         for (at, _) in text.match_indices("/kugelblitz") {
             let end = at + "/kugelblitz".len();
-            let start = text[..end].rfind("https://").unwrap_or(end);
+            let is_outside = |c: char| c.is_whitespace() || "\"'`()<>".contains(c);
+            let start = text[..end].rfind(is_outside).map_or(0, |at| at + 1);
             match &text[start..end] {
                 address if address.starts_with("https://github.com/") => {
                     assert_eq!(address, repository, "{file}");
