@@ -22,8 +22,8 @@ git diff --quiet HEAD || echo "ci/dist.sh: there are uncommitted changes; a rele
 SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
 KUGELBLITZ_COMMIT=$(git rev-parse --short=12 HEAD)
 RUSTFLAGS="--remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}/registry/src=registry --remap-path-prefix=$root=kugelblitz"
-CARGO_TARGET_DIR=$place/build
-export SOURCE_DATE_EPOCH KUGELBLITZ_COMMIT RUSTFLAGS CARGO_TARGET_DIR
+export SOURCE_DATE_EPOCH KUGELBLITZ_COMMIT RUSTFLAGS
+build=$place/build
 
 linux=x86_64-unknown-linux-gnu
 # The oldest C library that programs and wheels run with, as in manylinux2014.
@@ -63,8 +63,8 @@ fresh_folder() { rm -rf "$1"; mkdir -p "$1"; }
 # Archives for Linux: the program, and the window.
 linux() {
     PATH=$(ci/dist/tools.sh python cargo-about)
-    local folder=$place/archive/kugelblitz-$version-x86_64-linux built=$CARGO_TARGET_DIR/$linux/release
-    cargo zigbuild --release --locked -p kugelblitz-cli --target "$linux.$glibc"
+    local folder=$place/archive/kugelblitz-$version-x86_64-linux built=$build/$linux/release
+    cargo zigbuild --target-dir "$build" --release --locked -p kugelblitz-cli --target "$linux.$glibc"
     fresh_folder "$folder"
     cp "$built/kugelblitz" "$folder"
     add_texts "$folder" cli kugelblitz
@@ -72,7 +72,7 @@ linux() {
     pack "$folder"
 
     folder=$place/archive/kugelblitz-view-$version-x86_64-linux
-    cargo zigbuild --release --locked -p kugelblitz-view --target "$linux.$glibc"
+    cargo zigbuild --target-dir "$build" --release --locked -p kugelblitz-view --target "$linux.$glibc"
     fresh_folder "$folder"
     cp "$built/kugelblitz-view" "$folder"
     add_texts "$folder" view kugelblitz-view
@@ -87,7 +87,8 @@ wheel() {
     rm -f "$out"/kugelblitz-*.whl "$out/kugelblitz-$version.tar.gz"
     maturin sdist --manifest-path python/Cargo.toml --out "$out"
     tar xzf "$out/kugelblitz-$version.tar.gz" -C "$source" --strip-components 1
-    maturin build --release --locked --zig --target $linux \
+    # Without --locked: the lock file also has packages that this part of the workspace does not use.
+    maturin build --target-dir "$build" --release --zig --target $linux \
         --compatibility manylinux2014 --manifest-path "$source/python/Cargo.toml" --out "$out"
     twine check --strict "$out"/*.whl "$out/kugelblitz-$version.tar.gz"
     auditwheel show "$out"/kugelblitz-"$version"-*.whl | grep -F manylinux_2_17_x86_64 ||
@@ -102,11 +103,11 @@ windows() {
     (
         PATH=$toolchain/bin:$PATH
         export RUSTC_BOOTSTRAP=1 CARGO=$toolchain/bin/cargo
-        cargo zigbuild --release --locked -p kugelblitz-cli -p kugelblitz-view --target $windows \
+        cargo zigbuild --target-dir "$build" --release --locked -p kugelblitz-cli -p kugelblitz-view --target $windows \
             -Zbuild-std=std,panic_unwind
     )
     fresh_folder "$folder"
-    cp "$CARGO_TARGET_DIR/$windows/release"/kugelblitz{,-view}.exe "$folder"
+    cp "$build/$windows/release"/kugelblitz{,-view}.exe "$folder"
     add_texts "$folder" view kugelblitz
     git archive HEAD scenes | tar x -C "$folder"
     ci/dist/zip.py "$folder" "$out/kugelblitz-$version-x86_64-windows.zip" "$SOURCE_DATE_EPOCH"
@@ -116,9 +117,9 @@ windows() {
 crates() {
     rm -f "$out"/*.crate
     cargo package --workspace --exclude kugelblitz-tests --exclude kugelblitz-benches --exclude kugelblitz-python \
-        --locked 2>&1 | tee "$scratch/crates.log"
+        --locked --target-dir "$build" 2>&1 | tee "$scratch/crates.log"
     ! grep -n '^warning' "$scratch/crates.log" || die "cargo package warns, see above"
-    cp "$CARGO_TARGET_DIR"/package/*-"$version".crate "$out"
+    cp "$build"/package/*-"$version".crate "$out"
 }
 
 # Bills of materials in CycloneDX format. The wheel contains its own.
@@ -141,7 +142,7 @@ again() {
     git -C "$clone" checkout -q "$(git rev-parse HEAD)"
     mkdir -p "$clone/target/dist"
     ln -s "$place/tools" "$clone/target/dist/tools"
-    (cd "$clone" && env -u CARGO_TARGET_DIR -u RUSTFLAGS ci/dist.sh linux)
+    (cd "$clone" && env -u RUSTFLAGS ci/dist.sh linux)
     for file in "$clone"/target/dist/out/*.tar.gz; do
         cmp "$file" "$out/$(basename "$file")"
     done
@@ -158,13 +159,13 @@ native() {
     name=kugelblitz-$version-$(uname -m)-$(uname -s | tr '[:upper:]' '[:lower:]')
     folder=$place/archive/$name
     PATH=$(ci/dist/tools.sh python cargo-about)
-    cargo build --release --locked -p kugelblitz-cli
+    cargo build --target-dir "$build" --release --locked -p kugelblitz-cli
     fresh_folder "$folder"
-    cp "$CARGO_TARGET_DIR/release/kugelblitz" "$folder"
+    cp "$build/release/kugelblitz" "$folder"
     add_texts "$folder" cli kugelblitz
     add_extras "$folder" "$folder/kugelblitz"
     tar -C "$place/archive" -cz -f "$out/$name.tar.gz" "$name"
-    maturin build --release --locked --manifest-path python/Cargo.toml --out "$out"
+    maturin build --target-dir "$build" --release --locked --manifest-path python/Cargo.toml --out "$out"
 }
 
 try() { ci/dist/try.sh "$out" "$version"; }

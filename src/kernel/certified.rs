@@ -21,7 +21,8 @@ pub(super) const ABOUT: About = About {
     shader_parts: &[part!("printed/seen.wgsl"), part!("certified.wgsl")],
 };
 
-const WORDS: &str = "ids exact, t the exact one rounded, each component of a normal the exact one rounded, GPU and CPU equal bit by bit";
+const WORDS: &str =
+    "ids exact, t the exact one rounded, each component of a normal the exact one rounded";
 
 const PROMISE: Promise = Promise {
     words: WORDS,

@@ -58,17 +58,21 @@ impl RayDifferences {
 }
 
 /// The promise of a kernel, in words. `bit_equal` says whether the kernel's arithmetic on the device
-/// is that of IEEE 754 operation by operation, so that its result must be the CPU's bit by bit; `has_colors`, whether
+/// is that of IEEE 754 operation by operation, so that its result must be the CPU's bit by bit; `has_gpu`, whether a GPU was
+/// compared with the CPU; `has_colors`, whether
 /// colours are looked at.
-pub fn promise(kernel: Kernel, bit_equal: bool, has_colors: bool) -> String {
+pub fn promise(kernel: Kernel, bit_equal: bool, has_colors: bool, has_gpu: bool) -> String {
     let promise = &kernel.about().promise;
-    let words = if bit_equal { promise.words } else { promise.words_elsewhere };
-    let of_colors = if has_colors && promise.exact.is_some() {
-        ", every byte and every float of the colours the exact one"
-    } else {
-        ""
-    };
-    words.to_owned() + of_colors
+    let mut words = if bit_equal { promise.words } else { promise.words_elsewhere }.to_owned();
+    if promise.exact.is_some() {
+        if has_gpu {
+            words += ", GPU and CPU equal bit by bit";
+        }
+        if has_colors {
+            words += ", every byte and every float of the colours the exact one";
+        }
+    }
+    words
 }
 
 /// The promises of `kernel` that these results break, one sentence each. `parity` is the GPU's from the

@@ -283,7 +283,7 @@ impl Verification {
         Ok(OfKernel {
             kernel: kernel.name(),
             promise: if is_on_gpu || kernel == Kernel::Certified {
-                promise(kernel, bit_equal, self.colors.is_some())
+                promise(kernel, bit_equal, self.colors.is_some(), is_on_gpu)
             } else {
                 "nothing that the CPU alone can show".into()
             },
@@ -375,9 +375,10 @@ impl Verified {
         let parts = heads.iter().zip(&rows).filter(|(_, rows)| !rows.is_empty());
         let mut text: String = parts.map(|(head, rows)| format!("\n{head}{rows}")).collect();
         text.push('\n');
-        for OfKernel { kernel, promise, broken, .. } in &self.kernels {
+        for OfKernel { kernel, promise, broken, gpu_against_cpu, .. } in &self.kernels {
             let kept = if broken.is_empty() { "kept" } else { "BROKEN" };
-            text += &format!("{kernel} promises: {promise}: {kept}\n");
+            let note = if gpu_against_cpu.is_none() { "; no GPU was compared" } else { "" };
+            text += &format!("{kernel} promises: {promise}: {kept}{note}\n");
         }
         text
     }
