@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::sides::{self, NOTHING, Sides};
 use super::{Bvh, Node};
+use crate::guard;
 use crate::num::{round_down, round_up};
 use crate::parallel;
 
@@ -43,14 +44,16 @@ pub struct FlatBox {
 
 impl Bvh {
     /// The boxes in depth-first order, relative to a point; `None` where they reach too far from there. Each step is rounded
-    /// outward. Of neighbours those come first whose middle, relative to the point as well, has the least of a number: for
-    /// rays that meet them in this order, the first hit hides most of what follows.
+    /// outward, and each box is wider on every side by `turn` of the distance of its farthest corner from the point: for rays from
+    /// there whose direction has this relative error. Of neighbours those come first whose middle, relative to the point as well,
+    /// has the least of a number: for rays that meet them in this order, the first hit hides most of what follows.
     pub fn boxes_from(
         &self,
         reference: DVec3,
+        turn: f64,
         order: impl Fn(DVec3) -> f64 + Sync,
     ) -> Option<Vec<FlatBox>> {
-        let flat = Flat { bvh: self, shift: self.reference - reference, order };
+        let flat = Flat { bvh: self, shift: self.reference - reference, turn, order };
         let Some(root) = self.root().first() else { return Some(Vec::new()) };
         if !flat.moved(self.around).as_flattened().iter().all(|side| side.abs() <= REACH) {
             return None;
@@ -71,17 +74,26 @@ impl Bvh {
 struct Flat<'a, F> {
     bvh: &'a Bvh,
     shift: DVec3,
+    turn: f64,
     order: F,
 }
 
 impl<F: Fn(DVec3) -> f64> Flat<'_, F> {
-    /// A box relative to the new point, wider by what rounds.
+    /// Returns a box relative to the new point, wider by the roundings and by the error of a ray's direction.
+    ///
+    /// A point of a true ray in the box is at a distance `r` of at most its farthest corner's. The computed ray, whose direction
+    /// has a relative error `turn`, is then at a distance of at most `turn·r` from it at the same `t`, and so in the wider box.
+    /// Each box gets a slack for its distance only: one far sphere must not widen all boxes.
     fn moved(&self, [low, high]: Sides) -> [[f64; 3]; 2] {
         let shift = self.shift.to_array();
-        [
-            std::array::from_fn(|k| (f64::from(low[k]) + shift[k].next_down()).next_down()),
-            std::array::from_fn(|k| (f64::from(high[k]) + shift[k].next_up()).next_up()),
-        ]
+        let low = std::array::from_fn(|k| (f64::from(low[k]) + shift[k].next_down()).next_down());
+        let high = std::array::from_fn(|k| (f64::from(high[k]) + shift[k].next_up()).next_up());
+        if self.turn == 0.0 {
+            return [low, high];
+        }
+        let farthest = DVec3::from(low).abs().max(DVec3::from(high).abs());
+        let slack = self.turn * guard::length_bound(farthest);
+        [low.map(|side| (side - slack).next_down()), high.map(|side| (side + slack).next_up())]
     }
 
     fn flat(&self, sides: Sides, link: u32, id: u32) -> FlatBox {

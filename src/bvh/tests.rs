@@ -62,7 +62,7 @@ fn flat_boxes_hold_what_is_behind_them() {
     for n in (1..=300).chain([5000]) {
         let spheres = spheres(n);
         let bvh = tree(&spheres);
-        let boxes = bvh.boxes_from(DVec3::new(0.1, -3.0, 7e3), |middle| -middle.x).unwrap();
+        let boxes = bvh.boxes_from(DVec3::new(0.1, -3.0, 7e3), 0.0, |middle| -middle.x).unwrap();
         assert!(boxes.len() >= n + bvh.nodes.len() - 1 && 2 * boxes.len() <= 3 * n, "{n}");
         let mut seen = vec![0; n];
         // Where the boxes around the next one end, and their corners.

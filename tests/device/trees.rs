@@ -19,7 +19,7 @@ use kugelblitz::trace::{Hits, Kernel, Rays, Wants, WorldRay};
 use kugelblitz::tracer::Tracer;
 use kugelblitz_judge::compare::compare;
 use kugelblitz_judge::verify::{Truth, compare_to_exact, sample};
-use kugelblitz_tests::twins::propose_alone;
+use kugelblitz_tests::twins::{Twin, propose_alone};
 use kugelblitz_tests::{camera, gpu, in_cube, scene, sphere, traced};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -206,6 +206,48 @@ fn many_rays_into_large_clouds() {
     for camera in [parallel(), camera(DVec3::new(1.1, 0.7, 3.8), DVec3::ZERO)] {
         for n in (3..).map(|k| 10usize.pow(k)).take_while(|n| *n <= most) {
             check_cloud(n, 0.6 * (n as f64).powf(-1.0 / 3.0), &camera, 100_000);
+        }
+    }
+}
+
+/// Spheres of a cloud in a cube of side 2, and a camera that frames it.
+fn cloud_with(more: &[Sphere]) -> (Prepared, Rays) {
+    let mut rng = ChaCha8Rng::seed_from_u64(741);
+    let spheres = (0..5000).map(|_| sphere(in_cube(&mut rng), rng.random_range(0.01..0.03)));
+    let scene = Arc::new(scene(spheres.chain(more.iter().copied()).collect(), vec![]));
+    let camera = camera(DVec3::new(2.6, 1.8, 3.4), DVec3::ZERO);
+    let rays = Rays::Pixels(Pixels::whole(View::new(&camera), 64, 36));
+    (Prepared::new(scene, Kernel::Certified, &rays).unwrap(), rays)
+}
+
+/// The boxes that all rays visit on a device, and the rays that it leaves undecided.
+fn costs((prepared, rays): &(Prepared, Rays)) -> [u64; 2] {
+    let twin = Twin::new(prepared).unwrap();
+    let n_boxes = |index| u64::from(twin.n_boxes(&twin.ray(rays, index)));
+    let undecided = propose_alone(prepared, rays).unwrap().iter().filter(|&&id| id == OPEN).count();
+    [(0..rays.len()).map(n_boxes).sum(), undecided as u64]
+}
+
+/// The error of a ray's direction grows with the distance, so each box needs a slack for its distance. With the slack of the farthest
+/// box for all, each ray visited all spheres.
+#[test]
+fn one_far_or_huge_sphere_costs_a_device_little() {
+    let alone = costs(&cloud_with(&[]));
+    println!("alone: {alone:?}");
+    for exponent in [2, 4, 6, 8, 10] {
+        let far = 10f64.powi(exponent);
+        for (name, outlier) in [
+            ("far to the side", sphere(DVec3::X * far, 0.5)),
+            ("far behind", sphere(DVec3::new(-0.7, -0.6, -1.0) * far, 1e-3 * far)),
+            ("ground", sphere(DVec3::Y * (-1.1 - far), far)),
+        ] {
+            let with = costs(&cloud_with(&[outlier]));
+            println!("{name} {far:e}: {with:?}");
+            assert!(with[0] <= 3 * alone[0], "{name} {far:e}: {with:?} boxes, not {alone:?}");
+            assert!(
+                with[1] <= 3 * alone[1] + 23,
+                "{name} {far:e}: {with:?} undecided, not {alone:?}"
+            );
         }
     }
 }

@@ -60,9 +60,15 @@ impl Twin<'_> {
     pub fn decide<R: Real<One = f32, Id = u32>>(&self, ray: &Ray<R>) -> u32 {
         let mut nearest = self.nearest_listed(ray);
         match self.look_in_tree(ray, &mut nearest) {
-            true => nearest.decide().0,
-            false => OPEN,
+            Some(_) => nearest.decide().0,
+            None => OPEN,
         }
+    }
+
+    /// Number of boxes that a ray visits.
+    pub fn n_boxes(&self, ray: &Ray<f32>) -> u32 {
+        let n_boxes = self.look_in_tree(ray, &mut self.nearest_listed(ray));
+        n_boxes.unwrap_or(self.most_boxes)
     }
 
     /// What a ray sees of the records that a device has in its buffers.
@@ -94,16 +100,16 @@ impl Twin<'_> {
         nearest
     }
 
-    /// Whether that comes to its end.
+    /// Returns the number of boxes visited, or `None` if there are too many.
     fn look_in_tree<R: Real<One = f32, Id = u32>>(
         &self,
         ray: &Ray<R>,
         nearest: &mut Nearest<R>,
-    ) -> bool {
+    ) -> Option<u32> {
         let (Some(InSpace { boxes, beside }), Some(hierarchy)) =
             (&self.in_space, &self.prepared.hierarchy)
         else {
-            return true;
+            return Some(0);
         };
         let slabs = Slabs::new(ray, R::splat(LEAST_SLACK + beside));
         // Lanes without a leaf look at the first one; where no sphere has a box there is none.
@@ -111,15 +117,15 @@ impl Twin<'_> {
             hierarchy.leaves.add(0, ray, &mut Nearest::none());
         }
         let mut at = 0;
-        for _ in 0..self.most_boxes {
-            let Some(node) = boxes.get(at) else { break };
+        for n_boxes in 0..=self.most_boxes {
+            let Some(node) = boxes.get(at) else { return Some(n_boxes) };
             let (is_met, next) = step(node, &slabs, nearest.high());
             at += next;
             if is_met && node.link & IS_LEAF != 0 {
                 hierarchy.leaves.add(node.link & !IS_LEAF, ray, nearest);
             }
         }
-        at == boxes.len()
+        None
     }
 
     /// What is in the way of a shadow ray that starts on the object `own`: `listed`, and the spheres of the tree.
