@@ -20,6 +20,14 @@ pub struct Sphere {
     pub radius: f64,
 }
 
+impl Sphere {
+    /// Returns the bits of centre and radius, which are equal for equal spheres: −0 counts as 0.
+    pub(crate) fn bits(&self) -> [u64; 4] {
+        let [x, y, z] = self.center.to_array();
+        [x, y, z, self.radius].map(|number| (number + 0.0).to_bits())
+    }
+}
+
 /// The spheres of a scene, millions of them: a slice of [`Sphere`]s, with one colour for all or one
 /// for each, and names for some. A clone shares the spheres and their colours.
 ///

@@ -162,8 +162,7 @@ impl ExactShape for Sphere {
     }
 
     fn place(&self) -> Option<Place> {
-        let [x, y, z] = self.center.to_array();
-        (self.radius != 0.0).then(|| Place::Sphere([x, y, z, self.radius].map(f64::to_bits)))
+        (self.radius != 0.0).then(|| Place::Sphere(self.bits()))
     }
 }
 
