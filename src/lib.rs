@@ -29,7 +29,7 @@
 //!
 //! [`Device::best`](device::Device::best) is a Vulkan device where there is one. The folder
 //! `examples/` has more: a picture of a scene from memory, a million spheres and rays from arrays.
-//! [`scene::Spheres`] takes rows of numbers as they are, 32 bytes each; vectors are those of `glam`, and
+//! [`scene::Spheres`] takes rows of numbers as they are, 32 bytes each; vectors are types of `glam`, and
 //! arrays go `into()` them.
 //!
 //! # Conventions

@@ -79,7 +79,7 @@ import kugelblitz as kb
 import numpy as np
 scene = kb.Scene(np.random.default_rng(1).random((1000, 3)), radius=0.02)
 scene.render(size=(320, 180)).save("cloud.png")
-hits = scene.trace(np.array([[0.5, 0.5, 9, 0, 0, -1]]))
+hits = scene.trace([[0.5, 0.5, 9.0]], [[0.0, 0.0, -1.0]])
 print(kb.__version__, hits.id)
 '
             printf '%s: installed, imported and drawn in %s ms\n' "$("$bin/python" --version)" \
@@ -88,7 +88,7 @@ print(kb.__version__, hits.id)
             same_picture picture.png
             VK_DRIVER_FILES=/nonexistent "$bin/python" -m kugelblitz "${picture[@]}" -q
             same_picture picture.png
-            [ "$("$bin/kugelblitz" --version)" = "kugelblitz $version" ]
+            [ "$("$bin/kugelblitz" -V)" = "kugelblitz $version" ]
             "$bin/kugelblitz" render nosuch.toml -o no.png 2>error && die "drew a scene that does not exist"
             grep -F nosuch.toml error
         )

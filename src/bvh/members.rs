@@ -121,7 +121,7 @@ mod tests {
         let mut random = SplitMix::new(1110);
         for n in [0, 1, 2, 3, 40, 3000] {
             let mut number = || match random.bits() % 6 {
-                0 if random.bits() % 2 == 0 => -0.0,
+                0 if random.bits().is_multiple_of(2) => -0.0,
                 number => number as f64,
             };
             let spheres: Vec<Sphere> = (0..n)
