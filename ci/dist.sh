@@ -35,7 +35,7 @@ add_texts() {
     sed "s/@PROGRAM@/$program/g; s/@VERSION@/$version/g" ci/dist/INSTALL.md >"$folder/INSTALL.md"
     cp LICENSE-MIT LICENSE-APACHE CHANGELOG.md "$folder"
     { echo 'ignore-dev-dependencies = true'
-      sed -n '/^allow = \[/,/^\]/{s/^allow/accepted/;p}' ci/deny.toml; } >"$scratch/about.toml"
+      sed -n '/^allow = \[/,/^\]/{s/^allow/accepted/;p;}' ci/deny.toml; } >"$scratch/about.toml"
     cargo about -L error generate --offline --locked -m "crates/$package/Cargo.toml" -c "$scratch/about.toml" \
         ci/dist/licenses.hbs -o "$scratch/licenses.txt"
     # Own crates are listed once for each of their licence files.
@@ -49,7 +49,7 @@ add_extras() {
     mkdir "$folder/completions" "$folder/man/man5"
     mv "$folder"/man/man1/*.5 "$folder/man/man5"
     for shell in bash zsh fish; do "$program" completions "$shell" >"$folder/completions/kugelblitz.$shell"; done
-    git archive HEAD scenes | tar x -C "$folder"
+    git archive HEAD scenes | tar -x -f - -C "$folder"
 }
 
 # Packs the folder $1 as $1.tar.gz.
@@ -109,7 +109,7 @@ windows() {
     fresh_folder "$folder"
     cp "$build/$windows/release"/kugelblitz{,-view}.exe "$folder"
     add_texts "$folder" view kugelblitz
-    git archive HEAD scenes | tar x -C "$folder"
+    git archive HEAD scenes | tar -x -f - -C "$folder"
     ci/dist/zip.py "$folder" "$out/kugelblitz-$version-x86_64-windows.zip" "$SOURCE_DATE_EPOCH"
 }
 

@@ -8,10 +8,10 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 die() { printf 'ci/dist/tools.sh: %s\n' "$*" >&2; exit 1; }
 
-declare -A versions=([cargo-about]=0.9.3 [cargo-cyclonedx]=0.5.9 [cargo-deny]=0.20.2 [mdbook]=0.5.4)
-declare -A features=([cargo-about]=cli [cargo-cyclonedx]='' [cargo-deny]='' [mdbook]='')
+# Without associative arrays, which macOS' bash does not have.
+known="cargo-about@0.9.3 cargo-cyclonedx@0.5.9 cargo-deny@0.20.2 mdbook@0.5.4"
 
-[ $# -gt 0 ] || die "expected names of tools: python, ${!versions[*]}"
+[ $# -gt 0 ] || die "expected names of tools: python, $known"
 target=$(cargo metadata --format-version 1 --no-deps --locked |
     sed -n 's/.*"target_directory":"\([^"]*\)".*/\1/p')
 tools=$target/dist/tools
@@ -29,11 +29,12 @@ install_python() {
 }
 
 install_rust() {
-    local name=$1 version=${versions[$1]:-}
-    [ -n "$version" ] || die "unknown tool $name; known are python, ${!versions[*]}"
-    grep -qF "\"$name $version " "$tools/.crates.toml" 2>/dev/null && return 0
-    CARGO_TARGET_DIR=$tools/build cargo install -q --locked --root "$tools" "$name@$version" \
-        --features "${features[$name]}" >&2
+    local tool features=
+    for tool in $known; do [ "${tool%@*}" != "$1" ] || break; done
+    [ "${tool%@*}" = "$1" ] || die "unknown tool $1; known are python, $known"
+    [ "$1" != cargo-about ] || features=cli
+    grep -qF "\"${tool/@/ } " "$tools/.crates.toml" 2>/dev/null && return 0
+    CARGO_TARGET_DIR=$tools/build cargo install -q --locked --root "$tools" "$tool" --features "$features" >&2
 }
 
 for name in "$@"; do
