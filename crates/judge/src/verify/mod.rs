@@ -57,10 +57,10 @@ impl RayDifferences {
     }
 }
 
-/// The promise of a kernel, in words. `bit_equal` says whether the kernel's arithmetic on the device
-/// is that of IEEE 754 operation by operation, so that its result must be the CPU's bit by bit; `has_gpu`, whether a GPU was
-/// compared with the CPU; `has_colors`, whether
-/// colours are looked at.
+/// Returns the promise of a kernel in words.
+///
+/// `bit_equal`: whether the device calculates with IEEE 754's numbers, operation by operation, so that its result must equal the
+/// CPU's bit by bit. `has_colors`: whether colours are compared. `has_gpu`: whether a GPU was compared with the CPU.
 pub fn promise(kernel: Kernel, bit_equal: bool, has_colors: bool, has_gpu: bool) -> String {
     let promise = &kernel.about().promise;
     let mut words = if bit_equal { promise.words } else { promise.words_elsewhere }.to_owned();
