@@ -41,16 +41,16 @@ archive() {
     as_root debootstrap --variant=minbase bullseye "$old" http://deb.debian.org/debian >"$place/log" 2>&1 ||
         { tail "$place/log"; die "no Debian 11"; }
     inside() { as_root chroot "$old" /bin/sh -ec "$1"; }
-    as_root tar xzf "$out/$name.tar.gz" -C "$old/root"
-    as_root cp "$digests" "$old/root/$name/digests.txt"
-    inside "cd /root/$name && ./kugelblitz ${picture[*]}"
-    same_picture "$old/root/$name/picture.png"
-    inside "cd /root/$name && ./kugelblitz render lit/figure1 -o none.png --device gpu" 2>&1 && die "found a GPU in an empty root"
-    inside "cd /root/$name && ./kugelblitz digest --check digests.txt -q"
+    as_root tar xzf "$out/$name.tar.gz" -C "$old/opt"
+    as_root cp "$digests" "$old/opt/$name/digests.txt"
+    inside "cd /opt/$name && ./kugelblitz ${picture[*]}"
+    same_picture "$old/opt/$name/picture.png"
+    inside "cd /opt/$name && ./kugelblitz render lit/figure1 -o none.png --device gpu" 2>&1 && die "found a GPU in an empty root"
+    inside "cd /opt/$name && ./kugelblitz digest --check digests.txt -q"
     as_root env DEBIAN_FRONTEND=noninteractive chroot "$old" apt-get -q install -y --no-install-recommends \
         libvulkan1 mesa-vulkan-drivers >"$place/log" 2>&1 || { tail "$place/log"; die "no driver in Debian 11"; }
-    inside "cd /root/$name && ./kugelblitz probe && rm picture.png && ./kugelblitz ${picture[*]} --device gpu"
-    same_picture "$old/root/$name/picture.png"
+    inside "cd /opt/$name && ./kugelblitz probe && rm picture.png && ./kugelblitz ${picture[*]} --device gpu"
+    same_picture "$old/opt/$name/picture.png"
     as_root rm -rf "$old"
 }
 

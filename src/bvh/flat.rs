@@ -81,8 +81,9 @@ struct Flat<'a, F> {
 impl<F: Fn(DVec3) -> f64> Flat<'_, F> {
     /// Returns a box relative to the new point, wider by the roundings and by the error of a ray's direction.
     ///
-    /// A point of a true ray in the box is at a distance `r` of at most its farthest corner's. The computed ray, whose direction
-    /// has a relative error `turn`, is then at a distance of at most `turn·r` from it at the same `t`, and so in the wider box.
+    /// Let a true ray be in the box at `t`. Its point there is at most as far from the origin as the farthest corner, at a distance
+    /// `r`. The computed ray's direction has a relative error of `turn`, so its point at `t` is within `turn·r` of that point, and
+    /// in the wider box.
     /// Each box gets a slack for its distance only: one far sphere must not widen all boxes.
     fn moved(&self, [low, high]: Sides) -> [[f64; 3]; 2] {
         let shift = self.shift.to_array();
