@@ -5,11 +5,12 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use glam::DVec3;
-use kugelblitz::bvh::{Beam, IS_LEAF, MOST_BOXES, Visitor, Walk};
+use kugelblitz::bvh::{Beam, FlatBox, IS_LEAF, MOST_BOXES, Visitor, Walk};
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::exact::{ExactRay, visible_hit};
 use kugelblitz::gpu::slabs::{LEAST_SLACK, Slabs};
+use kugelblitz::guard::PIXELS;
 use kugelblitz::num;
 use kugelblitz::num::{OPEN, V3};
 use kugelblitz::prepare::{Prepared, Scaled};
@@ -250,4 +251,52 @@ fn one_far_or_huge_sphere_costs_a_device_little() {
             );
         }
     }
+}
+
+/// Tiny spheres on the exact rays of pixels, at distances from 10⁻³ to 10⁹: the device's ray of a pixel has to meet the box of
+/// its sphere, and without the slack for the error of directions some do not.
+#[test]
+fn the_rays_of_pixels_meet_boxes_on_them() {
+    let mut rng = ChaCha8Rng::seed_from_u64(742);
+    let (mut lost, mut n_rays) = ([0, 0], 0);
+    for _ in 0..8 {
+        let camera = camera(in_cube(&mut rng) * 10.0, in_cube(&mut rng));
+        let pixels = Pixels::whole(View::new(&camera), 64, 36);
+        let rays = Rays::Pixels(pixels);
+        let ray = |index| {
+            let (x, y) = pixels.xy(index);
+            pixels.ray(x, y)
+        };
+        let on_ray = |index| {
+            let WorldRay { origin, direction } = ray(index);
+            let distance = 10f64.powf(rng.random_range(-3.0..9.0));
+            sphere(origin + direction.normalize() * distance, 1e-13 * distance)
+        };
+        let scene = Arc::new(scene((0..rays.len()).map(on_ray).collect(), vec![]));
+        let prepared = Prepared::new(scene, Kernel::Certified, &rays).unwrap();
+        let bvh = &prepared.hierarchy.as_ref().unwrap().bvh;
+        let twin = Twin::new(&prepared).unwrap();
+        let with_slack = prepared.in_space().unwrap().unwrap().boxes;
+        let boxes = [0.0, 0.5].map(|share| {
+            let turn = share * PIXELS.direction * f64::from(f32::EPSILON) / 2.0;
+            bvh.boxes_from(prepared.reference, turn, |_| 0.0).unwrap()
+        });
+        for index in 0..rays.len() {
+            let slabs = Slabs::new(&twin.ray(&rays, index), LEAST_SLACK);
+            let is_met = |boxes: &[FlatBox]| {
+                let id = index as u32 + 1;
+                let leaf = boxes.iter().find(|leaf| leaf.link & IS_LEAF != 0 && leaf.id == id);
+                leaf.is_some_and(|leaf| {
+                    slabs.between(V3(leaf.low), V3(leaf.high)).is_within(f32::MAX)
+                })
+            };
+            assert!(is_met(&with_slack), "{:?}", ray(index));
+            for (lost, boxes) in lost.iter_mut().zip(&boxes) {
+                *lost += u32::from(!is_met(boxes));
+            }
+            n_rays += 1;
+        }
+    }
+    println!("{lost:?} of {n_rays} lost without and with half of the slack");
+    assert!(lost[0] > 40, "{lost:?}");
 }
