@@ -54,7 +54,7 @@ impl Prepared {
             Some(Lens::Orthographic) => [0.0, guard::PARALLEL.offset * spread],
         };
         // Halving `turn` is not covered by a test: rounding boxes outward to f32 hides it. Without it, some rays miss their spheres.
-        // The 1.01 is for what is of second order. Halving the 1.01 is not covered by a test: it is about 10⁴ times as large as needed.
+        // The 1.01 covers terms of second order. Halving the 1.01 is not covered by a test: it is about 10⁴ times as large as needed.
         let [turn, beside] = [turn, beside].map(|error| 1.01 * f32::UNIT * error);
         let Some(boxes) = bvh.boxes_from(self.reference, turn, order) else { return Ok(None) };
         Ok(Some(InSpace { boxes, beside: round_up(beside) }))
