@@ -5,6 +5,11 @@ struct Lamp {
     aim: Aim,
     weight: vec3f,
     casts_shadows: f32,
+    //#if contacts
+    // The ids of objects that it is close to, 0 for none, and its sides of them.
+    contacts: vec4u,
+    sides: vec4f,
+    //#end
 }
 
 struct Lighting {
@@ -101,6 +106,14 @@ fn surface_of(id: u32, ray: Ray, steps: vec2f) -> SurfacePoint {
     return surface;
 }
 
+//#if contacts
+// The side of an object that a lamp is on; 2 where the lamp is not close to it.
+fn side_at(lamp: Lamp, id: u32) -> f32 {
+    let sides = select(vec4f(2.0), lamp.sides, lamp.contacts == vec4u(id));
+    return min(min(sides.x, sides.y), min(sides.z, sides.w));
+}
+//#end
+
 //#if lamps
 // With an object that is in the way of no ray that starts on it.
 fn with_occluder(verdict: Verdict, next: Verdict, is_own: bool) -> Verdict {
@@ -110,7 +123,7 @@ fn with_occluder(verdict: Verdict, next: Verdict, is_own: bool) -> Verdict {
 
 //#if tree
 // With the spheres of the tree. What an ended walk has not looked at may be in the way.
-fn verdict_in_tree(listed: Verdict, ray: ShadowRay, own: u32) -> Verdict {
+fn verdict_in_tree(listed: Verdict, ray: ShadowRay, lamp: Lamp, own: u32) -> Verdict {
     let slabs = shadow_slabs(ray);
     var verdict = listed;
     var at = 0u;
@@ -121,7 +134,14 @@ fn verdict_in_tree(listed: Verdict, ray: ShadowRay, own: u32) -> Verdict {
         at = step.at;
         if step.place != NO_PLACE {
             let met = met_in_tree[step.id - 1u];
-            verdict = with_occluder(verdict, sphere_occludes(met, ray), own == step.id);
+            var next = sphere_occludes(met, ray);
+            //#if contacts
+            let side = side_at(lamp, step.id);
+            if side < 2.0 {
+                next = sphere_occludes_beside(met, ray, side);
+            }
+            //#end
+            verdict = with_occluder(verdict, next, own == step.id);
         }
     }
     return Verdict(verdict.blocked, select(verdict.clear, -1.0, at < walk.n_boxes));
@@ -135,13 +155,20 @@ fn given_of(lamp: Lamp, surface: SurfacePoint, id: u32) -> Bounds {
     //#each met shape
     for (var i = 0u; i < N_MET_SHAPES; i++) {
         let other = met_shapes[i];
-        verdict = with_occluder(verdict, shape_occludes(other.met, ray), id == other.id);
+        var next = shape_occludes(other.met, ray);
+        //#if contacts
+        let side = side_at(lamp, other.id);
+        if side < 2.0 {
+            next = shape_occludes_beside(other.met, ray, side);
+        }
+        //#end
+        verdict = with_occluder(verdict, next, id == other.id);
     }
     //#end
     let given = cosine(ray, surface.normal, surface.normal_error);
     //#if tree
     if lamp.casts_shadows > 0.0 && given.high > 0.0 {
-        verdict = verdict_in_tree(verdict, ray, id);
+        verdict = verdict_in_tree(verdict, ray, lamp, id);
     }
     //#end
     if lamp.casts_shadows == 0.0 {

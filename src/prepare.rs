@@ -79,6 +79,8 @@ pub enum LightKey {
         n_lamps: usize,
         /// Numbers of objects that may be in the way: of spheres and of planes.
         n_met: [usize; 2],
+        /// Whether a lamp is close to a surface.
+        has_contacts: bool,
     },
 }
 

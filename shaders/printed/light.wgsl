@@ -286,6 +286,54 @@ fn plane_occludes(met: PlaneMet, ray: ShadowRay) -> Verdict {
     return Verdict(blocked, clear_2);
 }
 
+fn sphere_occludes_beside(met: SphereMet, ray: ShadowRay, side: f32) -> Verdict {
+    let l = met.center - ray.start;
+    let l2 = dot3(l, l);
+    let foot = min(max(dot3(l, ray.way) * ray.inv_square, 0.0), ray.last);
+    let q = l - ray.way * foot;
+    let distance = sqrt(l2);
+    let here = ray.error + ray.unit * (met.place + 14.5 * distance);
+    let e = here + min(ray.bend * distance, ray.end_error);
+    let in_range = max(e, distance) < 0x1p50f;
+    let e_2 = select(0x1p62f, e, in_range);
+    let least2 = dot3(q, q);
+    let inner = met.r - e_2;
+    let outer = met.r + e_2;
+    let inner2 = inner * inner * 0.99999905;
+    let inner2_2 = select(-1.0, inner2, 0.0 < inner);
+    let v = outer * outer * 1.000001;
+    let end = l - ray.way;
+    let v_2 = here + ray.end_error;
+    let length = sqrt(dot3(end, end));
+    let rounding = 1.7881393e-6 * length;
+    let along = dot3(end, ray.way) * ray.inv_length;
+    let stays_inside = min(0.5 - side, inner2_2 - l2);
+    let passes = min(side + 0.5,
+        max(least2 - v, along - (1.01 * (v_2 + (length + v_2) * ray.turned) + rounding)));
+    let crosses = max(inner2_2 - least2, -side - 0.5);
+    let clear = max(passes, stays_inside);
+    let blocked = min(crosses, max(l2 - v, side - 0.5));
+    return Verdict(blocked, clear);
+}
+
+fn plane_occludes_beside(met: PlaneMet, ray: ShadowRay, side: f32) -> Verdict {
+    let l = met.point - ray.start;
+    let distance = max(sqrt(dot3(l, l)), 0x1p-50f);
+    let here = ray.error + ray.unit * (met.place + 6.0 * distance);
+    let e = here + ray.end_error + ray.unit * (6.0 * ray.length);
+    let start = dot3(met.normal, l);
+    let start_error = 1.01 * met.length * here;
+    let in_range = e < 0x1p50f;
+    let start_error_2 = select(0x1p100f, start_error, in_range);
+    let above = start - start_error_2;
+    let below = -start - start_error_2;
+    let end_above = -side - 0.5;
+    let end_below = side - 0.5;
+    let blocked = max(min(above, end_below), min(below, end_above));
+    let clear = max(max(min(above, end_above), min(below, end_below)), 0.5 - abs(side));
+    return Verdict(blocked, clear);
+}
+
 fn verdict_with(verdict: Verdict, next: Verdict) -> Verdict {
     let blocked = select(verdict.blocked, 1.0, 0.0 < next.blocked);
     let clear = select(-1.0, verdict.clear, 0.0 < next.clear);

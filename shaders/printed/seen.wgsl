@@ -116,8 +116,10 @@ fn sphere_bounds_close(sphere: SphereSeen, ray: Ray) -> Bounds {
     let is_known = outside | inside;
     let low_2 = select(0.0, low, is_known);
     let high_2 = select(0x1p100f, high, is_known);
-    let is_missed = outside & ((outer < 0.0) | (s < -sphere.slack));
-    let is_hit = ((outside & (0.0 <= inner)) & (sphere.slack < s)) | inside;
+    let on_surface = sphere.k_error <= 0.0;
+    let is_missed = (outside & (outer < 0.0)) | ((outside | on_surface) & (s < -sphere.slack));
+    let is_behind = on_surface & (s <= sphere.slack);
+    let is_hit = ((outside & (0.0 <= inner)) & (sphere.slack < s)) | (inside & !is_behind);
     let low_3 = select(low_2, 0x1p100f, is_missed);
     let high_3 = select(0x1p100f, high_2, is_hit);
     return Bounds(low_3, high_3);

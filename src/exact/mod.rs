@@ -31,8 +31,7 @@ pub use root::Root;
 pub(crate) use root::{lowest, nearest_f32};
 pub(crate) use shape::unit_f32;
 pub use shape::{
-    PlaneNumbers, Side, SphereNumbers, is_outside, plane_numbers, signum_of_discriminant,
-    sphere_numbers,
+    PlaneNumbers, Side, SphereNumbers, plane_numbers, signum_of_discriminant, sphere_numbers,
 };
 pub(crate) use sight::Sight;
 

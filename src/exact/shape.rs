@@ -5,9 +5,10 @@ mod sphere;
 
 pub(crate) use plane::unit_f32;
 pub use plane::{PlaneNumbers, plane_numbers};
-pub use sphere::{SphereNumbers, is_outside, signum_of_discriminant, sphere_numbers};
+pub use sphere::{SphereNumbers, signum_of_discriminant, sphere_numbers};
 
 use dashu_int::IBig;
+use glam::DVec3;
 
 use super::light::{ExactBeam, Surd};
 use super::{Ball, Dyadic, Enclosure, ExactRay, Root, Sight};
@@ -50,6 +51,8 @@ pub(super) trait ExactShape {
     }
     /// Bounds of a numerator and a denominator, both positive, of the smallest such root, where it is in the way.
     fn first_root(&self, beam: &ExactBeam, n_bits: usize) -> Option<[Enclosure; 2]>;
+    /// See [`Object::side_of`].
+    fn side_of(&self, point: DVec3) -> Option<i32>;
     /// Where it is.
     fn place(&self) -> Option<Place>;
 }
@@ -65,6 +68,12 @@ impl<'a> Object<'a> {
     /// Whether it is, or may be, in the way of this light to the points on its own back.
     pub(crate) fn darkens_its_back(self, light: Source) -> bool {
         self.exact().darkens_its_back(light)
+    }
+
+    /// The side of its surface that a point lies on: 1 outside of a sphere or in front of a plane, 0 on the surface, −1 inside or
+    /// behind; `None` where a number is not finite.
+    pub fn side_of(self, point: DVec3) -> Option<i32> {
+        self.exact().side_of(point)
     }
 
     /// Where it is; `None` where no ray hits it.

@@ -87,7 +87,7 @@ fn lists(key: &ShaderKey) -> String {
     let lists = [
         ("spheres", "SphereRecord", key.n_spheres, sphere),
         ("planes", "PlaneRecord", key.n_planes, plane),
-        ("lamps", "Lamp", n_lamps(key), LAMP_BYTES),
+        ("lamps", "Lamp", n_lamps(key), lamp_bytes(key)),
     ];
     // With light in trees lavapipe of Mesa 22.3 crashes where the fourth uniform is that of the lamps.
     let is_lit_tree = key.light.is_some() && key.tree;
@@ -174,6 +174,10 @@ fn n_lamps(key: &ShaderKey) -> usize {
     }
 }
 
+fn has_contacts(key: &ShaderKey) -> bool {
+    matches!(key.light, Some(LightKey::Certified { has_contacts: true, .. }))
+}
+
 /// Whether a scene needs of the parts what `//#if` asks for, by its name.
 fn needs(key: &ShaderKey) -> Vec<(&'static str, bool)> {
     let about = key.kernel.about();
@@ -188,6 +192,8 @@ fn needs(key: &ShaderKey) -> Vec<(&'static str, bool)> {
         ("surface", key.surface),
         // Lights.
         ("lamps", n_lamps(key) > 0),
+        // Lamps that are close to surfaces.
+        ("contacts", has_contacts(key)),
         // Numbers that are relative to the reference point,
         ("relative", is_relative),
         // and are moved to where each ray starts.
@@ -295,7 +301,9 @@ fn compile_parts(parts: &[ShaderPart], choices: &Choices) -> Result<Shader> {
 pub(super) const MOST_REPEATED: usize = 32;
 
 /// Bytes of a lamp, at most.
-const LAMP_BYTES: usize = 64;
+fn lamp_bytes(key: &ShaderKey) -> usize {
+    if has_contacts(key) { 96 } else { 64 }
+}
 
 /// Turns of loops after which a shader may be stopped: llvmpipe ends all loops of an invocation after 65 535
 /// (`LP_MAX_TGSI_LOOP_ITERATIONS`), without a word, and goes on behind them.

@@ -17,7 +17,7 @@ use crate::num::Float as _;
 use crate::num::V3;
 use crate::num::fields::words;
 use crate::parallel;
-use crate::prepare::{CertifiedLighting, LightKey, Prepared, ShaderKey};
+use crate::prepare::{CertifiedLamp, CertifiedLighting, LightKey, Prepared, ShaderKey};
 use crate::rays::Pixels;
 use crate::scene::Edges;
 use crate::seen::{Anchors, Record as _, SphereMet};
@@ -81,7 +81,8 @@ impl CertifiedLight {
         }
         let (n_samples, n_lamps, mut n_met) = (lighting.n_samples, lighting.lamps.len(), [0; 2]);
         lighting.occluders.iter().for_each(|(_, met)| n_met[met.words().0] += 1);
-        let light = LightKey::Certified { n_samples, n_lamps, n_met };
+        let has_contacts = has_contacts(lighting);
+        let light = LightKey::Certified { n_samples, n_lamps, n_met, has_contacts };
         let (mut key, background) = (prepared.light_key(light), lighting.background);
         // With the origins of parallel rays others than those beside the tree count as close.
         key.close |= hierarchy.is_some();
@@ -197,18 +198,33 @@ fn lists_of_tree(
     Ok(Some(lists))
 }
 
+fn has_contacts(lighting: &CertifiedLighting) -> bool {
+    lighting.lamps.iter().any(|lamp| !lamp.contacts.is_empty())
+}
+
+/// The contacts of a lamp: ids, 0 for none, then the sides.
+fn contacts(lamp: &CertifiedLamp<f32>) -> Vec<f32> {
+    let mut words = vec![0.0; 8];
+    for (place, contact) in lamp.contacts_on_device().iter().enumerate() {
+        (words[place], words[4 + place]) = (f32::from_bits(contact.id), contact.side as f32);
+    }
+    words
+}
+
 /// The uniforms of `shaders/lit.wgsl`, in words.
 fn uniforms(lighting: &CertifiedLighting) -> Lists {
     let CertifiedLighting { occluders, lamps, ambient, width, lengths, .. } = lighting;
+    let has_contacts = has_contacts(lighting);
     let id = |id: u32| [f32::from_bits(id), 0.0, 0.0, 0.0];
     let [mut spheres, mut planes] = [Vec::new(), Vec::new()];
     for (own, met) in occluders {
         let (shape, words) = met.words();
         [&mut spheres, &mut planes][shape].extend(words.into_iter().chain(id(*own)));
     }
-    let lamp = |lamp: &crate::prepare::CertifiedLamp<f32>| {
+    let lamp = |lamp: &CertifiedLamp<f32>| {
         let casts_shadows = if lamp.casts_shadows { 1.0 } else { 0.0 };
-        words::<12>(&lamp.aim).into_iter().chain(vec4(lamp.weight, casts_shadows))
+        let light = words::<12>(&lamp.aim).into_iter().chain(vec4(lamp.weight, casts_shadows));
+        light.chain(if has_contacts { contacts(lamp) } else { Vec::new() })
     };
     let ambient = vec4(ambient.low, 0.0).into_iter().chain(vec4(ambient.high, 0.0));
     let of_all = words::<8>(lengths).into_iter().chain(ambient).chain(words::<4>(width));

@@ -2,7 +2,7 @@
 
 use crate::num::V3;
 use crate::seen::shadow::Aim;
-use crate::seen::{Bounds, Lengths, LightBounds, Met};
+use crate::seen::{Bounds, Contact, Lengths, LightBounds, Met};
 
 /// What bounds of a picture's colours in numbers of `F` rest on, relative to the eye.
 #[derive(Clone)]
@@ -23,6 +23,16 @@ pub struct CertifiedLighting<F: Copy = f32> {
     pub lengths: Lengths<F>,
 }
 
+/// Contacts of a lamp that a device knows. It leaves more to the CPU: a lamp touches few objects.
+const MOST_CONTACTS: usize = 4;
+
+impl<F> CertifiedLamp<F> {
+    /// The contacts that a device knows.
+    pub fn contacts_on_device(&self) -> &[Contact] {
+        &self.contacts[..self.contacts.len().min(MOST_CONTACTS)]
+    }
+}
+
 /// A light, or a sun of the sky, in numbers of `F`.
 #[derive(Clone)]
 pub struct CertifiedLamp<F> {
@@ -32,4 +42,6 @@ pub struct CertifiedLamp<F> {
     pub weight: V3<F>,
     /// Whether objects may be in its way.
     pub casts_shadows: bool,
+    /// The objects that it is close to.
+    pub contacts: Vec<Contact>,
 }

@@ -10,6 +10,7 @@
 //! reference point. The spread itself is in range: who makes rays sees to that.
 
 mod anchor;
+mod contact;
 mod light;
 mod plane;
 pub mod shadow;
@@ -18,6 +19,7 @@ mod sphere;
 use glam::DVec3;
 
 pub use anchor::{Anchor, Anchors};
+pub use contact::Contact;
 pub use light::LightBounds;
 pub use plane::{PlaneMet, PlaneSeen};
 pub use shadow::{ShadowRay, Verdict};
@@ -337,6 +339,15 @@ impl<F: Float> Met<F> {
         match self {
             Met::Sphere(met) => met.map(R::splat).occlude(ray),
             Met::Plane(met) => met.map(R::splat).occlude(ray),
+        }
+    }
+
+    /// [`Met::occlude`], with the side of a light that is close to the object.
+    #[inline(always)]
+    pub fn occlude_beside<R: Real<One = F>>(&self, ray: &ShadowRay<R>, side: f64) -> Verdict<R> {
+        match self {
+            Met::Sphere(met) => met.map(R::splat).occlude_beside(ray, R::lit(side)),
+            Met::Plane(met) => met.map(R::splat).occlude_beside(ray, R::lit(side)),
         }
     }
 }

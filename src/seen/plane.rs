@@ -207,6 +207,17 @@ impl<R: Real> PlaneMet<R> {
     /// zeros are exact; so its ray surely runs along a plane where each product is one with 0, and then misses it.
     #[inline(always)]
     pub fn occlude(&self, ray: &ShadowRay<R>) -> Verdict<R> {
+        self.verdict(ray, None)
+    }
+
+    /// [`PlaneMet::occlude`] for a light that is close to the plane: `side` is 1 if it is in front of the plane, 0 on it, −1 behind.
+    #[inline(always)]
+    pub fn occlude_beside(&self, ray: &ShadowRay<R>, side: R) -> Verdict<R> {
+        self.verdict(ray, Some(side))
+    }
+
+    #[inline(always)]
+    fn verdict(&self, ray: &ShadowRay<R>, side: Option<R>) -> Verdict<R> {
         // No test sees the 2 halved: in f32 ½ is for the normal, and ½ is room.
         let (lit, zero, more) = (R::lit, R::lit(0.0), 2.0 * R::One::ROUNDED);
         let &PlaneMet { point, normal, length: n, place } = self;
@@ -224,6 +235,14 @@ impl<R: Real> PlaneMet<R> {
         let in_range = e.lt(lit(R::One::LARGEST_ROOT));
         let start_error = R::select(in_range, start_error, lit(R::One::BEYOND));
         let [above, below] = [start - start_error, -start - start_error];
+        if let Some(side) = side {
+            // `N₁` has the other sign.
+            let half = lit(0.5);
+            let [end_above, end_below] = [-side - half, side - half];
+            let blocked = above.min(end_below).max(below.min(end_above));
+            let clear = above.min(end_above).max(below.min(end_below)).max(half - side.abs());
+            return Verdict { blocked, clear };
+        }
         let [end_above, end_below] = [stop - stop_error, -stop - stop_error];
         let blocked = above.min(end_below).max(below.min(end_above));
         let clear = above.min(end_above).max(below.min(end_below));

@@ -275,6 +275,15 @@ impl<R: Real> ShadowRay<R> {
         R::lit(ROOM) * (self.error + self.end_error)
     }
 
+    /// Lower bound of `v·ω` for a vector that is off by `error`.
+    #[inline(always)]
+    pub(super) fn approach(&self, v: V3<R>, error: R) -> R {
+        let (lit, length) = (R::lit, v.dot(v).sqrt());
+        let rounding = lit((OF_COSINE + 2.0 * R::One::ROUNDED) * R::One::UNIT) * length;
+        let along = v.dot(self.way) * self.inv_length;
+        along - (lit(ROOM) * (error + (length + error) * self.turned) + rounding)
+    }
+
     /// Bounds of `n·ω` for a unit normal that is off by `normal_error`. Both are 0 where it is certain not
     /// to be positive.
     #[inline(always)]

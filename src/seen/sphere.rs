@@ -212,11 +212,11 @@ impl<R: Real<One = f64>> SphereSeen<R> {
             true => error,
             false => R::select(k_error.le(lit(0.0)), lit(0.0), error),
         };
-        // Origins that are apart change k itself; and where its sign is open, it says nothing of the roots.
+        // Origins that are apart change k itself; and where its sign is open, it says nothing of the roots. A `k` of 0 is exact.
         let is_close = is_near_surface(from_reference, r, l);
         let is_close = match eye.spread > 0.0 {
             true => is_close,
-            false => is_close & k_error.lt(k.abs()),
+            false => is_close & (k_error.lt(k.abs()) | k_error.le(lit(0.0))),
         };
         let close = if eye.reach.apart == 0.0 { 1.0 } else { 0.0 };
         let inv_r = lit(1.0) / r;
@@ -400,8 +400,11 @@ impl Seen for SphereSeen<f64> {
         }
         let chord = Chord::new(&seen.leaf(), &foot, ray);
         let Visible { t, outside, inside } = Visible::by_product(seen, l, ray, &foot, &chord);
-        let is_missed = outside & (outer.lt(zero) | s.lt(-seen.slack));
-        let is_hit = (outside & zero.le(inner) & seen.slack.lt(s)) | inside;
+        // From an eye on the sphere the far root is `2s`.
+        let on_surface = seen.k_error.le(zero);
+        let is_missed = (outside & outer.lt(zero)) | ((outside | on_surface) & s.lt(-seen.slack));
+        let is_behind = on_surface & s.le(seen.slack);
+        let is_hit = (outside & zero.le(inner) & seen.slack.lt(s)) | (inside & !is_behind);
         Some(Bounds {
             low: R::select(is_missed, beyond, t.low),
             high: R::select(is_hit, t.high, beyond),
@@ -519,6 +522,18 @@ impl<R: Real> SphereMet<R> {
     /// Whether it is in the way of a shadow ray that does not start on it: [`super::shadow`] has the bounds.
     #[inline(always)]
     pub fn occlude(&self, ray: &ShadowRay<R>) -> Verdict<R> {
+        self.verdict(ray, None)
+    }
+
+    /// [`SphereMet::occlude`] for a light that is close to the sphere: `side` is 1 if it is outside, 0 on the sphere, −1 inside.
+    /// [`super::contact`] has the derivation.
+    #[inline(always)]
+    pub fn occlude_beside(&self, ray: &ShadowRay<R>, side: R) -> Verdict<R> {
+        self.verdict(ray, Some(side))
+    }
+
+    #[inline(always)]
+    fn verdict(&self, ray: &ShadowRay<R>, side: Option<R>) -> Verdict<R> {
         let (lit, zero) = (R::lit, R::lit(0.0));
         let rounded = R::One::ROUNDED;
         let l = self.center - ray.start;
@@ -535,10 +550,21 @@ impl<R: Real> SphereMet<R> {
         let end = l - ray.way;
         let end2 = end.dot(end).max(ray.end2);
         let (end_inner2, end_outer2) = squares(self.r, here + ray.end_error);
-        let (end_inside, end_outside) = (end_inner2 - end2, end2 - end_outer2);
+        let Some(side) = side else {
+            let (end_inside, end_outside) = (end_inner2 - end2, end2 - end_outer2);
+            return Verdict {
+                clear: (least2 - outer2).max(end_inside.min(inner2 - l2)),
+                blocked: (inner2 - least2).min((l2 - outer2).max(end_outside)),
+            };
+        };
+        let half = lit(0.5);
+        let approach = ray.approach(end, here + ray.end_error);
+        let stays_inside = (half - side).min(inner2 - l2);
+        let passes = (side + half).min((least2 - outer2).max(approach));
+        let crosses = (inner2 - least2).max(-side - half);
         Verdict {
-            clear: (least2 - outer2).max(end_inside.min(inner2 - l2)),
-            blocked: (inner2 - least2).min((l2 - outer2).max(end_outside)),
+            clear: passes.max(stays_inside),
+            blocked: crosses.min((l2 - outer2).max(side - half)),
         }
     }
 }

@@ -162,6 +162,9 @@ fn bounds_hold_in_every_number() {
         count::<Sphere, f32>(n, ground, |_| (), f64::from),
         count::<Sphere, Shaky>(n, ground, |_| (), |x| x.0.into()),
         count::<Sphere, f64>(n, ground, |_| (), |x| x),
+        count::<Sphere, f32>(n, from_surface, |_| (), f64::from),
+        count::<Sphere, Shaky>(n, from_surface, |_| (), |x| x.0.into()),
+        count::<Sphere, f64>(n, from_surface, |_| (), |x| x),
         count::<Plane, f32>(n, grazing, |_| (), f64::from),
         count::<Plane, Shaky>(n, grazing, |_| (), |x| x.0.into()),
         count::<Plane, f64>(n, grazing, |_| (), |x| x),
@@ -283,24 +286,45 @@ fn offsets_of_planes_are_within_their_error() {
     assert!(most <= 1.0 && most > 0.1, "{most}");
 }
 
-/// From an eye exactly on a sphere its far wall is seen, as its near root is the eye.
+/// From an eye exactly on a sphere its far wall is seen, as its near root is the eye; and nothing of it is seen outward.
 #[test]
 fn an_eye_on_a_sphere_sees_its_far_wall() {
     let sphere = Sphere { center: DVec3::new(0.0, 0.0, -5.0), radius: 5.0 };
     let (input, reach) = (guard::host::input_in_f64(None), Reach::default());
     let eye = Eye { reference: DVec3::ZERO, spread: 0.0, input, reach, unit: f64::UNIT };
     let seen = SphereSeen::new::<f64>(&sphere, &eye);
-    assert!(!seen.is_close());
+    assert!(seen.is_close());
     for direction in [DVec3::new(0.3, -0.2, -1.0), DVec3::new(0.9, 0.0, -0.5)] {
         let ray = Ray::new(V3([0.0; 3]), V3(direction.to_array()));
         let t = 2.0 * direction.dot(sphere.center) / direction.length_squared();
-        let bounds = SphereSeen::bounds(&seen, &ray).expect("a hit");
-        let surface = SphereSeen::surface(&seen, &ray, &Lengths::new(&eye, 2.0));
-        for Bounds { low, high } in [bounds, surface.t] {
+        let bounds = [SphereSeen::bounds(&seen, &ray), SphereSeen::bounds_close(&seen, &ray)];
+        let lengths = Lengths::new(&eye, 2.0);
+        let surfaces = [
+            SphereSeen::surface(&seen, &ray, &lengths),
+            SphereSeen::surface_close(&seen, &ray, &lengths),
+        ];
+        let bounds = bounds.map(|bounds| bounds.expect("a hit"));
+        for Bounds { low, high } in bounds.into_iter().chain(surfaces.map(|surface| surface.t)) {
             assert!(low <= t && t <= high && high - low < 1e-9 * t, "{low} {t} {high}");
         }
-        assert!(surface.is_known() && !surface.front);
+        assert!(surfaces.iter().all(|surface| surface.is_known() && !surface.front));
     }
+    let seen = seen.round::<f32>();
+    for direction in [DVec3::new(0.3, -0.2, 1.0), DVec3::new(0.9, 0.0, 1e-4)] {
+        let ray = Ray::new(V3([0.0; 3]), V3::lit(direction));
+        let found = SphereSeen::bounds_close(&seen, &ray).expect("bounds");
+        assert!(found.low >= f32::BEYOND as f32, "{direction}: {found:?}");
+    }
+}
+
+/// Rays from an eye exactly on a sphere, in all directions and along it.
+fn from_surface(random: &mut Random) -> Case<Sphere> {
+    let radius = (10.0 * random.number()).exp2().max(1.0).round();
+    let at = [DVec3::X, DVec3::NEG_Z, DVec3::Y][random.0.bits() as usize % 3];
+    let outward = at * (random.number() * 10f64.powf(-8.0 * random.0.unit()));
+    let direction = outward + at.cross(random.vector());
+    let origin = random.vector().round();
+    (Sphere { center: origin - at * radius, radius }, origin, direction)
 }
 
 /// With a part of a bound a bad device is caught. Its errors are random, so that the worst do not meet.

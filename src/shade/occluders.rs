@@ -5,10 +5,10 @@ use glam::DVec3;
 use crate::bvh::{Beam, Bvh, Corners, Visitor, Walk};
 use crate::certify::Stage;
 use crate::num::{Float, Lanes, Real};
-use crate::prepare::{Lamp, Lighting, Prepared, Scaled, exponent_of, power_of_two};
+use crate::prepare::{Hierarchy, Lamp, Lighting, Prepared, Scaled, exponent_of, power_of_two};
 use crate::rays::Rays;
-use crate::scene::{Scene, Source};
-use crate::seen::{Met, ShadowRay, SphereMet, Surface, Verdict, shadow};
+use crate::scene::{Object, Scene, Source};
+use crate::seen::{Contact, Met, ShadowRay, SphereMet, Surface, Verdict, shadow};
 
 /// Spheres that a ball is compared with at a time.
 const LANES: usize = 8;
@@ -26,19 +26,33 @@ pub struct Occluders<'a> {
     n_spheres: usize,
     /// From the reference point to that of the tree.
     to_tree: DVec3,
-    /// Where each lamp's light comes from, relative to the reference point.
-    pub origins: Vec<shadow::Origin>,
+    /// Of each lamp.
+    pub lights: Vec<LightSource>,
+}
+
+/// Where the light of a lamp comes from.
+pub struct LightSource {
+    /// Relative to the reference point.
+    pub origin: shadow::Origin,
+    /// The objects that the lamp is close to, if it casts shadows.
+    pub contacts: Vec<Contact>,
 }
 
 impl<'a> Occluders<'a> {
     pub fn new(prepared: &'a Prepared, rays: &'a Rays, lighting: &Lighting) -> Occluders<'a> {
         let (scene, stage) = (&*prepared.scene, Stage::new(prepared, rays));
-        let relative = |point: DVec3| point - prepared.reference;
         let tree = prepared.hierarchy.as_ref().map(|hierarchy| &*hierarchy.bvh);
-        let origin = |lamp: &Lamp| match lamp.origin {
-            Source::Eye => shadow::Origin::Point(DVec3::ZERO),
-            Source::Point(position) => shadow::Origin::Point(relative(position)),
-            Source::Sun(way) => shadow::Origin::Sun(Scaled::new(way).rounded()),
+        let light = |lamp: &Lamp| {
+            let origin = match lamp.origin {
+                Source::Eye => shadow::Origin::Point(DVec3::ZERO),
+                Source::Point(position) => shadow::Origin::Point(position - prepared.reference),
+                Source::Sun(way) => shadow::Origin::Sun(Scaled::new(way).rounded()),
+            };
+            let contacts = match lamp.origin {
+                Source::Point(position) if lamp.casts_shadows() => contacts(prepared, position),
+                _ => Vec::new(),
+            };
+            LightSource { origin, contacts }
         };
         let listed = Occluders::listed_in(prepared);
         let spheres: Vec<SphereMet<f64>> = listed
@@ -54,18 +68,28 @@ impl<'a> Occluders<'a> {
             tree,
             listed,
             to_tree: tree.map_or(DVec3::ZERO, |bvh| prepared.reference - bvh.reference),
-            origins: lighting.lamps.iter().map(origin).collect(),
+            lights: lighting.lamps.iter().map(light).collect(),
         }
     }
 
-    /// Lists the places of the listed objects that may be in the way of rays from a ball of points of the object `own`, and says
-    /// whether one is in the way of all.
+    /// Lists the places of the listed objects that may be in the way of rays to the lamp with index `lamp` from a ball of points of
+    /// the object `own`, and says whether one is in the way of all.
     #[inline(always)]
-    pub fn look_around(&self, ball: &ShadowRay<f64>, own: u32, places: &mut Vec<usize>) -> bool {
+    pub fn look_around(
+        &self,
+        lamp: usize,
+        ball: &ShadowRay<f64>,
+        own: u32,
+        places: &mut Vec<usize>,
+    ) -> bool {
         places.clear();
-        let mut is_dark = false;
-        let mut take = |place: usize, verdict: Verdict<f64>| {
-            if !verdict.is_clear() && self.listed[place].0 != own {
+        let (mut is_dark, contacts) = (false, &self.lights[lamp].contacts);
+        let mut take = |place: usize, mut verdict: Verdict<f64>| {
+            let (id, met) = &self.listed[place];
+            if let Some(side) = Contact::side_at(contacts, *id) {
+                verdict = met.occlude_beside(ball, side);
+            }
+            if !verdict.is_clear() && *id != own {
                 is_dark |= verdict.is_blocked();
                 places.push(place);
             }
@@ -128,18 +152,19 @@ impl<'a> Occluders<'a> {
         let Some(surface) = surface else {
             return (1..=self.scene.n_objects() as u32).collect();
         };
-        let aim = shadow::Aim::new(self.origins[index]);
+        let LightSource { origin, contacts } = &self.lights[index];
+        let aim = shadow::Aim::new(*origin);
         let ray = ShadowRay::new(&aim, surface.point, surface.point_error);
         let mut places = Vec::new();
-        self.look_around(&ray, own, &mut places);
+        self.look_around(index, &ray, own, &mut places);
         let mut ids: Vec<u32> = places.into_iter().map(|place| self.listed[place].0).collect();
         if !surface.front {
             ids.push(own);
         }
         if let Some(bvh) = self.tree {
             let [point, room] = [surface.point.0, [surface.point_error; 3]].map(DVec3::from_array);
-            let beam = self.beam(bvh, self.origins[index], [point - room, point + room]);
-            let mut look = Look { occluders: self, bvh, own, ray: &ray, ids: &mut ids };
+            let beam = self.beam(bvh, *origin, [point - room, point + room]);
+            let mut look = Look { occluders: self, contacts, bvh, own, ray: &ray, ids: &mut ids };
             Walk::default().all(bvh, bvh.root(), beam, &mut look);
         }
         ids
@@ -152,6 +177,8 @@ const NEAR: f64 = 4.0;
 /// Looks for what may be in the way of a shadow ray.
 struct Look<'a> {
     occluders: &'a Occluders<'a>,
+    /// Those of the light.
+    contacts: &'a [Contact],
     bvh: &'a Bvh,
     /// The object that it starts on.
     own: u32,
@@ -168,9 +195,48 @@ impl Visitor for Look<'_> {
         let id = self.bvh.ids[place as usize];
         let reference = self.occluders.prepared.reference;
         let met: SphereMet<f64> = SphereMet::new(&self.bvh.spheres[place as usize], reference);
-        if id != self.own && !met.occlude(self.ray).is_clear() {
+        let verdict = match Contact::side_at(self.contacts, id) {
+            None => met.occlude(self.ray),
+            Some(side) => met.occlude_beside(self.ray, side),
+        };
+        if id != self.own && !verdict.is_clear() {
             self.ids.push(id);
         }
+    }
+}
+
+/// The objects that a lamp is close to: of all that are in no tree, and of the spheres of the tree whose boxes it is in.
+fn contacts(prepared: &Prepared, light: DVec3) -> Vec<Contact> {
+    let contact = |object| Contact::new(object, light, prepared.reference);
+    let listed = prepared.listed(prepared.outside()).into_iter();
+    let mut contacts: Vec<Contact> = listed.filter_map(contact).collect();
+    if let Some(Hierarchy { bvh, .. }) = &prepared.hierarchy {
+        let at = light - bvh.reference;
+        // Room for more than the rounding: a light close to a surface may be outside of the sphere's box.
+        let room = at.abs() * 1e-3;
+        // No box is farther away than the light itself.
+        let beam = Beam::new([at - room, at + room], [DVec3::ZERO; 2], 0.0);
+        let mut found = Places::default();
+        Walk::default().all(bvh, bvh.root(), beam, &mut found);
+        contacts.extend(found.0.into_iter().filter_map(|place| {
+            let place = place as usize;
+            contact((bvh.ids[place], Object::Sphere(&bvh.spheres[place])))
+        }));
+    }
+    contacts
+}
+
+/// Notes the places that it is shown.
+#[derive(Default)]
+struct Places(Vec<u32>);
+
+impl Visitor for Places {
+    fn last(&self) -> f32 {
+        f32::INFINITY
+    }
+
+    fn see(&mut self, place: u32) {
+        self.0.push(place);
     }
 }
 

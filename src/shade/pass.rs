@@ -22,7 +22,7 @@ use pulp::{Simd, WithSimd};
 use super::Background;
 
 use super::lit::Job;
-use super::occluders::Occluders;
+use super::occluders::{LightSource, Occluders};
 use super::written::Written;
 use crate::bvh::Walk;
 use crate::certify::{Pack, Surfaces, is_id};
@@ -187,11 +187,11 @@ impl<'a> LightPass<'a, f32> {
 
     /// The numbers of the pass, for a device; `None` where a light is so far away that squares leave the range.
     pub fn lighting(&self) -> Option<&CertifiedLighting> {
-        let is_far = |origin: &Origin| match *origin {
+        let is_far = |light: &LightSource| match light.origin {
             Origin::Point(at) => length_bound(at) >= f32::LARGEST_ROOT,
             Origin::Sun(_) => false,
         };
-        (!self.occluders.origins.iter().any(is_far)).then_some(&self.lighting)
+        (!self.occluders.lights.iter().any(is_far)).then_some(&self.lighting)
     }
 }
 
@@ -212,10 +212,11 @@ impl<'a, F: Linear> LightPass<'a, F> {
         let n_samples = job.n_samples() as u32;
         let n_terms = lighting.lamps.len() as f64 + f64::from(n_samples).powi(2);
         let width = of_roundings(n_terms + OF_COLOR, F::UNIT).unwrap_or(f64::INFINITY);
-        let lamp = |(lamp, &origin): (&Lamp, &Origin)| CertifiedLamp {
-            aim: Aim::new(origin),
+        let lamp = |(lamp, light): (&Lamp, &LightSource)| CertifiedLamp {
+            aim: Aim::new(light.origin),
             weight: V3(lamp.weight.map(F::near)),
             casts_shadows: lamp.casts_shadows(),
+            contacts: light.contacts.clone(),
         };
         let ambient = |sign: f64| {
             V3(lighting
@@ -231,7 +232,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
             } else {
                 Vec::new()
             },
-            lamps: lighting.lamps.iter().zip(&occluders.origins).map(lamp).collect(),
+            lamps: lighting.lamps.iter().zip(&occluders.lights).map(lamp).collect(),
             ambient: LightBounds { low: ambient(-1.0), high: ambient(1.0) },
             width: Bounds { low: F::near(1.0 - width), high: F::near(1.0 + width) },
             lengths: surfaces.lengths,

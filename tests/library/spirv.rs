@@ -161,8 +161,9 @@ fn keys_of_certified_light() -> Vec<ShaderKey> {
         for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (150, 2)] {
             for (n_lamps, n_samples) in [(0, 1), (3, 1), (3, 3), (100, 4)] {
                 for tree in [false, true] {
-                    let light =
-                        LightKey::Certified { n_samples, n_lamps, n_met: [n_spheres, n_planes] };
+                    let n_met = [n_spheres, n_planes];
+                    let has_contacts = n_lamps == 3 && (tree || n_spheres + n_planes > 0);
+                    let light = LightKey::Certified { n_samples, n_lamps, n_met, has_contacts };
                     let key = key(Kernel::Certified, lens, tree);
                     all.push(ShaderKey { n_spheres, n_planes, light: Some(light), ..key });
                     let close = n_spheres > 0 || tree;

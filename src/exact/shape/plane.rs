@@ -1,5 +1,7 @@
 //! A plane, exactly.
 
+use glam::DVec3;
+
 use super::{ExactShape, Place, Side};
 use crate::exact::light::{ExactBeam, Surd, dot_real};
 use crate::exact::number::{primitive, product3, real3};
@@ -7,6 +9,7 @@ use crate::exact::sight::ball_dot;
 use crate::exact::{Ball, Dyadic, Enclosure, ExactRay, Root, Sight, signum};
 use crate::guard::steps;
 use crate::num::{Float, Scaled};
+use crate::rays::WorldRay;
 use crate::scene::Plane;
 
 /// Numerator `N = (p − o)·n` and denominator `M = d·n` of a plane, for the ray's own (scaled)
@@ -66,6 +69,11 @@ impl ExactShape for Plane {
         let enclosed = |x: Surd<'_>| (if x.signum() < 0 { -x } else { x }).enclose(n_bits);
         let [n, m] = beam_quotient(beam, self)?;
         Some([enclosed(n), enclosed(m)])
+    }
+
+    fn side_of(&self, point: DVec3) -> Option<i32> {
+        let ray = ExactRay::new(&WorldRay { origin: point, direction: DVec3::X });
+        Some(-signum(&plane_quotient(&ray, self)?.0))
     }
 
     /// However long its normal is, and whichever of its points is named. Of the normal whole numbers without a common divisor,

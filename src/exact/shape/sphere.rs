@@ -141,7 +141,7 @@ impl ExactShape for Sphere {
     fn darkens_its_back(&self, light: Source) -> bool {
         match light {
             Source::Eye => false,
-            Source::Point(position) => is_outside(position, self) != Some(false),
+            Source::Point(position) => self.side_of(position).is_none_or(|side| side > 0),
             Source::Sun(_) => true,
         }
     }
@@ -159,6 +159,11 @@ impl ExactShape for Sphere {
             _ if sign_b > 0 => [(-c).enclose(n_bits), half(b)],
             _ => [half(-b), a.enclose(n_bits)],
         })
+    }
+
+    fn side_of(&self, point: DVec3) -> Option<i32> {
+        let ray = ExactRay::new(&WorldRay { origin: point, direction: DVec3::X });
+        Some(signum(&HalfB::new(&ray, self)?.k))
     }
 
     fn place(&self) -> Option<Place> {
@@ -198,10 +203,4 @@ pub fn sphere_numbers(ray: &ExactRay, sphere: &Sphere) -> Option<SphereNumbers> 
 pub fn signum_of_discriminant(ray: &ExactRay, sphere: &Sphere) -> Option<i32> {
     let half_b = HalfB::new(ray, sphere)?;
     Some(signum(&half_b.quarter_discriminant(ray.norm_squared())))
-}
-
-/// True where a point lies outside of a sphere (not on it); `None` where a number is not finite.
-pub fn is_outside(point: DVec3, sphere: &Sphere) -> Option<bool> {
-    let ray = ExactRay::new(&WorldRay { origin: point, direction: DVec3::X });
-    Some(signum(&HalfB::new(&ray, sphere)?.k) > 0)
 }

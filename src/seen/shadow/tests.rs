@@ -9,7 +9,7 @@ use crate::exact::{ExactBeam, ExactPoint, ExactRay, visible_hit};
 use crate::guard::tests::worst::{UNIT, Worst, assert_tight, worst};
 use crate::rays::WorldRay;
 use crate::scene::{Color, Object, Plane, Sphere};
-use crate::seen::{Met, PlaneMet, SphereMet};
+use crate::seen::{Contact, Met, PlaneMet, SphereMet};
 
 /// A shape of its own.
 #[derive(Clone, Debug)]
@@ -359,6 +359,88 @@ fn a_ball_speaks_for_the_points_in_it() {
     }
     assert_eq!(n_wrong, 0);
     assert!(n_said > 5000 && n_wrong_of_half > 10, "{n_said} {n_wrong_of_half}");
+}
+
+/// A lamp on a surface or some roundings away from it, and a point that it lights: anywhere, or near the tangent plane at the lamp.
+fn lamp_in_contact(rng: &mut ChaCha8Rng, unit: f64) -> (DVec3, Lamp, Shape) {
+    const QUADRUPLES: [([f64; 3], f64); 4] = [
+        ([2.0, 3.0, 6.0], 7.0),
+        ([-4.0, 1.0, 8.0], 9.0),
+        ([2.0, -6.0, 9.0], 11.0),
+        ([0.0, 0.0, -1.0], 1.0),
+    ];
+    let (at, length) = QUADRUPLES[rng.random_range(0..4)];
+    let (size, far) = (2f64.powi(rng.random_range(-12..6)), 2f64.powi(rng.random_range(0..9)));
+    let (outward, center) = (DVec3::from(at) * size, (vector(rng) * far).round());
+    let on_surface = center + outward;
+    let off = [0.0, f64::EPSILON, 3.0 * unit][rng.random_range(0..3)];
+    let lamp = Lamp { at: on_surface + on_surface * vector(rng) * off, is_sun: false };
+    let distance = length * size * 2f64.powi(rng.random_range(-3..6));
+    let from = match rng.random_bool(0.5) {
+        true => on_surface + vector(rng) * distance,
+        false => {
+            let along = outward.cross(vector(rng)).normalize() * distance;
+            on_surface + along + outward * rng.random_range(-9.0..9.0) * unit
+        }
+    };
+    // Its x keeps its digits in f32, and in `with_exact_point`.
+    let from = from.with_x((from.x * 1024.0).round() / 1024.0);
+    let shape = match rng.random_bool(0.7) {
+        true => Shape::sphere(center, length * size),
+        false => Shape::plane(on_surface, outward),
+    };
+    (from, lamp, shape)
+}
+
+/// Wrong statements about lamps in contact, with this part of all errors and with the side times a factor; and how many cases are
+/// undecided, with the side and without it, of those with a lamp exactly on the surface.
+fn statements_in_contact<F: Float>(n: usize, part: f64, turn: f64) -> (Vec<String>, [usize; 3]) {
+    let mut rng = ChaCha8Rng::seed_from_u64(1451);
+    let (mut wrong, mut n_on, mut n_open, mut n_open_without) = (Vec::new(), 0, 0, 0);
+    for _ in 0..n {
+        let (from, lamp, shape) = lamp_in_contact(&mut rng, F::UNIT);
+        let start = V3::lit(from);
+        let from = DVec3::from_array(start.0.map(F::to_f64));
+        let contact = Contact::new((1, shape.object()), lamp.at, DVec3::ZERO);
+        let side = contact.expect("a lamp close to the surface").side;
+        let ray = ShadowRay::new(&Aim::<F>::new(lamp.origin()), start, F::default());
+        let cut = |error: F| F::near(error.to_f64() * part);
+        let [unit, turned, end_error] = [ray.unit, ray.turned, ray.end_error].map(cut);
+        let ray = ShadowRay { unit, turned, end_error, ..ray };
+        let met = Met::new(shape.object(), DVec3::ZERO);
+        let said_with = says(met.occlude_beside(&ray, side * turn));
+        if side == 0.0 {
+            n_on += 1;
+            n_open += usize::from(said_with == OPEN);
+            n_open_without += usize::from(says(met.occlude(&ray)) == OPEN);
+        }
+        let expected = if lamp.is_blocked(from, &shape) { BLOCKED } else { CLEAR };
+        if said_with != OPEN && said_with != expected {
+            wrong.push(format!("{from:?} {lamp:?} {shape:?} {side}: {said_with:?}"));
+        }
+    }
+    (wrong, [n_on, n_open, n_open_without])
+}
+
+/// With its side, most of what a lamp on a surface lights is decided, which is undecided without it unless it is dark.
+#[test]
+fn what_is_said_of_lamps_on_surfaces_is_right() {
+    for (wrong, [n_on, n_open, n_open_without]) in [
+        statements_in_contact::<f64>(60_000, 1.0, 1.0),
+        statements_in_contact::<f32>(60_000, 1.0, 1.0),
+    ] {
+        println!("{n_on} on a surface: {n_open} undecided, {n_open_without} without the side");
+        assert_eq!(wrong.len(), 0, "{}", wrong[0]);
+        assert!(n_on > 10_000 && 2 * n_open < n_open_without, "{n_open}, {n_open_without}");
+    }
+}
+
+#[test]
+fn sabotage_wrong_sides_and_smaller_errors_of_lamps_on_surfaces_are_noticed() {
+    for (part, turn) in [(1.0, -1.0), (1.0 / 256.0, 1.0)] {
+        assert!(!statements_in_contact::<f64>(60_000, part, turn).0.is_empty(), "{part} {turn}");
+        assert!(!statements_in_contact::<f32>(60_000, part, turn).0.is_empty(), "{part} {turn}");
+    }
 }
 
 /// How far a point is from a ray that goes along `way` from 0.

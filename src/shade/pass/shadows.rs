@@ -15,7 +15,7 @@ use crate::guard::length_bound;
 use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3};
 use crate::scene::{Linear, Object};
 use crate::seen::shadow::Aim;
-use crate::seen::{ShadowRay, SphereMet, Surface, Verdict};
+use crate::seen::{Contact, ShadowRay, SphereMet, Surface, Verdict};
 
 /// Most packs whose points of an object are looked at together: with more the beams get wide, with fewer there are more of them.
 const TOGETHER: usize = 8;
@@ -160,8 +160,9 @@ impl<F: Linear> LightPass<'_, F> {
     #[inline(always)]
     pub fn occlude<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
         let Scratch { light: index, packs, given, groups, places, .. } = scratch;
-        let (origin, lamp) = (self.occluders.origins[*index], &self.job.lit.lighting.lamps[*index]);
-        let (aim, of_ball) = (self.lighting.lamps[*index].aim.map(Lanes::splat), Aim::new(origin));
+        let (lamp, light) = (&self.job.lit.lighting.lamps[*index], &self.lighting.lamps[*index]);
+        let of_ball = Aim::new(self.occluders.lights[*index].origin);
+        let aim = light.aim.map(Lanes::splat);
         for PointGroup { id, packs: among, ball, has_back, .. } in &*groups {
             let (packs, given) = (&packs[among.clone()], &mut given[*index][among.clone()]);
             if !given.iter().any(|given| given.is_lit) {
@@ -171,7 +172,7 @@ impl<F: Linear> LightPass<'_, F> {
             let has_back =
                 *has_back && self.occluders.scene.object(*id).is_some_and(is_dark_behind);
             let ball = ShadowRay::new(&of_ball, ball.middle, ball.reach);
-            let is_dark = self.occluders.look_around(&ball, *id, places);
+            let is_dark = self.occluders.look_around(*index, &ball, *id, places);
             if !is_dark && !has_back && places.is_empty() {
                 continue;
             }
@@ -184,7 +185,11 @@ impl<F: Linear> LightPass<'_, F> {
                     let rays = ShadowRay::new(&aim, pack.surface.point, pack.surface.point_error);
                     verdict = Verdict::none();
                     for &place in &*places {
-                        verdict = verdict.with(self.lighting.occluders[place].1.occlude(&rays));
+                        let (id, met) = &self.lighting.occluders[place];
+                        verdict = verdict.with(match Contact::side_at(&light.contacts, *id) {
+                            None => met.occlude(&rays),
+                            Some(side) => met.occlude_beside(&rays, side),
+                        });
                     }
                     if has_back {
                         verdict = Verdict::select(pack.surface.front, verdict, Verdict::dark());
@@ -201,8 +206,10 @@ impl<F: Linear> LightPass<'_, F> {
     pub fn occlude_by_tree<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
         let Some(bvh) = self.occluders.tree else { return };
         let Scratch { light: index, packs, given, groups, ways, walk, .. } = scratch;
-        let (origin, aim) =
-            (self.occluders.origins[*index], self.lighting.lamps[*index].aim.map(Lanes::splat));
+        let (origin, aim) = (
+            self.occluders.lights[*index].origin,
+            self.lighting.lamps[*index].aim.map(Lanes::splat),
+        );
         let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
         for PointGroup { id, packs: among, corners, .. } in &*groups {
             let (packs, given) = (&packs[among.clone()], &mut given[*index][among.clone()]);
@@ -217,8 +224,9 @@ impl<F: Linear> LightPass<'_, F> {
             }
             if !ways.is_empty() {
                 let beam = self.occluders.beam(bvh, origin, *corners);
+                let (contacts, own) = (&self.lighting.lamps[*index].contacts[..], *id);
                 let mut darken =
-                    Darken { pass: self, bvh, own: *id, ways, is_met: false, is_dark: false };
+                    Darken { pass: self, contacts, bvh, own, ways, is_met: false, is_dark: false };
                 walk.all(bvh, bvh.root(), beam, &mut darken);
                 if !darken.is_met {
                     continue;
@@ -235,6 +243,8 @@ impl<F: Linear> LightPass<'_, F> {
 /// Looks for what is in the way of light to points of one object.
 struct Darken<'a, 'b, F: Float, const N: usize> {
     pass: &'a LightPass<'b, F>,
+    /// Those of the light.
+    contacts: &'a [Contact],
     bvh: &'a Bvh,
     /// Their object, which is not in their way.
     own: u32,
@@ -255,16 +265,20 @@ impl<F: Linear, const N: usize> Visitor for Darken<'_, '_, F, N> {
     fn see(&mut self, place: u32) {
         let zero = Lanes::<F, N>::lit(0.0);
         let place = place as usize;
-        if self.bvh.ids[place] == self.own {
+        let id = self.bvh.ids[place];
+        if id == self.own {
             return;
         }
         let reference = self.pass.occluders.prepared.reference;
         let met: SphereMet<F> = SphereMet::new(&self.bvh.spheres[place], reference);
-        let met = met.map(Lanes::splat);
+        let (met, side) = (met.map(Lanes::splat), Contact::side_at(self.contacts, id));
         (self.is_met, self.is_dark) = (true, true);
         for way in &mut *self.ways {
             if way.is_open() {
-                let found = met.occlude(&way.rays);
+                let found = match side {
+                    None => met.occlude(&way.rays),
+                    Some(side) => met.occlude_beside(&way.rays, Lanes::lit(side)),
+                };
                 way.verdict = way.verdict.with(found);
                 way.asked = Lanes::select(zero.lt(found.blocked), zero, way.asked);
                 self.is_dark &= !way.is_open();

@@ -162,6 +162,10 @@ fn light() -> String {
             SphereMet::occlude(&met, &ray)),
         function!(plane_occludes(met: PlaneMet<W>, ray: ShadowRay<W>)
             PlaneMet::occlude(&met, &ray)),
+        function!(sphere_occludes_beside(met: SphereMet<W>, ray: ShadowRay<W>, side: W)
+            SphereMet::occlude_beside(&met, &ray, side)),
+        function!(plane_occludes_beside(met: PlaneMet<W>, ray: ShadowRay<W>, side: W)
+            PlaneMet::occlude_beside(&met, &ray, side)),
         function!(verdict_with(verdict: Verdict<W>, next: Verdict<W>) verdict.with(next)),
         function!(behind(given: Bounds<W>, verdict: Verdict<W>) given.behind(&verdict)),
         function!(light_with(light: LightBounds<W>, weight: V3<W>, given: Bounds<W>)

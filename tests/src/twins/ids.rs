@@ -6,8 +6,9 @@ use kugelblitz::num::fields::{FieldSource, Fields};
 use kugelblitz::num::{OPEN, Real, V3};
 use kugelblitz::prepare::{InSpace, ObjectRecords, Prepared};
 use kugelblitz::rays::{Frame, List, Rays};
+use kugelblitz::scene::Object;
 use kugelblitz::seen::{
-    Nearest, PlaneSeen, Ray, Seen as _, ShadowRay, SphereMet, SphereSeen, Verdict,
+    Contact, Met, Nearest, PlaneSeen, Ray, Seen as _, ShadowRay, SphereSeen, Verdict,
 };
 use rayon::prelude::*;
 
@@ -129,7 +130,13 @@ impl Twin<'_> {
     }
 
     /// What is in the way of a shadow ray that starts on the object `own`: `listed`, and the spheres of the tree.
-    pub fn shadow(&self, listed: Verdict<f32>, ray: &ShadowRay<f32>, own: u32) -> Verdict<f32> {
+    pub fn shadow(
+        &self,
+        listed: Verdict<f32>,
+        ray: &ShadowRay<f32>,
+        contacts: &[Contact],
+        own: u32,
+    ) -> Verdict<f32> {
         let Some(InSpace { boxes, .. }) = &self.in_space else { return listed };
         let slabs = Slabs::to_light(ray);
         let most = if is_near(ray) { self.most_boxes } else { 0 };
@@ -140,12 +147,25 @@ impl Twin<'_> {
             at += next;
             if is_met && node.link & IS_LEAF != 0 && node.id != own {
                 let sphere = &self.prepared.scene.spheres[node.id as usize - 1];
-                let met = SphereMet::new(sphere, self.prepared.reference);
-                verdict = verdict.with(met.occlude(ray));
+                let met = Met::new(Object::Sphere(sphere), self.prepared.reference);
+                verdict = verdict.with(occlude(&met, ray, contacts, node.id));
             }
         }
         let is_ended = at == boxes.len();
         Verdict { clear: if is_ended { verdict.clear } else { -1.0 }, ..verdict }
+    }
+}
+
+/// Whether an object is in the way of a shadow ray to a light with these contacts.
+pub(super) fn occlude(
+    met: &Met<f32>,
+    ray: &ShadowRay<f32>,
+    contacts: &[Contact],
+    id: u32,
+) -> Verdict<f32> {
+    match Contact::side_at(contacts, id) {
+        None => met.occlude(ray),
+        Some(side) => met.occlude_beside(ray, side),
     }
 }
 

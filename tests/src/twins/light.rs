@@ -11,6 +11,7 @@ use kugelblitz::seen::{
 use rayon::prelude::*;
 
 use super::Twin;
+use super::ids::occlude;
 
 /// The bytes of pixels in the light of the kernel `certified`, by the formulas of a device: the twin that
 /// [`Backend::light`](kugelblitz::tracer::Backend::light) is compared with. On the CPU f32 may decide more.
@@ -96,15 +97,15 @@ fn given(
     let is_known = surface.normal_error < 1.0;
     let normal = V3::select(is_known, surface.normal, V3([0.0; 3]));
     let (low, high) = ray.cosine(normal, surface.normal_error);
-    let mut verdict = Verdict::none();
+    let (mut verdict, contacts) = (Verdict::none(), lamp.contacts_on_device());
     if lamp.casts_shadows {
         // From inside a sphere it is left open.
         verdict.clear = if surface.front { 1.0 } else { -1.0 };
-        for (_, met) in lighting.occluders.iter().filter(|(id, _)| *id != own) {
-            verdict = verdict.with(met.occlude(&ray));
+        for (id, met) in lighting.occluders.iter().filter(|(id, _)| *id != own) {
+            verdict = verdict.with(occlude(met, &ray, contacts, *id));
         }
         if high > 0.0 {
-            verdict = twin.shadow(verdict, &ray, own);
+            verdict = twin.shadow(verdict, &ray, contacts, own);
         }
     }
     Bounds { low, high }.behind(&verdict)

@@ -3,7 +3,6 @@
 use glam::DVec3;
 use kugelblitz::Result;
 use kugelblitz::control::Control;
-use kugelblitz::exact;
 use kugelblitz::parallel;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Lens, Pixels, Rays, WorldRay};
@@ -193,7 +192,7 @@ pub fn tints(
 /// points to.
 fn side(scene: &Scene, id: u32, origin: DVec3, direction: DVec3) -> Tint {
     let is_front = match scene.object(id) {
-        Some(Object::Sphere(sphere)) => exact::is_outside(origin, sphere).unwrap_or(true),
+        Some(sphere @ Object::Sphere(_)) => sphere.side_of(origin).is_none_or(|side| side > 0),
         Some(Object::Plane(plane)) => direction.dot(plane.normal) <= 0.0,
         None => return Tint::of(&SIDES, 2),
     };
