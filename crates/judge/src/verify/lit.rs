@@ -3,7 +3,6 @@
 
 use glam::DVec3;
 use kugelblitz::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay};
-use kugelblitz::num::Scaled;
 use kugelblitz::scene::{Object, Scene, Source};
 use kugelblitz::shade::{ExactMean, Lamp, Lighting};
 
@@ -37,14 +36,11 @@ impl<'a> LitPoint<'a> {
         lamp: &'s Lamp,
         beam: &'s ExactBeam,
     ) -> impl Iterator<Item = (u32, Object<'s>)> {
-        let line = self.line(lamp);
-        scene
-            .objects()
-            .filter(move |_| lamp.shadows)
-            .filter(move |(_, object)| !line.clearly_passes(object))
-            .filter(|(_, object)| beam.is_blocked_by(*object))
+        let candidates = lamp.shadows.then(|| self.line(lamp).candidates(scene));
+        candidates.into_iter().flatten().filter(|(_, object)| beam.is_blocked_by(*object))
     }
 
+    /// Returns the line to a lamp. The direction to a point light has the errors of both ends, relative to its own length.
     fn line(&self, lamp: &Lamp) -> Line {
         let (way, reach) = match lamp.origin {
             Source::Eye => (-self.from_eye, 0.0),
@@ -54,9 +50,8 @@ impl<'a> LitPoint<'a> {
             }
             Source::Sun(direction) => (-direction, 0.0),
         };
-        let turned = GRANTED * (1.0 + reach / way.length());
-        let way = Scaled::new(way).rounded();
-        Line { reference: self.eye, origin: self.from_eye, way, turned }
+        let direction_error = GRANTED * (1.0 + reach / way.length());
+        Line::new(self.eye, self.from_eye, way, direction_error)
     }
 }
 

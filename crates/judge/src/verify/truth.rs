@@ -8,7 +8,7 @@ use kugelblitz::num::Scaled;
 use kugelblitz::parallel;
 use kugelblitz::random::SplitMix;
 use kugelblitz::rays::{Pixels, Rays};
-use kugelblitz::scene::{Object, Scene};
+use kugelblitz::scene::{Object, Scene, Sphere};
 use kugelblitz::trace::WorldRay;
 
 use crate::compare::RayResult;
@@ -142,49 +142,123 @@ impl TrueHit {
     }
 }
 
-/// The hit of a ray, by exact arithmetic on every object that f64 does not clearly rule out. No
-/// hierarchy: this is what one is judged by.
+/// Returns the hit of a ray, by exact arithmetic on every object that f64 does not rule out. Uses no hierarchy, since all
+/// other results are compared with this one.
 pub(super) fn hit_of<'a>(scene: &'a Scene, ray: &ExactRay, near: &Near) -> Option<ExactHit<'a>> {
-    let objects = scene.objects();
-    exact::nearest(ray, objects.filter(|(_, object)| !is_clearly_missed(near, object)))
+    exact::nearest(ray, Line::from(near).candidates(scene))
 }
 
-/// True where the line of a ray whose numbers are exact to f64 passes a sphere at a distance, and so
-/// surely misses it.
-pub(crate) fn is_clearly_missed(Near { reference, ray }: &Near, object: &Object) -> bool {
-    let way = Scaled::new(ray.direction).rounded();
-    Line { reference: *reference, origin: ray.origin, way, turned: 0.0 }.clearly_passes(object)
+/// Whether the line of a ray surely misses an object. `near` is the ray in f64.
+pub(crate) fn is_clearly_missed(near: &Near, object: &Object) -> bool {
+    matches!(object, Object::Sphere(sphere) if Line::from(near).misses(sphere))
 }
 
-/// A thousand times what the numbers of a [`Line`] are off by, which is some `2⁻⁵⁰`: no test sees it halved.
+/// Relative error granted to the numbers of a [`Line`]; the actual one is about `2⁻⁵⁰`.
+///
+/// Halving it is not covered by a test: it is a thousand times the actual error.
 pub(super) const GRANTED: f64 = 1.0 / (1u64 << 40) as f64;
 
-/// A line in f64. Its offset from a sphere, the cross product and the lengths are off by some `2⁻⁵⁰` of the
-/// lengths' product.
+/// Lower bound of the distance from a centre at which a [`Line`] may be ruled out, world units.
+///
+/// Halving it is not covered by a test: squares underflow only below `1e-154`.
+const MIN_REACH: f64 = 1e-140;
+
+/// Number of spheres that are compared with a [`Line`] before the candidates among them are listed.
+const BLOCK: usize = 64;
+
+/// A line in f64, to rule out spheres that it surely misses.
+///
+/// # Notation
+/// | symbol | meaning |
+/// | --- | --- |
+/// | `c`, `r` | centre, relative to the reference point, and radius of a sphere |
+/// | `o` | origin of the line, relative to the reference point |
+/// | `w` | direction of the line; its largest component is from 1 to 2 |
+/// | `l`, `s` | `c − o`, and the sum of the magnitudes of its components |
+/// | `G` | [`GRANTED`] |
+/// | `e` | upper bound of the relative error of `w`, beyond `G` |
+///
+/// # Inequality
+/// 1. The line misses the sphere if `|l × w| > |r||w|`.
+/// 2. `c`, `o` and `w` have relative errors of about `2⁻⁵⁰`, and `w` an error of `e|w|` more. The cross product and each of
+///    the squares, sums and products below have relative errors of some `2⁻⁵³` of `|l||w|` or `|r||w|`. As `|l| ≤ |c| + |o|`,
+///    these errors together are far below `G(|c| + |o| + |r|)|w| + e|l||w|`.
+/// 3. So the line surely misses if `|l × w|/|w| > |r|(1 + G) + G(|c| + |o|) + e|l|`.
+/// 4. `s ≥ |l|` needs no square root, and `|c| ≤ |l| + |o|`. So the right side of step 3 is at most
+///    `reach = |r|(1 + G) + (G + e)s + 2G|o| + `[`MIN_REACH`].
+/// 5. Squares need no square root either: **the line surely misses if `|l × w|² > reach²|w|²`**.
+/// 6. Underflow has no effect: a sphere is ruled out only if `|l × w|²` is above `MIN_REACH²`, which is `1e-280`. After overflow
+///    nothing is ruled out: comparing with an infinite `reach²` or with NaN gives false, and an infinite `|l × w|²` is excluded.
+///
+/// Omitting this exclusion is not covered by a test: if `reach²` is finite, an infinite `|l × w|²` is truly the larger one.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Line {
-    /// What its origin is relative to.
-    pub reference: DVec3,
-    pub origin: DVec3,
-    pub way: DVec3,
-    /// What is granted to the way beyond that, relative: the way to a lamp is off by that of `1`, and by the lengths of
-    /// point and position where it is their difference.
-    pub turned: f64,
+    reference: DVec3,
+    origin: DVec3,
+    direction: DVec3,
+    /// `|w|²`
+    direction2: f64,
+    /// `G + e`
+    reach_per_offset: f64,
+    /// Part of `reach` that is the same for all spheres.
+    min_reach: f64,
+}
+
+impl From<&Near> for Line {
+    fn from(Near { reference, ray }: &Near) -> Line {
+        Line::new(*reference, ray.origin, ray.direction, 0.0)
+    }
 }
 
 impl Line {
-    /// True where it passes a sphere at a distance, and so surely misses it. Numbers whose squares leave
-    /// f64's range rule nothing out.
-    pub fn clearly_passes(&self, object: &Object) -> bool {
-        // No test sees it halved: squares underflow below 1e-154.
-        const LEAST: f64 = 1e-140;
-        let Object::Sphere(sphere) = object else { return false };
-        let center = sphere.center - self.reference;
-        let l = center - self.origin;
+    /// Creates the line through `origin`, relative to `reference`, along a direction of any finite length.
+    /// `direction_error` is `e`.
+    pub fn new(reference: DVec3, origin: DVec3, direction: DVec3, direction_error: f64) -> Line {
+        let direction = Scaled::new(direction).rounded();
+        Line {
+            reference,
+            origin,
+            direction,
+            direction2: direction.length_squared(),
+            reach_per_offset: GRANTED + direction_error,
+            min_reach: 2.0 * GRANTED * origin.length() + MIN_REACH,
+        }
+    }
+
+    /// Returns the objects that the line may meet, with their ids, ascending: all planes, and the spheres that f64 does not
+    /// rule out.
+    pub fn candidates<'a>(self, scene: &'a Scene) -> impl Iterator<Item = (u32, Object<'a>)> {
+        let n_spheres = scene.spheres.len();
+        let blocks = (0..).step_by(BLOCK).zip(scene.spheres.chunks(BLOCK));
+        let spheres = blocks.filter(move |(_, block)| !self.misses_all(block)).flat_map(
+            move |(first, block)| {
+                let candidates =
+                    (first..).zip(block).filter(move |(_, sphere)| !self.misses(sphere));
+                candidates.map(|(index, _)| index)
+            },
+        );
+        let others = n_spheres..scene.n_objects();
+        spheres.chain(others).filter_map(|index| {
+            let id = index as u32 + 1;
+            Some((id, scene.object(id)?))
+        })
+    }
+
+    /// Whether the line surely misses all of these spheres. The loop has no branch, so that the compiler vectorises it.
+    #[inline(never)]
+    fn misses_all(&self, spheres: &[Sphere]) -> bool {
+        spheres.iter().fold(true, |misses, sphere| misses & self.misses(sphere))
+    }
+
+    /// Whether the line surely misses a sphere.
+    #[inline(always)]
+    fn misses(&self, sphere: &Sphere) -> bool {
+        let l = sphere.center - self.reference - self.origin;
         let reach = sphere.radius.abs() * (1.0 + GRANTED)
-            + (center.length() + self.origin.length()) * GRANTED
-            + l.length() * self.turned;
-        let (passed, reached) = (l.cross(self.way).length(), reach * self.way.length());
-        passed > reached && reach > LEAST && passed.is_finite()
+            + (l.x.abs() + l.y.abs() + l.z.abs()) * self.reach_per_offset
+            + self.min_reach;
+        let passed2 = l.cross(self.direction).length_squared();
+        (passed2 > reach * reach * self.direction2) & (passed2 < f64::INFINITY)
     }
 }
 
@@ -204,7 +278,83 @@ pub fn sample(total: usize, n: usize, seed: u64) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
+    use kugelblitz::exact::signum_of_discriminant;
+    use kugelblitz::scene::Plane;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
     use super::*;
+
+    /// Length of a vector whose squares may leave f64's range.
+    fn length(v: DVec3) -> f64 {
+        let largest = v.abs().max_element();
+        if largest == 0.0 { 0.0 } else { (v / largest).length() * largest }
+    }
+
+    /// Right side of step 3 of [`Line`].
+    fn reach(center: DVec3, radius: f64, origin: DVec3, direction_error: f64) -> f64 {
+        radius * (1.0 + GRANTED)
+            + (length(center) + length(origin)) * GRANTED
+            + length(center - origin) * direction_error
+    }
+
+    /// Step 3 of [`Line`] in lengths, at any magnitude, and exact arithmetic are the references. Most spheres are within the
+    /// margins of the bound.
+    #[test]
+    fn candidates_lack_no_sphere_that_lengths_leave() {
+        let mut rng = ChaCha8Rng::seed_from_u64(2718);
+        let (mut n_left, mut n_ruled_out) = (0, 0);
+        for _ in 0..1500 {
+            let power = rng.random_range(-300..290);
+            let size = 10f64.powi(power);
+            let mut vector = |max_power| {
+                let v = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
+                v * 10f64.powi(rng.random_range(0..max_power))
+            };
+            let reference = size * vector(9);
+            let is_exact = reference.x > 0.0;
+            let origin = if is_exact { DVec3::ZERO } else { size * vector(7) };
+            let direction = vector(9) * 1e-4;
+            let (sides, offset) = (vector(1), length(origin) * 1e-3 + size);
+            let direction_error = match rng.random_range(0..3) {
+                0 if !is_exact => GRANTED * 10f64.powi(rng.random_range(0..6)),
+                _ => 0.0,
+            };
+            let unit = direction.normalize();
+            let spheres = (0..rng.random_range(0..200)).map(|_| {
+                let at = origin + unit * offset * rng.random_range(-1.0..1.0);
+                let side = unit.cross(sides + direction * rng.random::<f64>()).normalize();
+                let radius = size * 10f64.powi(rng.random_range(-12..1));
+                let distance = reach(at, radius, origin, direction_error);
+                let share = rng.random_range(-0.1..2.5);
+                let center = at + side * (radius + (distance - radius) * share);
+                Sphere { center: reference + center, radius }
+            });
+            let spheres: Vec<Sphere> = spheres.collect();
+            let plane =
+                Plane { name: None, point: reference, normal: DVec3::Y, color: Default::default() };
+            let scene = Scene { spheres: spheres.into(), planes: vec![plane], ..Scene::default() };
+
+            let line = Line::new(reference, origin, direction, direction_error);
+            let found: Vec<u32> = line.candidates(&scene).map(|(id, _)| id).collect();
+            assert!(found.is_sorted_by(|a, b| a < b));
+            assert_eq!(found.last(), Some(&(scene.n_objects() as u32)), "planes are candidates");
+            let exact = ExactRay::new(&WorldRay { origin: reference, direction });
+            for (id, sphere) in (1..).zip(scene.spheres.iter()) {
+                let center = sphere.center - reference;
+                let distance = length((center - origin).cross(unit)) / unit.length();
+                let is_left = distance <= reach(center, sphere.radius, origin, direction_error);
+                let meets = is_exact && signum_of_discriminant(&exact, sphere) != Some(-1);
+                let is_found = found.binary_search(&id).is_ok();
+                assert!(is_found || !(is_left || meets), "{line:?} {sphere:?} {is_left} {meets}");
+                if (-100..100).contains(&power) {
+                    n_left += usize::from(is_left);
+                    n_ruled_out += usize::from(!is_found);
+                }
+            }
+        }
+        assert!(n_left > 1000 && n_ruled_out > 1000, "{n_left}, {n_ruled_out}");
+    }
 
     #[test]
     fn what_is_known_of_the_ids_saves_work_alone() {
