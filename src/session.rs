@@ -294,6 +294,31 @@ impl Session {
         P::all(rows.colors)
     }
 
+    /// Returns the linear colors of `pixels` before any encoding, with the hits of their centre rays: for kernels without a
+    /// proof, whose light does not depend on the encoding. Returns `None` for `certified`, and for a scene without light. Only the
+    /// pixels with the indices `lit` are lit; the others have the background's color. All samples are in memory at once, so
+    /// `pixels` should be one of [`crate::render::bands`].
+    ///
+    /// # Errors
+    /// Returns the errors of [`Session::make_ready`], [`Tracer::trace`] and [`Painter::paint`].
+    pub fn baseline_means(
+        &mut self,
+        pixels: &Pixels,
+        (n_samples, wants): (Samples, Wants),
+        lit: &[usize],
+        control: &Control,
+    ) -> Result<Option<(Hits, Vec<[f64; 3]>)>> {
+        if self.kernel == Kernel::Certified || !self.scene.is_lit() {
+            return Ok(None);
+        }
+        let style = Style { n_samples, ..Style::new(Encoding::Linear) };
+        let mut painter = self.painter(pixels, style, wants, control)?;
+        let mut hits = Hits::default();
+        painter.tracer().trace(&Rays::Pixels(*pixels), control, &mut hits)?;
+        let means = painter.baseline_means(pixels, &hits, lit, control)?;
+        Ok(means.map(|means| (hits, means)))
+    }
+
     /// Draws a picture into a file; the name's ending tells the format.
     ///
     /// # Errors

@@ -484,7 +484,7 @@ impl Scene {
         let verification = verification.map_err(error::of(""))?;
         let devices = place::devices(py, device, &kernels, self.n_spheres(), pixels.len())?;
         let has_gpu = devices.values().any(|device| device.facts().is_some());
-        let steps = Steps::Rays(verification.n_steps(kernels.len(), has_gpu));
+        let steps = Steps::Rays(verification.n_steps(&kernels, has_gpu));
         let of = work::run_with_progress(py, progress, steps, |control| {
             verification.run(&kernels, |kernel| &devices[&kernel], control)
         })?;

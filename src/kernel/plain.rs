@@ -200,6 +200,21 @@ impl<'a, F: Float> PlainRays<'a, F> {
     /// Some rays, from the one with this index on; of a picture in its row and beyond its end, of a list the last one again.
     #[inline(always)]
     pub fn pack<const N: usize>(&self, first: usize) -> PlainRay<Lanes<F, N>> {
+        let mut steps = [0; N];
+        for lane in 0..N {
+            steps[lane] = lane;
+        }
+        self.gather(first, &steps)
+    }
+
+    /// Returns the rays with the indices `first` + `steps`. In a picture, they are in the row of `first`. In a list, the last ray
+    /// replaces those beyond the end.
+    #[inline(always)]
+    pub fn gather<const N: usize>(
+        &self,
+        first: usize,
+        steps: &[usize; N],
+    ) -> PlainRay<Lanes<F, N>> {
         let zero = V3([Lanes::lit(0.0); 3]);
         match self {
             PlainRays::Pixels { pixels, camera, step, origin } => {
@@ -207,7 +222,7 @@ impl<'a, F: Float> PlainRays<'a, F> {
                 let (i, j) = pixels.offset2(x, y);
                 let mut across = Lanes::lit(0.0);
                 for lane in 0..N {
-                    across.0[lane] = *step * F::near((i + 2 * lane as i64) as f64);
+                    across.0[lane] = *step * F::near((i + 2 * steps[lane] as i64) as f64);
                 }
                 let up = Lanes::splat(*step * F::near(j as f64));
                 let (ray, origin) = (camera.ray(across, up), V3::splat(*origin));
@@ -220,7 +235,7 @@ impl<'a, F: Float> PlainRays<'a, F> {
             PlainRays::List { rays, coordinates } => {
                 let (mut origin, mut origin_low, mut direction) = (zero, zero, zero);
                 for lane in 0..N {
-                    let ray = &rays[(first + lane).min(rays.len() - 1)];
+                    let ray = &rays[(first + steps[lane]).min(rays.len() - 1)];
                     let (at, way, _) = coordinates.ray(ray);
                     let [high, low] = split::<F>(at);
                     for axis in 0..3 {

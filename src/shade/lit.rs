@@ -70,7 +70,8 @@ impl Lit {
         colors.resize(pixels.len(), Default::default());
         let prepared = &*Arc::clone(tracer.prepared());
         if prepared.kernel != Kernel::Certified {
-            return plain::shade(&job, prepared, tracer, control, colors);
+            let encode = |mean: [f64; 3]| mean.map(C::of);
+            return plain::light_pixels(&job, prepared, tracer, control, colors, encode);
         }
         let rays = Rays::Pixels(*samples);
         let occluders = Occluders::new(prepared, &rays, &self.lighting);
@@ -81,6 +82,30 @@ impl Lit {
         let codes = certified.codes.unwrap_or_default();
         let device = codes.iter().filter(|&&code| code != OPEN).count() as u64;
         Ok((ColorCounts { device, device_f32: device, cpu: pixels.len() as u64 - device }, counts))
+    }
+
+    /// Returns the colors that [`Lit::shade`] encodes, linear, for a kernel without a proof. Only the pixels with the indices
+    /// `lit` are lit. The others have the background's color.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Lit::shade`].
+    pub fn means(
+        &self,
+        (pixels, ids): (&Pixels, &[u32]),
+        lit: &[usize],
+        tracer: &mut Tracer,
+        control: &Control,
+    ) -> Result<Vec<[f64; 3]>> {
+        let samples = &pixels.samples(self.style.n_samples.across());
+        let all = Job { lit: self, samples, ids };
+        let mut lit_ids = vec![0; ids.len()];
+        for sample in lit.iter().flat_map(|&pixel| all.samples_of(pixel)) {
+            lit_ids[sample] = ids[sample];
+        }
+        let (job, mut means) = (Job { ids: &lit_ids, ..all }, vec![[0.0; 3]; pixels.len()]);
+        let prepared = Arc::clone(tracer.prepared());
+        plain::light_pixels(&job, &prepared, tracer, control, &mut means, |mean| mean)?;
+        Ok(means)
     }
 }
 

@@ -227,4 +227,29 @@ impl<'a> Painter<'a> {
         rendered.shade += start.elapsed();
         Ok(())
     }
+
+    /// Returns the linear colors of a band of pixels, before any encoding, by a kernel without a proof; `None` without light.
+    /// `hits` are the hits of the pixels' centre rays. Only the pixels with the indices `lit` are lit.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Painter::paint`].
+    pub(crate) fn baseline_means(
+        &mut self,
+        band: &Pixels,
+        hits: &Hits,
+        lit: &[usize],
+        control: &Control,
+    ) -> Result<Option<Vec<[f64; 3]>>> {
+        let Painter { style, look, tracer, of_samples, hits: room, .. } = self;
+        let Look::Lit(look) = look else { return Ok(None) };
+        let (ids, tracer) = match of_samples {
+            None => (&hits.id, &mut **tracer),
+            Some(tracer) => {
+                let samples = Rays::Pixels(band.samples(style.n_samples.across()));
+                tracer.trace(&samples, control, room)?;
+                (&room.id, &mut **tracer)
+            }
+        };
+        look.means((band, ids), lit, tracer, control).map(Some)
+    }
 }

@@ -7,7 +7,6 @@ use pulp::{Simd, WithSimd};
 
 use super::ColorCounts;
 use super::lit::{Job, Lit};
-use super::written::Written;
 use crate::control::Control;
 use crate::error::Result;
 use crate::kernel::coordinates::Coordinates;
@@ -24,39 +23,42 @@ use crate::tracer::{Backend, Tracer};
 const SAMPLES_AT_ONCE: u32 = 1 << 18;
 
 /// Fills `colors` with those of all pixels, by the device of `tracer` where that lights them. Returns where they are from; all ways
-/// to lamps are looked at in the kernel's own arithmetic.
-pub(super) fn shade<C: Written>(
+/// to lamps are looked at in the kernel's own arithmetic. `encode` encodes the linear mean of a pixel's samples.
+pub(super) fn light_pixels<C: Send>(
     job: &Job,
     prepared: &Prepared,
     tracer: &mut Tracer,
     control: &Control,
-    colors: &mut [[C; 3]],
+    colors: &mut [C],
+    encode: impl Fn([f64; 3]) -> C + Sync,
 ) -> Result<(ColorCounts, StageCounts)> {
     let n_pixels = colors.len() as u64;
     let n_hits = job.ids.iter().filter(|&&id| id != 0).count();
     let n_rays = (n_hits * job.lit.lighting.lamps.len()) as u64;
     let counts = StageCounts::of(n_rays, Level::of(prepared.kernel));
     if let Some(backend) = tracer.backend()
-        && shade_with(backend, job, control, colors)?
+        && light_with(backend, job, control, colors, &encode)?
     {
         return Ok((ColorCounts { device: n_pixels, ..ColorCounts::default() }, counts));
     }
-    let of_row = |lights: &mut Vec<[f64; 3]>, (row, colors): (usize, &mut [[C; 3]])| {
+    let of_row = |scratch: &mut Scratch, (row, colors): (usize, &mut [C])| {
+        let Scratch { hits, lights } = scratch;
+        hits.resize(job.row(), (0, 0));
         lights.clear();
         lights.resize(samples_of_row(job), [0.0; 3]);
         match &prepared.objects {
             ObjectRecords::Lecture(lists) => {
-                dispatch(Light { lists, prepared, job, row, control, lights })
+                dispatch(Light { lists, prepared, job, row, control, hits, lights })
             }
             ObjectRecords::Stable(lists) => {
-                dispatch(Light { lists, prepared, job, row, control, lights })
+                dispatch(Light { lists, prepared, job, row, control, hits, lights })
             }
             ObjectRecords::Double(lists) => {
-                dispatch(Light { lists, prepared, job, row, control, lights })
+                dispatch(Light { lists, prepared, job, row, control, hits, lights })
             }
             ObjectRecords::Certified { .. } => Ok(()),
         }?;
-        mix(job, row, lights, control, colors);
+        mix(job, row, lights, control, colors, &encode);
         Ok(())
     };
     let rows = colors.chunks_mut(job.n_columns().max(1)).enumerate();
@@ -64,12 +66,22 @@ pub(super) fn shade<C: Written>(
     Ok((ColorCounts { cpu: n_pixels, ..ColorCounts::default() }, counts))
 }
 
-/// Fills `colors` as [`shade`] does, by a device's light, some rows at a time. False where that is left to the CPU.
-fn shade_with<C: Written>(
+/// Scratch buffers of a thread, for a row of pixels.
+#[derive(Default)]
+struct Scratch {
+    /// Columns and ids of the samples in a row that hit an object; the buffer is as long as the row.
+    hits: Vec<(usize, u32)>,
+    /// Light on each sample.
+    lights: Vec<[f64; 3]>,
+}
+
+/// Fills `colors` as [`light_pixels`] does, by the light of a device, some rows at a time. Returns `false` if the CPU has to do it.
+fn light_with<C: Send>(
     backend: &mut dyn Backend,
     job: &Job,
     control: &Control,
-    colors: &mut [[C; 3]],
+    colors: &mut [C],
+    encode: &(impl Fn([f64; 3]) -> C + Sync),
 ) -> Result<bool> {
     let Job { lit: Lit { lighting, style, .. }, samples, .. } = job;
     let n_samples = job.n_samples() as u32;
@@ -85,7 +97,7 @@ fn shade_with<C: Written>(
         let rows = colors.chunks_mut(columns).zip(lights.chunks(samples_of_row(job)));
         control.check()?;
         parallel::map(rows.enumerate(), |(row, (colors, lights))| {
-            mix(job, first_row + row, lights, control, colors);
+            mix(job, first_row + row, lights, control, colors, encode);
         });
     }
     Ok(true)
@@ -97,12 +109,13 @@ fn samples_of_row(job: &Job) -> usize {
 }
 
 /// The mean colours of a row's pixels, from the light on what its samples see.
-fn mix<C: Written>(
+fn mix<C>(
     job: &Job,
     row: usize,
     lights: &[[f64; 3]],
     control: &Control,
-    colors: &mut [[C; 3]],
+    colors: &mut [C],
+    encode: &impl Fn([f64; 3]) -> C,
 ) {
     job.advance(control, colors.len());
     for (pixel, color) in (row * job.n_columns()..).zip(colors) {
@@ -116,7 +129,7 @@ fn mix<C: Written>(
             }
         }
         let n = job.n_counted(pixel) as f64;
-        *color = sum.map(|part| C::of(part / n));
+        *color = encode(sum.map(|part| part / n));
     }
 }
 
@@ -127,6 +140,7 @@ struct Light<'a, S: Plain, P> {
     job: &'a Job<'a>,
     row: usize,
     control: &'a Control,
+    hits: &'a mut [(usize, u32)],
     lights: &'a mut [[f64; 3]],
 }
 
@@ -135,27 +149,32 @@ impl<S: Plain, P: Plain<Float = S::Float>> WithSimd for Light<'_, S, P> {
 
     #[inline(always)]
     fn with_simd<I: Simd>(self, _: I) -> Result<()> {
-        let Light { lists, prepared, job, row, control, lights } = self;
+        let Light { lists, prepared, job, row, control, hits, lights } = self;
         let coordinates = prepared.coordinates();
         let Lit { lighting, style, .. } = job.lit;
         let scene = Scene { lists, coordinates, lighting, epsilon: style.epsilon };
         let rays = PlainRays::of_pixels(coordinates, job.samples);
         let first = row * samples_of_row(job);
         for (first, lights) in (first..).step_by(job.row()).zip(lights.chunks_mut(job.row())) {
-            for (first, lights) in (first..).step_by(LANES).zip(lights.chunks_mut(LANES)) {
+            let ids = &job.ids[first..][..lights.len()];
+            let mut n_hits = 0;
+            for (column, &id) in ids.iter().enumerate() {
+                hits[n_hits] = (column, id);
+                n_hits += usize::from(id != 0);
+            }
+            for hits in hits[..n_hits].chunks(LANES) {
                 // A ray may have millions of spheres to look at.
                 control.check()?;
-                let ids = &job.ids[first..][..lights.len()];
-                if ids.iter().all(|&id| id == 0) {
-                    continue;
+                let (mut steps, mut seen) = ([0; LANES], LaneBits([Bits::from_id(0); LANES]));
+                for ((step, seen), &(column, id)) in steps.iter_mut().zip(&mut seen.0).zip(hits) {
+                    (*step, *seen) = (column, Bits::from_id(id));
                 }
-                let mut seen = LaneBits([Bits::from_id(0); LANES]);
-                for (seen, &id) in seen.0.iter_mut().zip(ids) {
-                    *seen = Bits::from_id(id);
-                }
-                let found = scene.light(&rays.pack::<LANES>(first), &seen);
-                for (lane, light) in lights.iter_mut().enumerate() {
-                    *light = std::array::from_fn(|channel| found.0[channel].0[lane].to_f64());
+                let found = scene.light(&rays.gather(first, &steps), &seen);
+                for (lane, &(column, _)) in (0..LANES).zip(hits) {
+                    let light = &mut lights[column];
+                    for channel in 0..3 {
+                        light[channel] = found.0[channel].0[lane].to_f64();
+                    }
                 }
             }
         }

@@ -33,7 +33,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<Done<Summary>> {
     run.control.check()?;
 
     let kernels = only.map_or(Kernel::ALL.to_vec(), |kernel| vec![kernel]);
-    let n_steps = verification.n_steps(kernels.len(), device.facts().is_some());
+    let n_steps = verification.n_steps(&kernels, device.facts().is_some());
     let device_of = |kernel| device::or_cpu(&device, kernel, run);
     let verify = || verification.run(&kernels, device_of, &run.control);
     let verified = Progress::start(run, n_steps).during(verify)?;

@@ -6,9 +6,9 @@ use kugelblitz::control::Control;
 use kugelblitz::exact::ExactPixels;
 use kugelblitz::parallel;
 use kugelblitz::rays::Pixels;
-use kugelblitz::scene::{Samples, Scene};
+use kugelblitz::scene::{Color, Samples, Scene};
 use kugelblitz::shade::{Colors, Encoding, Lighting, Style};
-use kugelblitz::trace::{Hits, Wants};
+use kugelblitz::trace::{Hits, Kernel, Wants};
 use kugelblitz::{Result, Session};
 
 use super::lit::{LitPoint, exact_mean};
@@ -35,29 +35,51 @@ pub(super) const WANTS: Wants = Wants { surface: true, level: false };
 /// All that [`RenderedColors`] has.
 pub(super) const ENCODINGS: [Encoding; 3] = [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear];
 
+/// Number of times that [`RenderedColors::kept`] renders the pixels: `certified` has its own computation for each encoding, and
+/// the light of the other kernels is the same for all of them.
+pub(super) fn n_renderings(kernel: Kernel, is_lit: bool) -> usize {
+    if kernel == Kernel::Certified || !is_lit { ENCODINGS.len() } else { 1 }
+}
+
 impl RenderedColors {
-    /// The colours of a band of pixels, as a picture gets them, with the hits of the pixels' centre rays.
+    /// Returns the colours of a band of pixels, as a picture has them, with the hits of the pixels' centre rays. Kernels without
+    /// a proof light only the pixels with the indices `lit`; the colours of their other pixels have no meaning.
     ///
     /// # Errors
-    /// Those of [`Session::keep`].
+    /// Returns the errors of [`Session::keep`] and [`Session::baseline_means`].
     pub fn kept(
         session: &mut Session,
         band: &Pixels,
         n_samples: Samples,
+        lit: &[usize],
         control: &Control,
     ) -> Result<(Hits, RenderedColors)> {
+        let means = session.baseline_means(band, (n_samples, WANTS), lit, control)?;
+        if let Some((hits, means)) = means {
+            let encoded = means.iter().map(|&mean| {
+                let color = Color(mean);
+                (color.to_srgb8(), (color.to_srgb16(), mean.map(|part| part as f32)))
+            });
+            let (srgb8, (srgb16, linear)) = encoded.unzip();
+            return Ok((hits, RenderedColors { srgb8, srgb16, linear }));
+        }
         let (mut hits, mut shown) = (Hits::default(), RenderedColors::default());
         for encoding in ENCODINGS {
             let style = Style { n_samples, ..Style::new(encoding) };
             let (kept, _) = session.keep(band, style, WANTS, control)?;
             hits = kept.hits;
-            match kept.colors {
-                Colors::Srgb8(pixels) => shown.srgb8 = pixels,
-                Colors::Srgb16(pixels) => shown.srgb16 = pixels,
-                Colors::Linear(pixels) => shown.linear = pixels,
-            }
+            shown.set(kept.colors);
         }
         Ok((hits, shown))
+    }
+
+    /// Sets the colours of their encoding.
+    fn set(&mut self, colors: Colors) {
+        match colors {
+            Colors::Srgb8(pixels) => self.srgb8 = pixels,
+            Colors::Srgb16(pixels) => self.srgb16 = pixels,
+            Colors::Linear(pixels) => self.linear = pixels,
+        }
     }
 
     /// The exact colours of the pixels with these indices, by exact arithmetic on every object that f64 does
@@ -179,8 +201,8 @@ mod tests {
 
     use glam::DVec3;
     use kugelblitz::device::Device;
-    use kugelblitz::kernel::Kernel;
     use kugelblitz::rays::View;
+    use kugelblitz::render::n_steps;
     use kugelblitz::scene::{Camera, Color, Light, Plane, Sky, Source, Sphere};
 
     use super::super::{Differences, broken_promises};
@@ -218,7 +240,7 @@ mod tests {
     fn painted(scene: &Arc<Scene>, pixels: &Pixels, n_samples: u32) -> RenderedColors {
         let mut session = Session::new(Arc::clone(scene), Device::Cpu, Kernel::Certified);
         let n = Samples::nearest(n_samples);
-        RenderedColors::kept(&mut session, pixels, n, &Control::default()).unwrap().1
+        RenderedColors::kept(&mut session, pixels, n, &[], &Control::default()).unwrap().1
     }
 
     fn truth(scene: &Scene, pixels: &Pixels, n_samples: u32) -> RenderedColors {
@@ -255,6 +277,45 @@ mod tests {
             assert_eq!(broken(&shown, &truth), [const { Vec::<String>::new() }; 2]);
             for found in found(&shown, &truth) {
                 assert!(found.is_equal() && found.pixels == pixels.len() as u64, "{found:?}");
+            }
+        }
+    }
+
+    /// A light that is computed once, and only on some pixels, has the colours of pictures in each encoding.
+    #[test]
+    fn shared_light_has_the_colours_of_pictures() {
+        let (lit, pixels) = scene();
+        let unlit = Scene { lights: Vec::new(), sky: None, ambient: None, ..(*lit).clone() };
+        let some: Vec<usize> = (0..pixels.len()).filter(|index| index % 7 < 2).collect();
+        let scenes = [lit, Arc::new(unlit)];
+        let sample_counts = scenes.iter().flat_map(|scene| [1, 2, 3].map(|n| (scene, n)));
+        let cases =
+            sample_counts.flat_map(|(scene, n)| Kernel::ALL.map(|kernel| (scene, kernel, n)));
+        for (scene, kernel, n_samples) in cases {
+            let case = format!("{}, {n_samples}, {}", kernel.name(), scene.is_lit());
+            let n_samples = Samples::nearest(n_samples);
+            let mut session = Session::new(Arc::clone(scene), Device::Cpu, kernel);
+            let control = Control::default();
+            let (hits, shown) =
+                RenderedColors::kept(&mut session, &pixels, n_samples, &some, &control).unwrap();
+            let n_steps = n_steps(&pixels, n_samples, scene.is_lit());
+            let n_steps = n_steps * n_renderings(kernel, scene.is_lit()) as u64;
+            assert_eq!(control.rays_done(), n_steps, "{case}");
+            for (number, encoding) in ENCODINGS.into_iter().enumerate() {
+                let style = Style { n_samples, ..Style::new(encoding) };
+                let (kept, _) = session.keep(&pixels, style, WANTS, &control).unwrap();
+                assert_eq!(hits, kept.hits, "{case}");
+                let mut expected = RenderedColors::default();
+                expected.set(kept.colors);
+                for &index in &some {
+                    let expected = expected.bits(index)[number];
+                    assert!(expected.is_some(), "{case}");
+                    assert_eq!(
+                        shown.bits(index)[number],
+                        expected,
+                        "{case}, {encoding:?}, {index}"
+                    );
+                }
             }
         }
     }

@@ -19,7 +19,7 @@ use serde::Serialize;
 use super::{
     COLOR_BYTES, ColorDifferences, Differences, RenderedColors, SAMPLE_BYTES, Truth,
     broken_promises,
-    colors::{ENCODINGS, WANTS},
+    colors::{ENCODINGS, WANTS, n_renderings},
     promise, sample,
 };
 use crate::compare::RayDifferences;
@@ -180,7 +180,10 @@ impl Verification {
             sample_bytes += COLOR_BYTES;
             let color_bytes: usize = ENCODINGS.map(Encoding::pixel_bytes).iter().sum();
             let n_samples = n_rays * u64::from(of_pixel.of_pixel());
-            bytes += 2 * n_rays * color_bytes as u64 + hits_bytes(n_samples, Wants::default());
+            // The shared light also has the linear colours, the indices of the lit pixels, and the ids of their samples.
+            let of_light = size_of::<[f64; 3]>() + size_of::<usize>();
+            bytes += n_rays * (2 * color_bytes + of_light) as u64;
+            bytes += 2 * hits_bytes(n_samples, Wants::default());
         }
         memory::require(
             format!("comparing {n_rays} pixels at once"),
@@ -192,17 +195,18 @@ impl Verification {
         )
     }
 
-    /// Steps of so many kernels, with a GPU or without, that [`Control`] counts.
-    pub fn n_steps(&self, n_kernels: usize, has_gpu: bool) -> u64 {
+    /// Returns the number of steps of these kernels, with a GPU or without, that [`Control`] counts.
+    pub fn n_steps(&self, kernels: &[Kernel], has_gpu: bool) -> u64 {
         let n_devices = if has_gpu { 2 } else { 1 };
         let (n_traced, n_truths) = match self.colors {
-            None => (self.pixels.len() as u64, 1),
+            None => ((self.pixels.len() * kernels.len()) as u64, 1),
             Some(n_samples) => {
                 let is_lit = self.scene.is_lit();
-                (ENCODINGS.len() as u64 * n_steps(&self.pixels, n_samples, is_lit), 2)
+                let n = kernels.iter().map(|&kernel| n_renderings(kernel, is_lit)).sum::<usize>();
+                (n as u64 * n_steps(&self.pixels, n_samples, is_lit), 2)
             }
         };
-        n_traced * n_devices * n_kernels as u64 + n_truths * self.samples.len() as u64
+        n_traced * n_devices + n_truths * self.samples.len() as u64
     }
 
     /// What became of each kernel, on the device that `device_of` gives for it and on the CPU.
@@ -266,11 +270,13 @@ impl Verification {
         let mut parity = is_on_gpu.then(Differences::default);
         let mut exact = OnBoth { gpu: parity.clone(), cpu: Differences::default() };
         for truth in truths {
-            let on_cpu = self.traced(&mut cpu, &truth.band, control)?;
+            // Without a GPU, only the colours of the samples are compared.
+            let lit = if is_on_gpu { &(0..truth.band.len()).collect() } else { &truth.rays.index };
+            let on_cpu = self.traced(&mut cpu, &truth.band, lit, control)?;
             exact.cpu.see(&on_cpu, truth);
             if let (Some(gpu), Some(exact), Some(parity)) = (&mut gpu, &mut exact.gpu, &mut parity)
             {
-                let on_gpu = self.traced(gpu, &truth.band, control)?;
+                let on_gpu = self.traced(gpu, &truth.band, lit, control)?;
                 exact.see(&on_gpu, truth);
                 parity.rays.see_all(&on_gpu.0, &on_cpu.0, truth.first_ray);
                 if let (Some(a), Some(b)) = (&on_gpu.1, &on_cpu.1) {
@@ -297,9 +303,16 @@ impl Verification {
         })
     }
 
-    fn traced(&self, session: &mut Session, band: &Pixels, control: &Control) -> Result<Traced> {
+    /// Returns the results of a band; kernels without a proof light only the pixels with the indices `lit`.
+    fn traced(
+        &self,
+        session: &mut Session,
+        band: &Pixels,
+        lit: &[usize],
+        control: &Control,
+    ) -> Result<Traced> {
         if let Some(n_samples) = self.colors {
-            let (hits, colors) = RenderedColors::kept(session, band, n_samples, control)?;
+            let (hits, colors) = RenderedColors::kept(session, band, n_samples, lit, control)?;
             return Ok((hits, Some(colors)));
         }
         Ok((session.hits(band, WANTS, control)?, None))
