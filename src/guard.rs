@@ -69,7 +69,7 @@
 //! below the slack of the constants, and nothing overflows. Under a square root it is more: `2⁻⁶³`.
 //! But `outer2 − m` is 0 or at least `2⁻¹⁰⁴` for `r ≥ 2⁻⁴⁰`, so that its product with `ι` underflows
 //! only for `|d| > 2¹¹`, where the error is at most `slack/|d|` and all of the slack, above `2⁻⁶⁰`,
-//! is granted. Objects outside that range are undecided, never wrong.
+//! is granted. Of objects outside that range only misses and lower bounds of `t` are known, never wrong: [`crate::seen`].
 //!
 //! # Nothing rests on ∞ or NaN
 //! Vulkan lets a compiler assume that there are none (without `SignedZeroInfNanPreserve`, which is
@@ -81,7 +81,8 @@
 //!   of `2⁶⁰`.
 //! - Of a plane the divisor is at least `2⁻⁹⁰` and `2⁻¹⁰⁰` times the dividend: no quotient is above `2¹⁰⁰`, beyond every `t`.
 //! - An object that is out of range is left open by numbers that are large enough: it is a sphere of radius 2⁶⁰ about the
-//!   reference point, or a plane whose `N` is known up to `2¹⁰²` only.
+//!   reference point, or a plane whose `N` is known up to `2¹⁰²` only. A tiny sphere has a larger radius, and a far one is scaled
+//!   down to a distance of `2⁵⁸`.
 //! - A point is known where it is off by less than [`Float::KNOWN`]: then squares of distances from it
 //!   are below `2¹²⁶`. What is not known is put at the reference point before light is looked for.
 //! - A list's direction of zero is replaced by another in its record, and its ray is undecided.
@@ -136,8 +137,8 @@ pub mod steps;
 #[cfg(test)]
 pub(crate) mod tests;
 
-use glam::DVec3;
-
+pub use crate::num::length_bound;
+pub(crate) use crate::num::length_bounds;
 use crate::num::{Float, Real, V3};
 use crate::rays::{Lens, Pixels, View};
 pub use squares::{LARGEST_TURN, Reach};
@@ -238,26 +239,6 @@ pub fn plane_direction_error(n: f64, unit: f64, input: InputError) -> f64 {
     unit * (steps::DOT + steps::NORMAL + input.direction) * n * (1.0 + 16.0 * unit)
 }
 
-/// A bound of a vector's length, a few roundings above it; `v·v` may underflow.
-#[inline(always)]
-pub fn length_bound(v: DVec3) -> f64 {
-    length_bounds(V3(v.to_array()))
-}
-
-/// [`length_bound`] of vectors side by side.
-#[inline(always)]
-pub(crate) fn length_bounds<R: Real<One = f64>>(v: V3<R>) -> R {
-    let [x, y, z] = v.0;
-    let largest = x.abs().max(y.abs()).max(z.abs());
-    // No test sees the 16 halved: 2 would do.
-    let length = v.dot(v).sqrt() * R::lit(1.0 + 16.0 * f64::UNIT);
-    let is_tiny = largest.lt(R::lit(1.0 / LARGEST_F64));
-    R::select(is_tiny, R::lit(1.8) * largest, length)
-}
-
-/// Below the inverse of this a vector's square may underflow in f64. No test sees it halved: the range may be smaller.
-const LARGEST_F64: f64 = (1u128 << 120) as f64 * (1u128 << 120) as f64;
-
 /// Largest picture side, px: twice a pixel's offset from the centre is exact in f32.
 const LARGEST_SIDE: u32 = 1 << 23;
 
@@ -301,8 +282,12 @@ impl Pixels {
     }
 }
 
-/// Largest exponent of a list's direction, either way, with which `t` surely stays in f32's range.
+/// Largest exponent of a list's direction, either way, with which f32 looks at its ray. No bound.
 pub const LARGEST_EXPONENT: i32 = 30;
+
+/// Largest exponent of what `t` in f32 is multiplied with: a scene's unit, over the length of a direction. A `t` that f32 decides is
+/// below `2⁶⁶`, so that the product is in f32's range.
+pub const LARGEST_SHIFT: i32 = 60;
 
 /// `k = l·l − r²` in f64, for `l` rounded once, and a bound of its error.
 #[inline(always)]

@@ -5,6 +5,7 @@ mod first_stage;
 mod hierarchy;
 mod in_space;
 mod lamp;
+mod unit;
 
 use std::collections::HashSet;
 use std::ops::RangeInclusive;
@@ -22,7 +23,7 @@ use crate::kernel::{FloatType, Kernel, Space};
 use crate::memory;
 use crate::num::Float as _;
 use crate::num::fields::words;
-use crate::rays::{Lens, Pixels, Rays, WorldRay, look_at_all};
+use crate::rays::{Lens, Origins, Pixels, Rays, WorldRay, look_at_all};
 use crate::scene::{Object, Scene};
 use crate::seen::{Eye, PlaneSeen, Record as _, Seen as _, SphereLeaf, SphereSeen};
 use crate::trace::Wants;
@@ -35,6 +36,7 @@ pub use certified_light::{CertifiedLamp, CertifiedLighting};
 pub use hierarchy::Hierarchy;
 pub use in_space::InSpace;
 pub use lamp::{Lamp, Lighting, MOST_IN_F32};
+pub use unit::LengthUnit;
 
 use first_stage::is_left_open;
 
@@ -46,7 +48,7 @@ pub struct ShaderKey {
     pub kernel: Kernel,
     /// That of the camera whose rays they are; `None` for those of a list.
     pub lens: Option<Lens>,
-    /// Whether spheres are found by the kernel `certified` through the boxes of a tree, but for those that f32 has no box for.
+    /// Whether spheres are found by the kernel `certified` through the boxes of a tree, except for those outside of it.
     pub tree: bool,
     /// Number of spheres that are tested one after the other.
     pub n_spheres: usize,
@@ -77,8 +79,8 @@ pub enum LightKey {
         n_samples: u32,
         /// Number of lamps.
         n_lamps: usize,
-        /// Numbers of objects that may be in the way: of spheres and of planes.
-        n_met: [usize; 2],
+        /// Numbers of occluders: spheres, planes, and large spheres ([`crate::seen::GroundMet`]).
+        n_met: [usize; 3],
         /// Whether a lamp is close to a surface.
         has_contacts: bool,
     },
@@ -89,9 +91,11 @@ pub enum LightKey {
 pub struct Prepared {
     /// The scene that this was made from.
     pub scene: Arc<Scene>,
+    /// The unit of length of the scene and its rays; `t` is in world units.
+    pub unit: LengthUnit,
     /// The kernel.
     pub kernel: Kernel,
-    /// The point that coordinates are relative to, world units: the camera's position; for lists the
+    /// The point of the scene that coordinates are relative to: the camera's position; for lists the
     /// middle of the origins, or the world's origin for a kernel in f64.
     pub reference: DVec3,
     /// The objects.
@@ -161,6 +165,7 @@ impl Prepared {
         let mut prepared = Prepared {
             objects: kernel.objects(&scene, reference),
             scene,
+            unit: LengthUnit::WORLD,
             kernel,
             reference,
             in_range,
@@ -176,6 +181,11 @@ impl Prepared {
                 !in_range || prepared.hierarchy.is_none() && is_left_open(&prepared, rays);
         }
         Ok(prepared)
+    }
+
+    /// Returns the same with a scene and rays whose unit of length is this one, for the kernel `certified`.
+    pub fn in_unit(self, unit: LengthUnit) -> Prepared {
+        Prepared { unit, ..self }
     }
 
     /// Ids of the spheres that each ray looks at where the others are in a tree, ascending.
@@ -234,8 +244,7 @@ impl Prepared {
         ObjectRecords::Certified { lists: Lists { spheres, planes }, any_close }
     }
 
-    /// Checks that this was made for `rays`: pixels of the same picture and within it, or rays with origins no
-    /// farther from the reference point than those it was made for.
+    /// Checks that this was made for `rays`: pixels of the same picture and within it, or rays of a list.
     ///
     /// # Errors
     /// [`Error::Usage`] where it was not, and for a ray with a number that is not finite;
@@ -246,8 +255,8 @@ impl Prepared {
                 self.picture == Some(pixels.picture()) && pixels.is_in_picture()
             }
             Rays::List(list) => {
-                let farthest = farthest_of(list, self.reference)?;
-                self.picture.is_none() && farthest <= self.eye.spread
+                check_numbers(list)?;
+                self.picture.is_none()
             }
         };
         if !suits {
@@ -267,8 +276,7 @@ impl Prepared {
         Ok(())
     }
 
-    /// True where preparing anew for `rays` would give the same numbers. Lists that only fit, see
-    /// [`Prepared::check`], may have a better reference point of their own.
+    /// True where preparing anew for `rays` would give the same numbers. Other lists have a better reference point of their own.
     pub fn is_for(&self, rays: &Rays) -> bool {
         eye_of(rays, self.kernel).is_ok_and(|of_rays| of_rays == (self.picture, self.eye))
     }
@@ -279,7 +287,12 @@ impl Prepared {
             Space::World => DVec3::ZERO,
             Space::Reference => self.reference,
         };
-        Coordinates { kernel: self.kernel, origin }
+        Coordinates { kernel: self.kernel, origin, spread: self.origins().spread }
+    }
+
+    /// The region of origins that f32 decides rays of a list from.
+    pub fn origins(&self) -> Origins {
+        Origins { reference: self.reference, spread: self.eye.spread }
     }
 
     /// True where f64 decides all rays of the kernel `certified`, on every device: where the bounds of f32
@@ -345,12 +358,17 @@ fn eye_of(rays: &Rays, kernel: Kernel) -> Result<(Option<Pixels>, Eye)> {
             Ok((Some(pixels.picture()), eye))
         }
         Rays::List(list) => {
-            let reference = match kernel.about().float {
+            check_numbers(list)?;
+            let Origins { reference, spread } = match (kernel, kernel.about().float) {
                 // In f64, c − o straight from the scene's numbers is rounded only once.
-                FloatType::F64 => DVec3::ZERO,
-                FloatType::F32 => middle_of_origins(list),
+                (_, FloatType::F64) => origins_about(list, |_| true, Some(DVec3::ZERO)),
+                (Kernel::Certified, FloatType::F32) => {
+                    let ordinary = ordinary_origins(list);
+                    origins_about(list, |origin| !ordinary.is_far(origin), None)
+                }
+                (_, FloatType::F32) => origins_about(list, |_| true, None),
             };
-            Ok((None, Eye::of_list(reference, farthest_of(list, reference)?)))
+            Ok((None, Eye::of_list(reference, spread)))
         }
     }
 }
@@ -361,33 +379,62 @@ pub fn record_bytes(kernel: Kernel, scene: &Scene) -> u64 {
     (scene.spheres.len() * sphere + scene.planes.len() * plane) as u64
 }
 
-/// The largest distance of an origin from a point. A ray with a number that is not finite means nothing, and would spoil the
-/// numbers of all others: it is refused.
-fn farthest_of(rays: &[WorldRay], reference: DVec3) -> Result<f64> {
+/// Checks that the numbers of all rays are finite.
+///
+/// # Errors
+/// [`Error::Usage`] names the first ray with another number.
+fn check_numbers(rays: &[WorldRay]) -> Result<()> {
     let is_finite = |ray: &WorldRay| ray.origin.is_finite() && ray.direction.is_finite();
-    let distance = |ray: &WorldRay| match is_finite(ray) {
-        true => guard::length_bound(ray.origin - reference),
-        false => f64::INFINITY,
-    };
-    let farthest = look_at_all(rays, 0.0, distance, f64::max);
-    // So far is one with such a number, or one that is far beyond all that is ordinary.
-    if farthest < f64::INFINITY {
-        return Ok(farthest);
+    if look_at_all(rays, true, is_finite, |a, b| a && b) {
+        return Ok(());
     }
-    match rays.iter().position(|ray| !is_finite(ray)) {
-        None => Ok(farthest),
-        Some(index) => Err(Error::Usage(
-            format!("ray {index} (counted from 0) has a number that is not finite; leave it out")
-                .into(),
-        )),
-    }
+    let index = rays.iter().position(|ray| !is_finite(ray)).unwrap_or_default();
+    Err(Error::Usage(
+        format!("ray {index} (counted from 0) has a number that is not finite; leave it out")
+            .into(),
+    ))
 }
 
-/// Anywhere, where there are none.
-fn middle_of_origins(rays: &[WorldRay]) -> DVec3 {
-    let Some(first) = rays.first() else { return DVec3::ZERO };
-    let range = |ray: &WorldRay| (ray.origin, ray.origin);
-    let join = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
-    let (low, high) = look_at_all(rays, range(first), range, join);
-    low / 2.0 + high / 2.0
+/// Returns the middle of the box around some origins, or a given reference point, and the distance of the farthest of these origins.
+fn origins_about(
+    rays: &[WorldRay],
+    is_in: impl Fn(DVec3) -> bool + Sync + Send,
+    reference: Option<DVec3>,
+) -> Origins {
+    let reference = reference.unwrap_or_else(|| {
+        let nothing = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let range =
+            |ray: &WorldRay| if is_in(ray.origin) { (ray.origin, ray.origin) } else { nothing };
+        let join = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
+        let (low, high) = look_at_all(rays, nothing, range, join);
+        // Any point will do for an empty list.
+        if low.x <= high.x { low / 2.0 + high / 2.0 } else { DVec3::ZERO }
+    });
+    let distance = |ray: &WorldRay| match is_in(ray.origin) {
+        true => guard::length_bound(ray.origin - reference),
+        false => 0.0,
+    };
+    Origins { reference, spread: look_at_all(rays, 0.0, distance, f64::max) }
+}
+
+/// Returns a point amid the origins, and a distance within which all are, except for the few that are far from most others. f32 leaves
+/// their rays undecided, because its errors for all rays grow with the distance of the farthest origin.
+fn ordinary_origins(rays: &[WorldRay]) -> Origins {
+    /// Rays that are looked at.
+    const SAMPLE: usize = 1023;
+    /// Number of origins that may have an outlier among them.
+    const FEW: usize = 64;
+    /// Factor of the distance of all others. Not a bound: it weighs the errors of all rays against some rays in f64.
+    const ROOM: f64 = 8.0;
+    let some: Vec<DVec3> =
+        rays.iter().step_by(rays.len().div_ceil(SAMPLE).max(1)).map(|ray| ray.origin).collect();
+    let nth = |n: usize, mut all: Vec<f64>| match all.is_empty() {
+        true => 0.0,
+        false => *all.select_nth_unstable_by(n, f64::total_cmp).1,
+    };
+    let median = |axis: usize| nth(some.len() / 2, some.iter().map(|at| at[axis]).collect());
+    let reference = DVec3::from_array(std::array::from_fn(median));
+    let n_others = some.len().saturating_sub(some.len() / FEW + 1);
+    let distances = some.iter().map(|&at| guard::length_bound(at - reference)).collect();
+    Origins { reference, spread: ROOM * nth(n_others, distances) }
 }

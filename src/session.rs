@@ -1,5 +1,6 @@
 //! The facade: a scene, a device and a kernel, ready to trace rays and to draw pictures.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -11,7 +12,7 @@ use crate::error::{Hint, Result, Setting};
 use crate::memory::{self, Available};
 use crate::output::{self, OutputFile};
 use crate::picture::{Format, Metadata, PictureOptions, PictureWriter, Sink};
-use crate::prepare::Prepared;
+use crate::prepare::{LengthUnit, Prepared};
 use crate::rays::{Pixels, View};
 use crate::render::{Plan, band_bytes, hits_bytes, plan, render, sampled_band_rows};
 use crate::scene::{Camera, Samples, Scene};
@@ -44,6 +45,10 @@ pub struct Session {
     palette: Option<Palette>,
     /// See [`Session::force_light_on_device`].
     is_light_forced: bool,
+    /// See [`Session::keep_world_units`].
+    keeps_world_units: bool,
+    /// The last traced scene, its unit, and the scene in this unit if that is not the world's.
+    in_unit: Option<(Arc<Scene>, LengthUnit, Option<Arc<Scene>>)>,
 }
 
 /// Time that it took to make a session ready for rays.
@@ -86,7 +91,15 @@ impl Session {
             hashed: None,
             palette: None,
             is_light_forced: false,
+            keeps_world_units: false,
+            in_unit: None,
         }
+    }
+
+    /// Prepares scenes in world units, whatever their size, so that [`Session::prepared`] is in world units. Scenes that are very
+    /// large or very small then take longer.
+    pub fn keep_world_units(&mut self) {
+        self.keeps_world_units = true;
     }
 
     /// Has the device light every picture that it can light, even if the CPU would be faster. The colors of `certified` are
@@ -147,29 +160,56 @@ impl Session {
     /// # Errors
     /// Those of [`Prepared::renewed`] and [`Device::tracer`].
     pub fn make_ready(&mut self, rays: &Rays, wants: Wants, control: &Control) -> Result<Making> {
-        self.ready(rays, wants, control).map(|(_, making)| making)
+        self.ready(rays, wants, control).map(|(.., making)| making)
     }
 
-    fn ready(
+    /// Returns the scene and rays to trace for given rays, and their unit. The kernel `certified` uses the unit of the scene,
+    /// unless a number would not stay exact, or there is too little memory for the scene in this unit.
+    fn in_unit<'r>(&mut self, rays: &'r Rays) -> (Arc<Scene>, Cow<'r, Rays>, LengthUnit) {
+        if self.kernel == Kernel::Certified && !self.keeps_world_units {
+            let scene = &self.scene;
+            let kept = self.in_unit.take_if(|(of, ..)| Arc::ptr_eq(of, scene));
+            let (_, unit, scaled) = self.in_unit.insert(kept.unwrap_or_else(|| {
+                let unit = LengthUnit::of(scene);
+                let has_room = || Available::now().bytes > 2 * scene.bytes();
+                let is_scaled = unit != LengthUnit::WORLD && has_room();
+                let scaled = is_scaled.then(|| unit.scene(scene)).flatten();
+                (Arc::clone(scene), unit, scaled)
+            }));
+            if let Some(scaled) = scaled
+                && let Some(rays) = unit.rays(rays)
+            {
+                return (Arc::clone(scaled), Cow::Owned(rays), *unit);
+            }
+        }
+        (Arc::clone(&self.scene), Cow::Borrowed(rays), LengthUnit::WORLD)
+    }
+
+    fn ready<'r>(
         &mut self,
-        rays: &Rays,
+        rays: &'r Rays,
         wants: Wants,
         control: &Control,
-    ) -> Result<(&mut Tracer, Making)> {
-        let source = (&self.scene, &self.device, self.kernel);
-        renewed(&mut self.ready, None, source, rays, wants, control)
+    ) -> Result<(&mut Tracer, Cow<'r, Rays>, Making)> {
+        let (scene, rays, unit) = self.in_unit(rays);
+        let source = (&scene, unit, &self.device, self.kernel);
+        let (tracer, making) = renewed(&mut self.ready, None, source, &rays, wants, control)?;
+        Ok((tracer, rays, making))
     }
 
-    /// A painter that has what pixels and their samples need.
+    /// A painter that has what pixels and their samples need, and the pixels in the unit that it paints them in.
     fn painter(
         &mut self,
         pixels: &Pixels,
         style: Style,
         wants: Wants,
         control: &Control,
-    ) -> Result<Painter<'_>> {
-        let (source, palette) = ((&self.scene, &self.device, self.kernel), &mut self.palette);
-        let rays = Rays::Pixels(*pixels);
+    ) -> Result<(Painter<'_>, Pixels)> {
+        let of_pixels = Rays::Pixels(*pixels);
+        let (scene, rays, unit) = self.in_unit(&of_pixels);
+        let pixels = *rays.pixels().unwrap_or(pixels);
+        let source = (&scene, unit, &self.device, self.kernel);
+        let palette = &mut self.palette;
         let (tracer, _) = renewed(&mut self.ready, None, source, &rays, wants, control)?;
         let force_light = |tracer: &mut Tracer| {
             if let Some(backend) = tracer.backend().filter(|_| self.is_light_forced) {
@@ -178,14 +218,14 @@ impl Session {
         };
         force_light(tracer);
         if style.n_samples == Samples::ONE {
-            return Ok(Painter::new(style, pixels, palette, tracer, None));
+            return Ok((Painter::new(style, &pixels, palette, tracer, None), pixels));
         }
         let rays = Rays::Pixels(pixels.samples(style.n_samples.across()));
         // The tree is there already.
         let (slot, tree) = (&mut self.of_samples, Some(&**tracer.prepared()));
         let (of_samples, _) = renewed(slot, tree, source, &rays, Wants::default(), control)?;
         force_light(of_samples);
-        Ok(Painter::new(style, pixels, palette, tracer, Some(of_samples)))
+        Ok((Painter::new(style, &pixels, palette, tracer, Some(of_samples)), pixels))
     }
 
     /// Draws pixels into any sink, band by band.
@@ -201,8 +241,8 @@ impl Session {
         sink: &mut impl Sink,
         control: &Control,
     ) -> Result<Rendered> {
-        let mut painter = self.painter(pixels, style, wants, control)?;
-        render(&mut painter, pixels, n_band_rows, sink, control)
+        let (mut painter, pixels) = self.painter(pixels, style, wants, control)?;
+        render(&mut painter, &pixels, n_band_rows, sink, control)
     }
 
     /// Traces any rays, or pixels of a picture.
@@ -216,8 +256,8 @@ impl Session {
         control: &Control,
         hits: &mut Hits,
     ) -> Result<Timing> {
-        let (tracer, _) = self.ready(rays, wants, control)?;
-        tracer.trace(rays, control, hits)
+        let (tracer, rays, _) = self.ready(rays, wants, control)?;
+        tracer.trace(&rays, control, hits)
     }
 
     /// Draws a picture into memory, as its scene asks for.
@@ -289,8 +329,8 @@ impl Session {
             self.trace(&Rays::Pixels(*pixels), wants, control, &mut rows.hits)?;
         }
         let style = Style { n_samples, ..Style::new(P::ENCODING) };
-        let mut painter = self.painter(pixels, style, wants, control)?;
-        painter.paint(pixels, &mut rows, control, &mut Rendered::default())?;
+        let (mut painter, pixels) = self.painter(pixels, style, wants, control)?;
+        painter.paint(&pixels, &mut rows, control, &mut Rendered::default())?;
         P::all(rows.colors)
     }
 
@@ -312,10 +352,10 @@ impl Session {
             return Ok(None);
         }
         let style = Style { n_samples, ..Style::new(Encoding::Linear) };
-        let mut painter = self.painter(pixels, style, wants, control)?;
+        let (mut painter, pixels) = self.painter(pixels, style, wants, control)?;
         let mut hits = Hits::default();
-        painter.tracer().trace(&Rays::Pixels(*pixels), control, &mut hits)?;
-        let means = painter.baseline_means(pixels, &hits, lit, control)?;
+        painter.tracer().trace(&Rays::Pixels(pixels), control, &mut hits)?;
+        let means = painter.baseline_means(&pixels, &hits, lit, control)?;
         Ok(means.map(|means| (hits, means)))
     }
 
@@ -357,12 +397,12 @@ impl Session {
     ) -> Result<(Rendered, OutputFile)> {
         let Plan { format, options, n_band_rows, .. } = *plan;
         let metadata = self.metadata(pixels, plan);
-        let mut painter = self.painter(pixels, plan.style, plan.wants, control)?;
+        let (mut painter, in_unit) = self.painter(pixels, plan.style, plan.wants, control)?;
         let path = file.path().to_owned();
         let start = Instant::now();
         let mut writer = PictureWriter::create(format, options, pixels, &metadata, file, path)?;
         let begin = start.elapsed();
-        let mut rendered = render(&mut painter, pixels, n_band_rows, &mut writer, control)?;
+        let mut rendered = render(&mut painter, &in_unit, n_band_rows, &mut writer, control)?;
         let start = Instant::now();
         let file = writer.finish()?;
         rendered.write += begin + start.elapsed();
@@ -420,7 +460,7 @@ impl Session {
 fn renewed<'a>(
     old: &'a mut Option<Tracer>,
     tree: Option<&Prepared>,
-    (scene, device, kernel): (&Arc<Scene>, &Device, Kernel),
+    (scene, unit, device, kernel): (&Arc<Scene>, LengthUnit, &Device, Kernel),
     rays: &Rays,
     wants: Wants,
     control: &Control,
@@ -438,6 +478,7 @@ fn renewed<'a>(
     let start = Instant::now();
     let tree = tree.or(old.as_ref().map(|old| &**old.prepared()));
     let prepared = Prepared::renewed(tree, Arc::clone(scene), kernel, rays, control)?;
+    let prepared = prepared.in_unit(unit);
     let (prepared, prepare) = (Arc::new(prepared), start.elapsed());
     control.check()?;
     let build = prepared.build_time();
@@ -610,6 +651,63 @@ mod tests {
         let huge = session.pixels(1 << 20, 1 << 20).unwrap();
         let refused = session.hits(&huge, wants, &control).unwrap_err();
         assert!(matches!(refused, Error::TooLarge(_)), "{refused}");
+    }
+
+    /// A scene times a power of two has the same picture, and `t` times that power; and so have the rays of a list. The numbers
+    /// of rays that need exact arithmetic stay the same, and f32 decides as many.
+    #[test]
+    fn scenes_of_all_sizes_have_one_picture() {
+        let text = include_str!("../scenes/lit/figure1.toml");
+        let few = parse_scene(text, "figure1.toml".as_ref()).unwrap();
+        let ball = |k: i32| Sphere {
+            center: DVec3::new(f64::from(k % 9), f64::from(k / 9 % 7), f64::from(k / 63)) - 4.0,
+            radius: 0.3,
+        };
+        let spheres: Vec<Sphere> = (0..500).map(ball).collect();
+        let lights = vec![few.lights[0]];
+        let many = Scene { spheres: spheres.into(), lights, ..few.clone() };
+        let wants = Wants { surface: true, level: true };
+        let control = Control::default();
+        for scene in [few, many] {
+            let camera = Camera { look_at: DVec3::ZERO, ..scene.camera.clone().unwrap() };
+            let pixels = Pixels::whole(View::new(&camera), 48, 27);
+            let aimed = |k: i32| WorldRay {
+                origin: DVec3::new(f64::from(k % 7), 9.0, f64::from(k % 5)),
+                direction: DVec3::new(f64::from(k % 3) - 1.0, -4.0, f64::from(k % 11) - 5.0),
+            };
+            let list = Rays::List((0..200).map(aimed).collect());
+            let seen = |exponent: i32| {
+                let unit = LengthUnit::of_exponent(-exponent);
+                let scene = unit.scene(&scene).unwrap();
+                let pixels = unit.pixels(&pixels).unwrap();
+                let mut session = Session::new(scene, Device::Cpu, Kernel::Certified);
+                let style = Style::new(Encoding::Srgb8);
+                let (kept, drawn) = session.keep(&pixels, style, wants, &control).unwrap();
+                let mut hits = Hits::default();
+                let list = unit.rays(&list).unwrap();
+                session.trace(&list, wants, &control, &mut hits).unwrap();
+                (kept, drawn.shadow_rays, hits)
+            };
+            let (picture, shadow_rays, hits) = seen(0);
+            assert!(picture.hits.n_hits() > 100 && hits.n_hits() > 50);
+            for exponent in [-240, -100, -70, -33, 45, 60, 70, 80] {
+                let (other, other_rays, other_hits) = seen(exponent);
+                assert_eq!(other.colors, picture.colors, "2^{exponent}");
+                assert_eq!(other_rays, shadow_rays, "2^{exponent}");
+                for (here, there) in [(&picture.hits, &other.hits), (&hits, &other_hits)] {
+                    assert_eq!(here.id, there.id, "2^{exponent}");
+                    assert_eq!(here.normal, there.normal, "2^{exponent}");
+                    assert_eq!(here.counts, there.counts, "2^{exponent}");
+                    let power = crate::prepare::power_of_two(exponent);
+                    for (&here, &there) in here.t.iter().zip(&there.t) {
+                        let expected = (f64::from(here) * power) as f32;
+                        let least = f32::MIN_POSITIVE;
+                        assert!(there == expected || there.max(expected) < least, "2^{exponent}");
+                        assert!(there > 0.0, "2^{exponent}");
+                    }
+                }
+            }
+        }
     }
 
     #[test]

@@ -38,6 +38,13 @@ struct PlaneMet {
     place: f32,
 }
 
+struct GroundMet {
+    center: vec3f,
+    k: f32,
+    k_error: f32,
+    length: f32,
+}
+
 struct Aim {
     from_point: f32,
     to: vec3f,
@@ -198,15 +205,28 @@ fn shadow_ray(aim: Aim, point: vec3f, point_error: f32) -> ShadowRay {
 
 fn is_near(ray: ShadowRay) -> bool {
     return (max(max(abs(ray.start.x), abs(ray.start.y)), abs(ray.start.z)) < 0x1p40f)
-        & (1.01 * (ray.error + ray.end_error) < 0x1p40f);
+        & (1.01
+        * (ray.error
+        + select(ray.end_error,
+        min(ray.bend * (max(max(abs(ray.start.x), abs(ray.start.y)), abs(ray.start.z)) * 1.75),
+        ray.end_error), ray.bend <= 8.0 * ray.unit)) < 0x1p40f);
 }
 
 fn shadow_slabs(ray: ShadowRay) -> Slabs {
     let v = (max(max(abs(ray.start.x), abs(ray.start.y)), abs(ray.start.z)) < 0x1p40f)
-        & (1.01 * (ray.error + ray.end_error) < 0x1p40f);
+        & (1.01
+        * (ray.error
+        + select(ray.end_error,
+        min(ray.bend * (max(max(abs(ray.start.x), abs(ray.start.y)), abs(ray.start.z)) * 1.75),
+        ray.end_error), ray.bend <= 8.0 * ray.unit)) < 0x1p40f);
     let of_start = max(max(abs(ray.start.x), abs(ray.start.y)), abs(ray.start.z))
         * 2.0861626e-7;
-    let room = of_start + (1.01 * (ray.error + ray.end_error) + 0x1p-37f);
+    let room = of_start
+        + (1.01
+        * (ray.error
+        + select(ray.end_error,
+        min(ray.bend * (max(max(abs(ray.start.x), abs(ray.start.y)), abs(ray.start.z)) * 1.75),
+        ray.end_error), ray.bend <= 8.0 * ray.unit)) + 0x1p-37f);
     let slack = select(0.0, room, v);
     let start = select(vec3f(0.0), ray.start, v);
     let goes_down = ray.way < vec3f(0.0);
@@ -306,11 +326,12 @@ fn sphere_occludes_beside(met: SphereMet, ray: ShadowRay, side: f32) -> Verdict 
     let v_2 = here + ray.end_error;
     let length = sqrt(dot3(end, end));
     let rounding = 1.7881393e-6 * length;
-    let along = dot3(end, ray.way) * ray.inv_length;
-    let stays_inside = min(0.5 - side, inner2_2 - l2);
-    let passes = min(side + 0.5,
-        max(least2 - v, along - (1.01 * (v_2 + (length + v_2) * ray.turned) + rounding)));
-    let crosses = max(inner2_2 - least2, -side - 0.5);
+    let along_error = 1.01 * (v_2 + (length + v_2) * ray.turned) + rounding;
+    let v_3 = dot3(end, ray.way) * ray.inv_length;
+    let stays_inside = min(inner2_2 - l2, 0.5 - side);
+    let passes = min(max(least2 - v, v_3 - along_error), side + 0.5);
+    let leaves = min(-v_3 - along_error, 0.5 - abs(side));
+    let crosses = max(max(inner2_2 - least2, leaves), -side - 0.5);
     let clear = max(passes, stays_inside);
     let blocked = min(crosses, max(l2 - v, side - 0.5));
     return Verdict(blocked, clear);
@@ -331,6 +352,96 @@ fn plane_occludes_beside(met: PlaneMet, ray: ShadowRay, side: f32) -> Verdict {
     let end_below = side - 0.5;
     let blocked = max(min(above, end_below), min(below, end_above));
     let clear = max(max(min(above, end_above), min(below, end_below)), 0.5 - abs(side));
+    return Verdict(blocked, clear);
+}
+
+fn ground_occludes(met: GroundMet, ray: ShadowRay) -> Verdict {
+    let is_point = 0.0 < ray.from_point;
+    let l = met.center - ray.start;
+    let distance = sqrt(dot3(l, l));
+    let away = max(sqrt(dot3(ray.start, ray.start)), 0x1p-50f);
+    let power = met.k - dot3(ray.start, met.center + l);
+    let rounding = 6.0 * away * (met.length + distance) + abs(power);
+    let moved = ray.error * (distance + distance + ray.error);
+    let v = met.k_error + 1.01 * (ray.unit * rounding + moved);
+    let light = ray.start + ray.way;
+    let light_error = ray.end_error + ray.unit * sqrt(dot3(light, light));
+    let l_2 = met.center - light;
+    let distance_2 = sqrt(dot3(l_2, l_2));
+    let away_2 = max(sqrt(dot3(light, light)), 0x1p-50f);
+    let power_2 = met.k - dot3(light, met.center + l_2);
+    let rounding_2 = 6.0 * away_2 * (met.length + distance_2) + abs(power_2);
+    let moved_2 = light_error * (distance_2 + distance_2 + light_error);
+    let v_2 = met.k_error + 1.01 * (ray.unit * rounding_2 + moved_2);
+    let start_outside = power - v;
+    let start_inside = -power - v;
+    let end_outside = select(1.0, power_2 - v_2, is_point);
+    let end_inside = select(-1.0, -power_2 - v_2, is_point);
+    let power_3 = sqrt(max(start_outside, 0.0));
+    let power_4 = sqrt(max(power + v, 0.0));
+    let power_5 = sqrt(max(power_2 - v_2, 0.0));
+    let power_6 = sqrt(max(power_2 + v_2, 0.0));
+    let l_3 = met.center - ray.start;
+    let offset_error = ray.error + ray.unit * (met.length + sqrt(dot3(l_3, l_3)));
+    let length = sqrt(dot3(l_3, l_3));
+    let rounding_3 = 1.7881393e-6 * length;
+    let along_error = 1.01 * (offset_error + (length + offset_error) * ray.turned) + rounding_3;
+    let v_3 = dot3(l_3, ray.way) * ray.inv_length;
+    let off = ray.error + ray.end_error;
+    let low = select(v_3 - along_error, ray.length - off - power_6, is_point);
+    let high = select(v_3 + along_error, ray.length + off - power_5, is_point);
+    let width = 12.0 * ray.unit * (ray.length + power_4 + power_6);
+    let over = min(min(power_3 - high - width, start_outside), end_outside);
+    let through = min(min(low - power_4 - width, start_outside), end_outside);
+    let crossed = max(min(start_inside, end_outside), min(start_outside, end_inside));
+    let clear = max(over, min(start_inside, end_inside));
+    let blocked = max(through, crossed);
+    return Verdict(blocked, clear);
+}
+
+fn ground_occludes_beside(met: GroundMet, ray: ShadowRay, side: f32) -> Verdict {
+    let is_point = 0.0 < ray.from_point;
+    let l = met.center - ray.start;
+    let distance = sqrt(dot3(l, l));
+    let away = max(sqrt(dot3(ray.start, ray.start)), 0x1p-50f);
+    let power = met.k - dot3(ray.start, met.center + l);
+    let rounding = 6.0 * away * (met.length + distance) + abs(power);
+    let moved = ray.error * (distance + distance + ray.error);
+    let v = met.k_error + 1.01 * (ray.unit * rounding + moved);
+    let light = ray.start + ray.way;
+    let light_error = ray.end_error + ray.unit * sqrt(dot3(light, light));
+    let l_2 = met.center - light;
+    let distance_2 = sqrt(dot3(l_2, l_2));
+    let away_2 = max(sqrt(dot3(light, light)), 0x1p-50f);
+    let power_2 = met.k - dot3(light, met.center + l_2);
+    let rounding_2 = 6.0 * away_2 * (met.length + distance_2) + abs(power_2);
+    let moved_2 = light_error * (distance_2 + distance_2 + light_error);
+    let v_2 = met.k_error + 1.01 * (ray.unit * rounding_2 + moved_2);
+    let start_outside = power - v;
+    let start_inside = -power - v;
+    let v_3 = side + 0.5;
+    let power_3 = sqrt(max(start_outside, 0.0));
+    let power_4 = sqrt(max(power + v, 0.0));
+    let power_5 = sqrt(max(power_2 - v_2, 0.0));
+    let power_6 = sqrt(max(power_2 + v_2, 0.0));
+    let is_on = abs(side) <= 0.0;
+    let v_4 = select(power_6, 0.0, is_on);
+    let l_3 = met.center - ray.start;
+    let offset_error = ray.error + ray.unit * (met.length + sqrt(dot3(l_3, l_3)));
+    let length = sqrt(dot3(l_3, l_3));
+    let rounding_3 = 1.7881393e-6 * length;
+    let along_error = 1.01 * (offset_error + (length + offset_error) * ray.turned) + rounding_3;
+    let v_5 = dot3(l_3, ray.way) * ray.inv_length;
+    let off = ray.error + ray.end_error;
+    let low = select(v_5 - along_error, ray.length - off - v_4, is_point);
+    let high = select(v_5 + along_error, ray.length + off - select(power_5, 0.0, is_on),
+        is_point);
+    let width = 12.0 * ray.unit * (ray.length + power_4 + v_4);
+    let over = min(min(power_3 - high - width, start_outside), v_3);
+    let through = min(min(low - power_4 - width, start_outside), v_3);
+    let crossed = max(min(start_inside, side - 0.5), min(start_outside, -side - 0.5));
+    let clear = max(over, min(start_inside, 0.5 - side));
+    let blocked = max(through, crossed);
     return Verdict(blocked, clear);
 }
 

@@ -160,7 +160,7 @@ fn nearest_with(nearest: Nearest, next: Bounds, id: u32) -> Nearest {
 
 fn decide(nearest: Nearest) -> u32 {
     let is_none = 0x1p100f <= nearest.low;
-    let is_hit = (nearest.high < nearest.second) & (nearest.high < 0x1p127f);
+    let is_hit = (nearest.high < nearest.second) & (nearest.high < 0x1p66f);
     let is_sure = is_hit | is_none;
     return select(0xffffffffu, nearest.id, is_sure);
 }

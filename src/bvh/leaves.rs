@@ -30,7 +30,7 @@ struct Leaf {
 /// The spheres of a tree as an eye sees them in f32, by place.
 pub struct Leaves {
     blocks: Vec<[Leaf; BLOCK]>,
-    /// Ids of the spheres that each ray looks at beside the leaves, ascending: those that f32 has no box for, and those that the
+    /// Ids of the spheres that each ray tests in addition to the leaves, ascending: those outside of the tree, and those that the
     /// eye is so close to that a leaf says too little. The leaves of these are nowhere.
     pub rest: Vec<u32>,
 }

@@ -39,40 +39,73 @@ fn check_size_in(n_spheres: usize, available: Available) -> Result<()> {
     available.require(format!("building the hierarchy over {n_spheres} spheres"), needed, &advice)
 }
 
-/// A point amid the spheres: f32 has most digits near it, and few spheres far away don't move it.
-pub(super) fn reference(spheres: &[Sphere]) -> DVec3 {
+/// Some of the spheres, from all of their order.
+fn sample(spheres: &[Sphere]) -> impl Iterator<Item = &Sphere> {
     /// Spheres that are looked at.
     const SAMPLE: usize = 1023;
-    let step = spheres.len().div_ceil(SAMPLE).max(1);
+    spheres.iter().step_by(spheres.len().div_ceil(SAMPLE).max(1))
+}
+
+/// The number at a place in ascending order; 0 of none.
+fn nth(place: usize, mut all: Vec<f64>) -> f64 {
+    match all.is_empty() {
+        true => 0.0,
+        false => *all.select_nth_unstable_by(place, f64::total_cmp).1,
+    }
+}
+
+/// A point amid the spheres: f32 has most digits near it, and few spheres far away don't move it.
+pub(super) fn reference(spheres: &[Sphere]) -> DVec3 {
     let median = |axis: usize| {
-        let mut at: Vec<f64> = spheres.iter().step_by(step).map(|s| s.center[axis]).collect();
-        let middle = at.len() / 2;
-        match at.is_empty() {
-            true => 0.0,
-            false => *at.select_nth_unstable_by(middle, f64::total_cmp).1,
-        }
+        let at: Vec<f64> = sample(spheres).map(|sphere| sphere.center[axis]).collect();
+        nth(at.len() / 2, at)
     };
     DVec3::from_array(std::array::from_fn(median))
 }
 
-/// Indices of the spheres that can be seen: those with a box in f32, and the others. Left out are
-/// spheres with a radius of 0 and those that equal an earlier one, against which they never win.
+/// Returns the extent of most spheres, their largest distance from the reference point, with room for those that are not much
+/// larger or farther away.
+fn ordinary_extent(spheres: &[Sphere], reference: DVec3) -> f64 {
+    /// Number of spheres that may have an outlier among them.
+    const FEW: usize = 64;
+    /// Factor of the extent of all others. Not a bound.
+    const MUCH: f64 = 64.0;
+    let extent = |sphere: &Sphere| (sphere.center - reference).length() + sphere.radius.abs();
+    let extents: Vec<f64> = sample(spheres).map(extent).collect();
+    let n_others = extents.len().saturating_sub(extents.len() / FEW + 1);
+    MUCH * nth(n_others, extents)
+}
+
+/// Most spheres with a larger extent outside of the tree. Not a bound: it weighs their cost for each ray.
+const MOST_OUTLIERS: usize = 16;
+
+/// Indices of the spheres that can be seen: those that are in the tree, and the others. Spheres with a radius of 0 and those that
+/// equal an earlier one, against which they never win, are neither.
+///
+/// The few spheres that are much farther away or much larger than most are not in the tree. Each ray tests them, with records that
+/// are more precise for a large sphere than a leaf is.
 pub(super) fn members(spheres: &[Sphere], reference: DVec3) -> (Vec<u32>, Vec<u32>) {
     let repeats = repeats(spheres);
-    let has_box = |sphere: &Sphere| {
-        let distance = guard::length_bound(sphere.center - reference);
-        sphere.radius.abs() <= f32::FARTHEST && distance <= f32::FARTHEST
-    };
     let can_be_seen = |i: u32| {
         spheres[i as usize].radius != 0.0
             && (repeats.is_empty() || repeats.binary_search(&i).is_err())
     };
-    let with_box = |is_in: bool| {
+    let with_box = |is_in: bool, most: f64| {
+        let has_box = |sphere: &Sphere| {
+            let (distance, r) =
+                (guard::length_bound(sphere.center - reference), sphere.radius.abs());
+            r <= f32::FARTHEST && distance <= f32::FARTHEST && distance + r <= most
+        };
         parallel::filter_map(spheres.len(), |i| {
             (has_box(&spheres[i]) == is_in && can_be_seen(i as u32)).then_some(i as u32)
         })
     };
-    (with_box(true), with_box(false))
+    let extent = ordinary_extent(spheres, reference);
+    let outside = with_box(false, extent);
+    match outside.len() <= MOST_OUTLIERS {
+        true => (with_box(true, extent), outside),
+        false => [true, false].map(|is_in| with_box(is_in, f64::INFINITY)).into(),
+    }
 }
 
 /// Indices of the spheres that equal an earlier one, ascending. They need not be all: it saves work.

@@ -82,10 +82,10 @@ impl Node {
     }
 }
 
-/// The tree over those spheres of a scene that can be seen and have a box in f32.
+/// The tree over the spheres of a scene that can be seen and are not outliers.
 #[derive(Clone, Debug)]
 pub struct Bvh {
-    /// What the boxes are relative to, world units.
+    /// The point of the scene that the boxes are relative to.
     pub reference: DVec3,
     /// Node 0 is the root; there is none over no spheres.
     nodes: Vec<Node>,
@@ -94,7 +94,8 @@ pub struct Bvh {
     pub spheres: Vec<Sphere>,
     /// The id of the sphere at each place.
     pub ids: Vec<u32>,
-    /// Ids of the spheres that f32 has no box for, ascending.
+    /// Ids of the spheres that are not in the tree, ascending: f32 has no box for them, or they are much larger or farther away
+    /// than most.
     pub outside: Vec<u32>,
 }
 

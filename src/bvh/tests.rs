@@ -1,4 +1,4 @@
-use super::walk::{NARROWER, WIDER};
+use super::walk::{NARROWER, WIDER, below};
 use super::*;
 use crate::random::SplitMix;
 
@@ -175,6 +175,23 @@ fn what_a_ray_of_a_beam_meets_is_shown() {
     println!("{n_shown} shown, {n_through} met");
     assert!(n_lost == 0 && n_through > 3000 && n_shown < 300 * 300 / 4, "{n_lost}");
     assert!(lost(0.5)[0] > 100, "half of a beam would do");
+}
+
+/// Rounding errors of the smallest numbers of f32, and of smaller ones, are absolute.
+#[test]
+fn bounds_in_f32_hold_for_the_smallest_numbers() {
+    let mut random = SplitMix::new(745);
+    for case in 0..200_000 {
+        let size = 2f64.powi(case % 200 - 180);
+        for x in [size * (1.0 + random.unit()), size * (1.0 + 1e-9 * random.unit())] {
+            for x in [x, -x] {
+                let (low, high) = (f64::from(below(x)), f64::from(above(x)));
+                assert!(low <= x && x <= high, "{low:e} {x:e} {high:e}");
+                let room = 3.0 * (x.abs() * 2f64.powi(-23) + 2f64.powi(-149));
+                assert!(high - x <= room && x - low <= room, "{low:e} {x:e} {high:e}");
+            }
+        }
+    }
 }
 
 /// A ray along an axis through the very edge of a box is not lost to 0 · ∞.

@@ -4,8 +4,12 @@
 //! Along an axis the rays of a beam are within `[low + t·slow, high + t·quick]`: two half spaces of `(t, x)`, each of which
 //! bounds the `t` at which a box is met. Bounds of origins and sides of boxes are rounded outward, and cost nothing. With
 //! `u = 2⁻²⁴`, a slab `(side − origin)·(1/d)` has an error of `u` for the inverse, which is found in f64, its widening, the
-//! difference and the product: 4 of the 6 that [`WIDER`] has, and of the 5 of [`NARROWER`]. What underflows is in the
-//! least width of a beam, [`LEAST`]: the largest inverse is `1/`[`FLAT`].
+//! difference and the product: 4 of the 6 that [`WIDER`] has, and of the 5 of [`NARROWER`].
+//!
+//! A difference of f32 does not underflow; an inverse of a direction below `2³¹` does not either. A product that underflows has an error
+//! of at most `2⁻¹²⁶`, flushed to 0 or not. The beam is wider by [`LEAST`] on either side, or by as much that is rounded outward where an origin
+//! is so large that [`LEAST`] is lost. That moves the product by at least `2⁻⁹⁰·2⁻³¹ = 2⁻¹²¹`. And the largest inverse, `1/`[`FLAT`]` = 2⁶⁰`, does not overflow: sides and origins end at `2¹⁰⁰`, where
+//! a product ends at `2¹⁶¹`, which is infinite and thus beyond every `t`, in the right direction.
 
 use glam::DVec3;
 
@@ -70,7 +74,7 @@ enum Way {
 /// Directions below this count as 0, which only widens a beam. No test sees it halved: so does a half of it.
 const FLAT: f64 = 1.0 / (1u64 << 60) as f64;
 
-/// A beam's least width, either way. No test sees it halved: it is `2³⁶` times what underflows.
+/// Least width of a beam to each side. Halving it is not covered by a test: it moves a product by `2⁵` times an underflow.
 const LEAST: f32 = 1.0 / (1u128 << 90) as f32;
 
 /// Relative room of a slab. No test sees that of the far side halved: in f32 it rounds to the 4 that are needed.
@@ -80,25 +84,28 @@ pub(super) const NARROWER: f32 = 1.0 - 2.5 * f32::EPSILON;
 /// Coordinates beyond this are taken for this, or for infinitely far away. No test sees it halved: boxes end at `2⁶²`.
 const FARTHEST: f64 = (1u128 << 100) as f64;
 
-/// A number not above, by up to three units.
+/// A number not above, by up to three units or three of the smallest numbers.
 #[inline(always)]
-fn below(x: f64) -> f32 {
+pub(super) fn below(x: f64) -> f32 {
     let nearer = x.min(FARTHEST);
     match x > -FARTHEST {
-        true => (nearer - nearer.abs() * f32::UNIT) as f32,
+        true => (nearer - (nearer.abs() * f32::UNIT + SMALLEST)) as f32,
         false => f32::NEG_INFINITY,
     }
 }
 
-/// A number not below, by up to three units.
+/// A number not below, by up to three units or three of the smallest numbers.
 #[inline(always)]
 pub fn above(x: f64) -> f32 {
     let nearer = x.max(-FARTHEST);
     match x < FARTHEST {
-        true => (nearer + nearer.abs() * f32::UNIT) as f32,
+        true => (nearer + (nearer.abs() * f32::UNIT + SMALLEST)) as f32,
         false => f32::INFINITY,
     }
 }
+
+/// The smallest f32 above 0. A subnormal number is rounded by up to a half of it.
+const SMALLEST: f64 = 1.0 / (1u128 << 126) as f64 / (1u64 << 23) as f64;
 
 impl Beam {
     /// From bounds of origins, relative to the tree's reference point, and of directions. No box is asked for at a larger `t`

@@ -6,7 +6,7 @@ use super::{Decided, Stage};
 use crate::control::Control;
 use crate::engine::Scratch64;
 use crate::error::Result;
-use crate::exact::nearest;
+use crate::exact::nearest_in;
 use crate::host;
 use crate::num::OPEN;
 use crate::parallel;
@@ -51,7 +51,8 @@ impl Stage<'_> {
             Err(found) => found,
         };
         let object = |&(id, _): &(u32, f64)| Some((id, self.prepared.scene.object(id)?));
-        let seen = nearest(&self.exact.ray(index), found.iter().filter_map(object));
+        let objects = found.iter().filter_map(object);
+        let seen = nearest_in(&self.exact.ray(index), objects, self.prepared.unit.exponent());
         (seen.map_or(0, |hit| hit.id), Level::Exact)
     }
 }

@@ -14,15 +14,18 @@ use crate::error::Result;
 use crate::exact::ExactRays;
 use crate::guard;
 use crate::parallel;
-use crate::prepare::{Prepared, exponent_of};
+use crate::prepare::{LengthUnit, Prepared, exponent_of};
 use crate::trace::{Rays, StageCounts, WorldRay, places_of};
 pub(crate) use pack::{Pack, PackF64, is_id};
 use surfaces::MISS;
 pub(crate) use surfaces::Surfaces;
 
-/// Whether the `t` of a ray's hits surely stays in f32's range.
-pub fn is_ordinary(ray: &WorldRay) -> bool {
-    exponent_of(ray.direction).abs() <= guard::LARGEST_EXPONENT && ray.direction != DVec3::ZERO
+/// Whether the `t` of the hits of a ray in this unit surely stays in f32's range.
+pub fn is_ordinary(ray: &WorldRay, unit: LengthUnit) -> bool {
+    let exponent = exponent_of(ray.direction);
+    exponent.abs() <= guard::LARGEST_EXPONENT
+        && unit.exponent() - exponent <= guard::LARGEST_SHIFT
+        && ray.direction != DVec3::ZERO
 }
 
 /// The objects of rays that f32 left undecided.

@@ -11,7 +11,7 @@ use crate::exact::{ExactHit, ExactRay, Sight, unit_f32, visible_hit};
 use crate::guard::host::{HOST_UNIT_F64, input_in_f64};
 use crate::guard::{self, InputError, Reach};
 use crate::num::{Float, Lanes, Mask, Real, V3, dispatch, one_by_one};
-use crate::prepare::{Scaled, power_of_two};
+use crate::prepare::{LengthUnit, Scaled, power_of_two};
 use crate::rays::{Frame, Lens, Rays};
 use crate::scene::Scene;
 use crate::seen::{
@@ -35,6 +35,8 @@ pub struct Surfaces<'a, F: Float> {
     eye: Eye,
     pub lengths: Lengths<F>,
     rays: &'a Rays,
+    /// The unit that `t` is multiplied by.
+    unit: LengthUnit,
     /// A picture's; none for lists.
     camera: Option<(Frame<F>, Anchors)>,
     /// In the order of their ids: of pictures those that are not in a hierarchy's tree.
@@ -115,6 +117,7 @@ impl<'a> Surfaces<'a, f64> {
                 for (i, pack) in (i..).step_by(2 * N).zip(packs) {
                     let across = (Lanes::lit(i as f64) + columns).min(last);
                     pack.offset = [across, Lanes::lit(j as f64)];
+                    pack.scale = Lanes::lit(self.unit.factor());
                 }
             }
             Rays::List(rays) => {
@@ -123,7 +126,7 @@ impl<'a> Surfaces<'a, f64> {
                     for lane in 0..N {
                         let ray = &rays[last.min(at + lane)];
                         let scaled = Scaled::new(ray.direction);
-                        let factor = power_of_two(-scaled.exponent());
+                        let factor = power_of_two(self.unit.exponent() - scaled.exponent());
                         pack.scale.0[lane] = if factor.is_normal() { factor } else { 0.0 };
                         let towards = scaled.rounded();
                         for axis in 0..3 {
@@ -163,6 +166,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
             eye,
             lengths: Lengths::new(&eye, longest),
             rays: stage.rays,
+            unit: stage.prepared.unit,
             camera: None,
             spheres: Vec::new(),
             planes: Vec::new(),
@@ -365,10 +369,14 @@ impl<'a, F: Float> Surfaces<'a, F> {
         let (k, spread) = (guard::k_in_f64(center, r), Lanes::lit(eye.spread));
         let seen = SphereSeen::of::<F>(center, r, k, spread, eye.input, eye);
         let seen = seen.round_lanes();
-        match is_close {
-            false => SphereSeen::surface(&seen, ray, &lengths),
-            true => SphereSeen::surface_close(&seen, ray, &lengths),
+        if is_close {
+            return SphereSeen::surface_close(&seen, ray, &lengths);
         }
+        let surface = SphereSeen::surface(&seen, ray, &lengths);
+        // A close sphere is left to `look_closer`.
+        let close = Lanes::lit(0.0).lt(seen.is_close);
+        let point_error = Lanes::select(close, Lanes::lit(F::BEYOND), surface.point_error);
+        Surface { point_error, ..surface }
     }
 
     #[inline(always)]
@@ -494,16 +502,17 @@ impl Stage<'_> {
     /// `t` and normal of a hit that is known to exist: with some 100 bits, else exactly.
     pub fn surface(&self, index: usize, id: u32) -> Option<TAndNormal> {
         let object = self.prepared.scene.object(id)?;
-        if let Some(surface) = Sight::new(self.rays, index).surface(object) {
+        let unit = self.prepared.unit;
+        if let Some(surface) = Sight::new(self.rays, index).surface(object, unit.factor()) {
             return Some(surface);
         }
         let ray = self.exact.ray(index);
         let hit = visible_hit(&ray, id, object);
         debug_assert!(hit.is_some(), "object {id} was decided for ray {index} but is not hit");
-        Some(exact_surface(&ray, &hit?))
+        Some(exact_surface(&ray, &hit?, unit))
     }
 }
 
-pub(super) fn exact_surface(ray: &ExactRay, hit: &ExactHit) -> TAndNormal {
-    (hit.t_f32(), hit.normal_f32(ray))
+pub(super) fn exact_surface(ray: &ExactRay, hit: &ExactHit, unit: LengthUnit) -> TAndNormal {
+    (hit.t_f32_in(unit.exponent()), hit.normal_f32(ray))
 }

@@ -213,13 +213,14 @@ fn surfaces_in_balls_are_exact() {
             let hits = decided(&stage, rays.len());
             for (index, &id) in hits.id.iter().enumerate() {
                 let Some(object) = stage.prepared.scene.object(id) else { continue };
-                let Some(found) = Sight::new(stage.rays, index).surface(object) else {
+                let Some(found) = Sight::new(stage.rays, index).surface(object, 1.0) else {
                     n_open += 1;
                     continue;
                 };
                 n_known += 1;
                 let ray = stage.exact.ray(index);
-                let exact = exact_surface(&ray, &visible_hit(&ray, id, object).unwrap());
+                let exact =
+                    exact_surface(&ray, &visible_hit(&ray, id, object).unwrap(), LengthUnit::WORLD);
                 let bits = |(t, normal): TAndNormal| (t.to_bits(), normal.map(f32::to_bits));
                 assert_eq!(bits(found), bits(exact), "{lens:?}, seed {seed}, ray {index}");
             }

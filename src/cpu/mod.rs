@@ -78,11 +78,13 @@ fn first_stage<'a>(prepared: &'a Prepared, rays: &'a Rays) -> Box<FirstStage<'a>
 }
 
 /// Replaces `open` by those of some consecutive rays that f32 leaves to the stages after it.
-fn find_open(rays: &Rays, first: usize, ids: &[u32], open: &mut Vec<u32>) {
+fn find_open((prepared, rays): (&Prepared, &Rays), first: usize, ids: &[u32], open: &mut Vec<u32>) {
     open.clear();
     open.extend(places_of(OPEN, ids).map(|at| (first + at) as u32));
     if let Rays::List(all) = rays {
-        let left = (first..).zip(&all[first..][..ids.len()]).filter(|(_, ray)| !is_ordinary(ray));
+        let origins = prepared.origins();
+        let is_left = |ray| !is_ordinary(ray, prepared.unit) || origins.is_far(ray.origin);
+        let left = (first..).zip(&all[first..][..ids.len()]).filter(|(_, ray)| is_left(ray));
         open.extend(left.map(|(ray, _)| ray as u32));
         open.sort_unstable();
         open.dedup();
@@ -131,7 +133,7 @@ pub fn trace(
             look(first, ids, search);
             timing.trace = start.elapsed();
         }
-        find_open(rays, first, ids, open);
+        find_open((prepared, rays), first, ids, open);
         let decided = stage.decide(open, control, &mut timing)?;
         for (&ray, &id) in open.iter().zip(&decided.ids) {
             ids[ray as usize - first] = id;

@@ -181,7 +181,7 @@ impl<'a> Find64<'a> {
                     let mut seek = Seek { bvh, beside, ray, eye: *eye, candidates };
                     walk.all(bvh, bvh.root(), beam, &mut seek);
                 }
-                1.0
+                self.prepared.unit.factor()
             }
             Rays64::List(rays, listed) => {
                 let rays::WorldRay { origin, direction } = rays[index];
@@ -200,7 +200,7 @@ impl<'a> Find64<'a> {
                     let mut seek = Seek { bvh, beside: &[], ray, eye, candidates };
                     walk.all(bvh, bvh.root(), beam, &mut seek);
                 }
-                power_of_two(-scaled.exponent())
+                power_of_two(self.prepared.unit.exponent() - scaled.exponent())
             }
         };
         candidates.say(scale)

@@ -30,7 +30,7 @@ impl<'a> ListSearch<'a> {
 
     /// Finds what rays see in f32: ids, or [`OPEN`](crate::num::OPEN).
     pub fn look(&self, rays: &[rays::WorldRay], ids: &mut [u32]) {
-        let list = List::new(rays, self.prepared.reference);
+        let list = List::new(rays, self.prepared.origins());
         dispatch(FindList { search: self, list, ids });
     }
 }

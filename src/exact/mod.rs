@@ -58,9 +58,19 @@ pub fn nearest<'a>(
     ray: &ExactRay,
     objects: impl IntoIterator<Item = (u32, Object<'a>)>,
 ) -> Option<ExactHit<'a>> {
+    nearest_in(ray, objects, 0)
+}
+
+/// [`nearest`] for results that are `t` times `2^exponent`.
+pub(crate) fn nearest_in<'a>(
+    ray: &ExactRay,
+    objects: impl IntoIterator<Item = (u32, Object<'a>)>,
+    exponent: i32,
+) -> Option<ExactHit<'a>> {
+    let overflow = number::f32_overflow() * number::power_of_two(-(exponent as isize));
     let hits = objects.into_iter().filter_map(|(id, object)| visible_hit(ray, id, object));
     let best = hits.min_by(|a, b| a.root.cmp(&b.root).then(a.id.cmp(&b.id)));
-    best.filter(|hit| hit.root.cmp_real(&number::f32_overflow()) == Ordering::Less)
+    best.filter(|hit| hit.root.cmp_real(&overflow) == Ordering::Less)
 }
 
 /// The exact hit of a ray.
@@ -80,7 +90,13 @@ impl ExactHit<'_> {
     /// `t`, correctly rounded (nearest, ties to even); a `t` that rounds to 0 gives the smallest
     /// subnormal, `2^-149`, so that `t > 0` stays true.
     pub fn t_f32(&self) -> f32 {
-        self.root.to_f32().max(f32::from_bits(1))
+        self.t_f32_in(0)
+    }
+
+    /// [`ExactHit::t_f32`] of `t` times `2^exponent`.
+    pub(crate) fn t_f32_in(&self, exponent: i32) -> f32 {
+        let root = self.root.times_power_of_two(exponent as isize);
+        root.to_f32().max(f32::from_bits(1))
     }
 
     /// `t`, correctly rounded; at least the smallest subnormal.

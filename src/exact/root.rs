@@ -48,6 +48,12 @@ impl Root {
         Root::new(numerator, 0, Dyadic::zero(), denominator, factor)
     }
 
+    /// The number times `2^exponent`.
+    pub(crate) fn times_power_of_two(&self, exponent: isize) -> Root {
+        let power = power_of_two(exponent);
+        Root { b: &self.b * &power, d: &self.d * &power * &power, ..self.clone() }
+    }
+
     /// The number with the other sign.
     pub fn negated(self) -> Root {
         Root { b: -self.b, s: -self.s, ..self }

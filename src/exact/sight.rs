@@ -90,11 +90,12 @@ impl Sight {
         Ball::from(x) * Ball::from(self.world_scale)
     }
 
-    /// `t` and the normal of an object that it is known to see, each rounded to the nearest f32; `None` where that is open.
-    pub(crate) fn surface(&self, object: Object) -> Option<(f32, [f32; 3])> {
+    /// `t` times a power of two and the normal of an object that it is known to see, each rounded to the nearest f32; `None` where
+    /// that is open.
+    pub(crate) fn surface(&self, object: Object, unit: f64) -> Option<(f32, [f32; 3])> {
         let (root, normal) = object.exact().surface_in_balls(self)?;
         // It is never 0.
-        let t = (root * Ball::from(self.t_factor)).nearest_f32().filter(|t| *t > 0.0)?;
+        let t = (root * Ball::from(self.t_factor * unit)).nearest_f32().filter(|t| *t > 0.0)?;
         Some((t, normal))
     }
 }

@@ -84,15 +84,16 @@ const UNIFORM_BYTES: usize = 16 << 10;
 /// within loops as well; what it has no room for lies in a buffer.
 fn lists(key: &ShaderKey) -> String {
     let [sphere, plane] = key.kernel.about().record_bytes;
+    // lavapipe of Mesa 22.3 crashes with light in trees, and with contacts of lamps, if lamps are in a uniform.
+    let are_lamps_stored = key.tree || has_contacts(key);
+    let room = if key.light.is_some() && key.tree { 0 } else { UNIFORM_BYTES };
+    let room_of_lamps = if are_lamps_stored { 0 } else { UNIFORM_BYTES };
     let lists = [
-        ("spheres", "SphereRecord", key.n_spheres, sphere),
-        ("planes", "PlaneRecord", key.n_planes, plane),
-        ("lamps", "Lamp", n_lamps(key), lamp_bytes(key)),
+        ("spheres", "SphereRecord", key.n_spheres, sphere * key.n_spheres <= room),
+        ("planes", "PlaneRecord", key.n_planes, plane * key.n_planes <= room),
+        ("lamps", "Lamp", n_lamps(key), LAMP_BYTES * n_lamps(key) <= room_of_lamps),
     ];
-    // With light in trees lavapipe of Mesa 22.3 crashes where the fourth uniform is that of the lamps.
-    let is_lit_tree = key.light.is_some() && key.tree;
-    let room = if is_lit_tree { 0 } else { UNIFORM_BYTES };
-    let list = |(name, element, n, bytes): (&str, &str, usize, usize)| match n * bytes <= room {
+    let list = |(name, element, n, is_uniform): (&str, &str, usize, bool)| match is_uniform {
         true => format!("@group(0) @binding(next) var<uniform> {name}: array<{element}, {n}>;\n"),
         false => format!("@group(0) @binding(next) var<storage, read> {name}: array<{element}>;\n"),
     };
@@ -116,11 +117,14 @@ fn n_listed(key: &ShaderKey) -> [usize; SHAPES.len()] {
     [key.n_spheres, key.n_planes]
 }
 
-/// How many objects of each shape may be in the way of light, beside those of a tree.
-fn n_met(key: &ShaderKey) -> [usize; SHAPES.len()] {
+/// Kinds of occluders: the shapes, and large spheres.
+const MET_SHAPES: [&str; 3] = [SHAPES[0], SHAPES[1], "ground"];
+
+/// Numbers of occluders outside of a tree, for each of [`MET_SHAPES`].
+fn n_met(key: &ShaderKey) -> [usize; MET_SHAPES.len()] {
     match key.light {
         Some(LightKey::Certified { n_met, .. }) => n_met,
-        _ => [0; SHAPES.len()],
+        _ => [0; MET_SHAPES.len()],
     }
 }
 
@@ -128,18 +132,18 @@ fn n_met(key: &ShaderKey) -> [usize; SHAPES.len()] {
 fn repeats(key: &ShaderKey) -> Vec<(&'static str, Repeat)> {
     let (n_lamps, n_samples) = (n_lamps(key), n_samples(key).pow(2));
     let most = if key.unrolls { MOST_REPEATED } else { 1 };
-    let those = |are: [bool; SHAPES.len()]| {
-        let shapes = SHAPES.into_iter().zip(are).filter(|(_, is_one)| *is_one);
-        Repeat::Shapes(shapes.map(|(shape, _)| shape).collect())
+    let those = |all: &[&'static str], are: &[bool]| {
+        let shapes = all.iter().zip(are).filter(|(_, is_one)| **is_one);
+        Repeat::Shapes(shapes.map(|(shape, _)| *shape).collect())
     };
     let listed = n_listed(key).map(|n| n > 0);
     let [spheres, planes] = listed;
     vec![
         ("lamp", Repeat::Count([n_lamps, most])),
         ("sample", Repeat::Count([n_samples, most / n_lamps.max(1)])),
-        ("listed shape", those(listed)),
-        ("indexed shape", those([spheres && !key.tree, planes])),
-        ("met shape", those(n_met(key).map(|n| n > 0))),
+        ("listed shape", those(&SHAPES, &listed)),
+        ("indexed shape", those(&SHAPES, &[spheres && !key.tree, planes])),
+        ("met shape", those(&MET_SHAPES, &n_met(key).map(|n| n > 0))),
     ]
 }
 
@@ -147,11 +151,13 @@ fn repeats(key: &ShaderKey) -> Vec<(&'static str, Repeat)> {
 fn constants_of_shapes(key: &ShaderKey) -> String {
     let (mut text, mut first) = (String::new(), "1u".to_string());
     let records = key.kernel.about().record_names;
-    for ((shape, n_listed), n_met) in SHAPES.into_iter().zip(n_listed(key)).zip(n_met(key)) {
+    for (shape, n_met) in MET_SHAPES.into_iter().zip(n_met(key)) {
+        text += &named(&format!("const N_MET_SHAPES = {n_met}u;\n"), shape);
+    }
+    for (shape, n_listed) in SHAPES.into_iter().zip(n_listed(key)) {
         let of_any = format!(
             "alias ShapeRecord = Shape{records};\n\
              const N_SHAPES = {n_listed}u;\n\
-             const N_MET_SHAPES = {n_met}u;\n\
              fn first_shape() -> u32 {{ return {first}; }}\n"
         );
         text += &named(&of_any, shape);
@@ -300,10 +306,8 @@ fn compile_parts(parts: &[ShaderPart], choices: &Choices) -> Result<Shader> {
 /// Up to so many lamps, times samples, are looked at without a loop.
 pub(super) const MOST_REPEATED: usize = 32;
 
-/// Bytes of a lamp, at most.
-fn lamp_bytes(key: &ShaderKey) -> usize {
-    if has_contacts(key) { 96 } else { 64 }
-}
+/// Bytes of a lamp in a uniform, at most.
+const LAMP_BYTES: usize = 64;
 
 /// Turns of loops after which a shader may be stopped: llvmpipe ends all loops of an invocation after 65 535
 /// (`LP_MAX_TGSI_LOOP_ITERATIONS`), without a word, and goes on behind them.

@@ -79,8 +79,9 @@ impl CertifiedLight {
         if bytes.chain(objects.iter().map(|(_, object)| object.bytes())).any(|n| n > most) {
             return Ok(None);
         }
-        let (n_samples, n_lamps, mut n_met) = (lighting.n_samples, lighting.lamps.len(), [0; 2]);
-        lighting.occluders.iter().for_each(|(_, met)| n_met[met.words().0] += 1);
+        let (n_samples, n_lamps, mut n_met) = (lighting.n_samples, lighting.lamps.len(), [0; 3]);
+        let shapes = lighting.occluders.iter().filter_map(|(_, met)| met.words());
+        shapes.for_each(|(shape, _)| n_met[shape] += 1);
         let has_contacts = has_contacts(lighting);
         let light = LightKey::Certified { n_samples, n_lamps, n_met, has_contacts };
         let (mut key, background) = (prepared.light_key(light), lighting.background);
@@ -216,11 +217,12 @@ fn uniforms(lighting: &CertifiedLighting) -> Lists {
     let CertifiedLighting { occluders, lamps, ambient, width, lengths, .. } = lighting;
     let has_contacts = has_contacts(lighting);
     let id = |id: u32| [f32::from_bits(id), 0.0, 0.0, 0.0];
-    let [mut spheres, mut planes] = [Vec::new(), Vec::new()];
-    for (own, met) in occluders {
-        let (shape, words) = met.words();
-        [&mut spheres, &mut planes][shape].extend(words.into_iter().chain(id(*own)));
+    let mut met = [Vec::new(), Vec::new(), Vec::new()];
+    for (own, occluder) in occluders {
+        let Some((shape, words)) = occluder.words() else { continue };
+        met[shape].extend(words.into_iter().chain(id(*own)));
     }
+    let [spheres, planes, grounds] = met;
     let lamp = |lamp: &CertifiedLamp<f32>| {
         let casts_shadows = if lamp.casts_shadows { 1.0 } else { 0.0 };
         let light = words::<12>(&lamp.aim).into_iter().chain(vec4(lamp.weight, casts_shadows));
@@ -234,6 +236,7 @@ fn uniforms(lighting: &CertifiedLighting) -> Lists {
         ("ends", ends()),
         ("met_spheres", spheres),
         ("met_planes", planes),
+        ("met_grounds", grounds),
     ];
     all.into_iter().filter(|(_, words): &(&str, Vec<f32>)| !words.is_empty()).collect()
 }

@@ -21,7 +21,7 @@ use crate::rays::{Lens, Pixels};
 /// How far the rays of a square of pixels may be from that of its middle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reach {
-    /// Between their origins, world units.
+    /// Between their origins.
     pub apart: f64,
     /// Between their directions, relative.
     pub turned: f64,

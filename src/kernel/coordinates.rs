@@ -5,15 +5,17 @@ use glam::DVec3;
 use super::Kernel;
 use super::about::{About, FloatType, Space};
 use crate::num::{Float as Number, Scaled, V3};
-use crate::rays::WorldRay;
+use crate::rays::{Origins, WorldRay};
 
 /// The coordinates of a kernel's numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Coordinates {
     /// The kernel.
     pub kernel: Kernel,
-    /// The point that they are relative to, world units: 0 where they are the world's.
+    /// The point of the scene that they are relative to: 0 for world coordinates.
     pub origin: DVec3,
+    /// Distance from there up to which the kernel looks at the rays of a list. Those that start farther away are undecided.
+    pub spread: f64,
 }
 
 impl Coordinates {
@@ -29,13 +31,15 @@ impl Coordinates {
         if (*space, *float) != (Space::Reference, FloatType::F32) {
             return (self.of(ray.origin), ray.direction, 0);
         }
+        let origins = Origins { reference: self.origin, spread: self.spread };
+        if self.kernel == Kernel::Certified
+            && (ray.direction == DVec3::ZERO || origins.is_far(ray.origin))
+        {
+            // Undecided, whatever is found; but 1/d² stays finite.
+            return (DVec3::ZERO, DVec3::X, 0);
+        }
         let scaled = Scaled::new(ray.direction);
-        let direction = match self.kernel {
-            // No ray, and undecided; but 1/d² stays finite.
-            Kernel::Certified if ray.direction == DVec3::ZERO => DVec3::X,
-            _ => scaled.rounded(),
-        };
-        (self.of(ray.origin), direction, scaled.exponent())
+        (self.of(ray.origin), scaled.rounded(), scaled.exponent())
     }
 }
 

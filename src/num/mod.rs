@@ -420,6 +420,27 @@ impl<R: Real> Div<R> for V3<R> {
     }
 }
 
+/// A bound of a vector's length, a few roundings above it; `v·v` may underflow.
+#[inline(always)]
+pub fn length_bound(v: DVec3) -> f64 {
+    length_bounds(V3(v.to_array()))
+}
+
+/// [`length_bound`] of vectors side by side.
+#[inline(always)]
+pub(crate) fn length_bounds<R: Real<One = f64>>(v: V3<R>) -> R {
+    let [x, y, z] = v.0;
+    let largest = x.abs().max(y.abs()).max(z.abs());
+    // Halving the 16 is not covered by a test: 2 would do.
+    let length = v.dot(v).sqrt() * R::lit(1.0 + 16.0 * f64::UNIT);
+    let is_tiny = largest.lt(R::lit(1.0 / LARGEST_F64));
+    R::select(is_tiny, R::lit(1.8) * largest, length)
+}
+
+/// Below the inverse of this, the square of a vector may underflow in f64. Halving it is not covered by a test: the range may be
+/// smaller.
+const LARGEST_F64: f64 = (1u128 << 120) as f64 * (1u128 << 120) as f64;
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -9,6 +9,7 @@ use crate::guard;
 use crate::memory;
 use crate::num::{Float, round_up};
 use crate::rays::{Lens, View};
+use crate::seen::shadow::BEND_IN_BOXES;
 
 /// Boxes relative to [`Prepared::reference`].
 pub struct InSpace {
@@ -48,10 +49,11 @@ impl Prepared {
             Some(View { lens: Lens::Orthographic, forward, .. }) => middle.dot(forward),
         };
         // The reference point of a perspective picture is the eye, from where all rays start.
+        // Shadow rays to far lights ask for more than a pixel's direction.
         let [turn, beside] = match view.map(|view| view.lens) {
             None => [0.0, 0.0],
-            Some(Lens::Perspective) => [guard::PIXELS.direction, 0.0],
-            Some(Lens::Orthographic) => [0.0, guard::PARALLEL.offset * spread],
+            Some(Lens::Perspective) => [BEND_IN_BOXES.max(guard::PIXELS.direction), 0.0],
+            Some(Lens::Orthographic) => [BEND_IN_BOXES, guard::PARALLEL.offset * spread],
         };
         // Halving `turn` is not covered by a test: rounding boxes outward to f32 hides it. Without it, some rays miss their spheres.
         // The 1.01 covers terms of second order. Halving the 1.01 is not covered by a test: it is about 10⁴ times as large as needed.

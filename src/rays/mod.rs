@@ -8,7 +8,7 @@ use glam::DVec3;
 use crate::parallel;
 
 pub use camera::{Frame, Lens, Pixels, View, camera_direction, camera_origin};
-pub use list::List;
+pub use list::{List, Origins};
 
 /// A ray `origin + t·direction`; the direction is not normalised and not zero.
 #[derive(Clone, Copy, Debug, PartialEq)]

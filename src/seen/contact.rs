@@ -1,30 +1,32 @@
-//! Lights on surfaces, or so close to them that numbers do not tell the side: a lamp in a ceiling, a bulb that touches its shade.
+//! Lights on surfaces, or so close to one that f32 cannot compute the side: a lamp in a ceiling, a bulb that touches its shade.
 //!
-//! The side is a sign that does not depend on the point that is lit. So it is found exactly, once for each light and object. With
-//! it f32 decides most shadow rays that would otherwise all need exact arithmetic, as they end at the surface.
+//! The side is a sign, which does not depend on the lit point. It is computed exactly, once for each light and object. With the side,
+//! f32 decides most shadow rays. Without it, all shadow rays to the light need exact arithmetic, because they end at the
+//! surface.
 //!
 //! # Spheres
-//! A shadow ray `p + s·w` ends at the light `L = p + w`. Let `f(s) = |p + s·w − c|²`, which is convex, and `f(1) = |L − c|²`.
-//! - The light is on the sphere or outside, `f(1) ≥ r²`. If `w·(L − c) ≤ 0`, then `f'(1) ≤ 0`, so `f(s) > f(1) ≥ r²` before the
-//!   light: the sphere is not in the way. From inside and for a light on the sphere, the segment stays in the closed ball,
-//!   which it leaves at the light at the earliest: not in the way either.
-//! - The light is inside, `f(1) < r²`. From outside the segment crosses the surface; from inside it does not.
+//! A shadow ray `p + s·w` ends at the light `L = p + w`. Let `f(s) = |p + s·w − c|²`, which is convex, with `f(1) = |L − c|²`.
+//! - The light is on the sphere or outside, `f(1) ≥ r²`. If `w·(L − c) ≤ 0`, then `f'(1) ≤ 0`, and `f(s) > f(1) ≥ r²` before the
+//!   light: the sphere does not occlude it. If the point is inside and the light is on the sphere, then the segment stays in
+//!   the ball up to the light: no occlusion either.
+//! - The light is inside, `f(1) < r²`. The segment from a point outside crosses the surface; from a point inside it does not.
+//! - The light is on the sphere, and the point is outside. One root of the polynomial `f(s) − r²` is 1, and the product of both is
+//!   `(|p − c|² − r²)/|w|² > 0`. The other root is below 1 exactly if `w·(L − c) > 0`, because
+//!   `|p − c|² − r² = |w|² − 2w·(L − c)`: then the sphere occludes the light.
 //!
-//! All else follows as for other lights ([`super::shadow`]). For a light on the sphere, the end is neither outside nor crosses: a
-//! point outside is in shadow exactly if `w·(L − c) > 0`, as the product of the roots is `(|p − c|² − r²)/|w|²` and the
-//! other root is 1.
+//! Everything else follows as for other lights ([`super::shadow`]).
 //!
-//! The computed `(c − L)·w/|w|` is off by the error `e` of the computed `c − L`, by the turn `θ` of the way, times a length of at most
-//! `|c − L| + e`, and by [`OF_COSINE`](super::shadow::OF_COSINE) roundings of `|c − L|`.
+//! The error of the computed `(c − L)·w/|w|` has three parts: the error `e` of the computed `c − L`; the turn `θ` of the way, times a
+//! length of at most `|c − L| + e`; and [`OF_COSINE`](super::shadow::OF_COSINE) roundings of `|c − L|`.
 //!
 //! # Planes
-//! A plane is in the way if start and end are on different sides. The side of the end is known, and a light on the plane ends the
-//! shadow ray before it crosses.
+//! A plane occludes a light if start and end of the shadow ray are on different sides. The side of the end is known. A light on the plane
+//! ends the shadow ray before it crosses.
 
 use glam::DVec3;
 
 use crate::guard::length_bound;
-use crate::num::Scaled;
+use crate::num::{Float as _, Scaled};
 use crate::scene::Object;
 
 /// A light that is on the surface of an object, or close to it.
@@ -36,12 +38,12 @@ pub struct Contact {
     pub side: f64,
 }
 
-/// Distance of a light from a surface, relative to the distances of both from the reference point, up to which the exact side is
-/// found. No bound: it weighs one exact sign against shadow rays that f32 leaves undecided.
+/// The exact side is computed for lights up to this distance from a surface, relative to the distances of both from the reference
+/// point. Not a bound: it weighs one exact sign against shadow rays that f32 leaves undecided.
 const CLOSE: f64 = 1.0 / (1u64 << 12) as f64;
 
 impl Contact {
-    /// The contact of a light with an object, seen from a reference point; `None` where the light is not close to the surface.
+    /// Returns the contact of a light with an object, seen from a reference point; `None` if the light is not close to the surface.
     pub fn new((id, object): (u32, Object), light: DVec3, reference: DVec3) -> Option<Contact> {
         let from_reference = length_bound(light - reference);
         let (distance, size) = match object {
@@ -55,12 +57,14 @@ impl Contact {
                 (distance, length_bound(plane.point - reference))
             }
         };
-        let is_close = distance.abs() <= CLOSE * (size + from_reference);
+        // Above this, both sides of the comparison below would be infinite.
+        let is_in_range = from_reference < f64::LARGEST_ROOT && size < f64::LARGEST_ROOT;
+        let is_close = is_in_range && distance.abs() <= CLOSE * (size + from_reference);
         let side = is_close.then(|| object.side_of(light)).flatten()?;
         Some(Contact { id, side: f64::from(side) })
     }
 
-    /// The side of the light with these contacts at an object; `None` where it is not close to it.
+    /// Returns the side of an object that the light with these contacts is on; `None` if the light is not close to the object.
     #[inline(always)]
     pub fn side_at(contacts: &[Contact], id: u32) -> Option<f64> {
         contacts.iter().find(|contact| contact.id == id).map(|contact| contact.side)

@@ -5,12 +5,16 @@
 //!
 //! # Out of range
 //! A record of an object that is farther away than [`Float::FARTHEST`], or whose size is out of range, lies at the reference
-//! point with errors that leave all questions open: where it is met, from which side, and every point and normal on it. As
-//! rays start up to [`Eye::spread`] from there, its numbers must bound what those of any origin are, not only of the
-//! reference point. The spread itself is in range: who makes rays sees to that.
+//! point, with errors that leave everything undecided: the hit, its side, and all points and normals. The record
+//! of such a sphere still rules out rays: a tiny sphere gets the record of a larger one, and in f32 a far sphere gets the record
+//! of a nearer one.
+//!
+//! Rays start up to [`Eye::spread`] from the reference point, so the numbers of a record must be bounds for all such origins. The spread
+//! itself is in range: the functions that make rays ensure this.
 
 mod anchor;
 mod contact;
+mod ground;
 mod light;
 mod plane;
 pub mod shadow;
@@ -20,6 +24,7 @@ use glam::DVec3;
 
 pub use anchor::{Anchor, Anchors};
 pub use contact::Contact;
+pub use ground::GroundMet;
 pub use light::LightBounds;
 pub use plane::{PlaneMet, PlaneSeen};
 pub use shadow::{ShadowRay, Verdict};
@@ -98,9 +103,9 @@ use record;
 /// off by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eye {
-    /// World units.
+    /// A point of the scene.
     pub reference: DVec3,
-    /// Bound of an origin's distance from there, world units; at most [`Float::FARTHEST`].
+    /// Bound of an origin's distance from there; at most [`Float::FARTHEST`].
     pub spread: f64,
     /// What the numbers of a ray are off by.
     pub input: InputError,
@@ -322,13 +327,20 @@ pub enum Met<F: Copy> {
     Sphere(SphereMet<F>),
     /// A plane.
     Plane(PlaneMet<F>),
+    /// A large sphere that the reference point is close to.
+    Ground(GroundMet<F>),
+    /// An object that no shadow ray reaches.
+    Beyond,
 }
 
 impl<F: Float> Met<F> {
     /// For arithmetic of `F`, from a reference point.
     pub fn new(object: Object, reference: DVec3) -> Met<F> {
         match object {
-            Object::Sphere(sphere) => Met::Sphere(SphereMet::new(sphere, reference)),
+            Object::Sphere(sphere) => match GroundMet::new(sphere, reference) {
+                Some(met) => Met::Ground(met),
+                None => Met::Sphere(SphereMet::new(sphere, reference)),
+            },
             Object::Plane(plane) => Met::Plane(PlaneMet::new(plane, reference)),
         }
     }
@@ -339,25 +351,42 @@ impl<F: Float> Met<F> {
         match self {
             Met::Sphere(met) => met.map(R::splat).occlude(ray),
             Met::Plane(met) => met.map(R::splat).occlude(ray),
+            Met::Ground(_) | Met::Beyond => self.occlude_rarely(ray, None),
         }
     }
 
     /// [`Met::occlude`], with the side of a light that is close to the object.
-    #[inline(always)]
     pub fn occlude_beside<R: Real<One = F>>(&self, ray: &ShadowRay<R>, side: f64) -> Verdict<R> {
-        match self {
-            Met::Sphere(met) => met.map(R::splat).occlude_beside(ray, R::lit(side)),
-            Met::Plane(met) => met.map(R::splat).occlude_beside(ray, R::lit(side)),
+        self.occlude_rarely(ray, Some(side))
+    }
+
+    /// Not inlined: hot loops over the other occluders have fewer registers left with these formulas in them.
+    #[inline(never)]
+    fn occlude_rarely<R: Real<One = F>>(
+        &self,
+        ray: &ShadowRay<R>,
+        side: Option<f64>,
+    ) -> Verdict<R> {
+        match (self, side.map(R::lit)) {
+            (Met::Sphere(met), None) => met.map(R::splat).occlude(ray),
+            (Met::Sphere(met), Some(side)) => met.map(R::splat).occlude_beside(ray, side),
+            (Met::Plane(met), None) => met.map(R::splat).occlude(ray),
+            (Met::Plane(met), Some(side)) => met.map(R::splat).occlude_beside(ray, side),
+            (Met::Ground(met), None) => met.map(R::splat).occlude(ray),
+            (Met::Ground(met), Some(side)) => met.map(R::splat).occlude_beside(ray, side),
+            (Met::Beyond, _) => Verdict::none(),
         }
     }
 }
 
 impl Met<f32> {
-    /// The place of its shape among all, and its words in a device's buffer.
-    pub fn words(&self) -> (usize, Vec<f32>) {
+    /// The place of its shape among all, and its words in a device's buffer; `None` if the device does not need it.
+    pub fn words(&self) -> Option<(usize, Vec<f32>)> {
         match self {
-            Met::Sphere(met) => (0, words::<8>(met).to_vec()),
-            Met::Plane(met) => (1, words::<12>(met).to_vec()),
+            Met::Sphere(met) => Some((0, words::<8>(met).to_vec())),
+            Met::Plane(met) => Some((1, words::<12>(met).to_vec())),
+            Met::Ground(met) => Some((2, words::<8>(met).to_vec())),
+            Met::Beyond => None,
         }
     }
 }
@@ -373,8 +402,9 @@ pub struct Nearest<R: Real> {
 
 fields! { Nearest { low: num, high: num, second: num, id: id } }
 
-/// A `t` up to this is in f32's range. No test sees it halved: such a `t` is only left open.
-const LARGEST_T: f64 = (1u128 << 127) as f64;
+/// f32 decides hits up to this `t`. Times a unit over the length of a direction, up to `2⁶⁰` ([`crate::guard::LARGEST_SHIFT`]), that is
+/// in f32's range. Halving it is not covered by a test: a larger `t` is only left open.
+const LARGEST_T: f64 = (1u128 << 66) as f64;
 
 impl<R: Real> Nearest<R> {
     /// None at all.

@@ -26,11 +26,21 @@
 //! factor that has it.
 //!
 //! # Far lights
-//! What is `b = ε(|L| + 4|w|)` at the end is `s·b` on the way there. At the foot `s ≤ 1.01|l|/|w|`. Farther on, at
-//! `s + x`, the ray is `√(q² + x²|w|²)` from the centre and off by `x·b` more, of which the least difference is
-//! `q√(1 − (b/|w|)²)`. As a ray is used where `b ≤ |w|/4` alone, that is `q` less at most `0.52(b/|w|)²q ≤ 0.13·b|l|/|w|`. So but
-//! for `q₁`, `b` counts with `1.2|l|/|w|`, `OF_LEVER`, where that is less than 1. An object near a point is so judged as
-//! well whether its light is near or `10²⁵` away.
+//! The error `b = ε(|L| + 5|w|)` of the end is `s·b` at `s`. At the foot `s ≤ 1.01|l|/|w|`. Farther on, at
+//! `s + x`, the distance of the ray from the center is `√(q² + x²|w|²)`, its error is larger by `x·b`, and the least difference of both
+//! is `q√(1 − (b/|w|)²)`. A ray is used only if `4(e + ε(|L| + |w|)) < |w|`. Then `b ≤ |w|/4 + 4ε|w| ≤ 0.2501|w|`, and the difference is
+//! `q`, less at most `0.52(b/|w|)²q ≤ 0.131·b|l|/|w|`. So for every distance except `q₁`, `b` counts with `(1.01 + 0.131)|l|/|w|`.
+//! `OF_LEVER` is more, and it applies if that is less than 1. The occlusion by an object near a point is known as well
+//! for a light at a distance of `10²⁵` as for a near one.
+//!
+//! # Boxes
+//! At `s` the error of the computed way is at most the error `e` of its start and `s·b`. Let the true way be in a box at the point `x`,
+//! relative to the reference point. Then `s ≤ (|x| + |p|)/|w|`, with the true start `p` and `|p| ≤ |p̂| + e`.
+//! - If `off < 2⁻¹⁰|ŵ|`, then `|w| ≥ 0.999|ŵ|`, and `s·b` is at most `1.002·b(|x| + |p̂| + e)/|ŵ|`; `OF_LEVER` is more.
+//! - If `off` is larger, it is nearly all error of the start: `b < 7ε|ŵ|` for a far light ([`BEND_IN_BOXES`]), so that `b` is less than
+//!   1 % of the error.
+//!
+//! The term with `|x|` is in the boxes, which are wider, and the term with `|p̂|` is a slack of the ray. For a near light the slack is `b`.
 //!
 //! # In f32
 //! There operations take whole units, and numbers are rounded that come from f64 ([`Float`]), by ½: `c` and `L`,
@@ -50,7 +60,7 @@ use crate::num::fields::numbers;
 use crate::num::{Float, Real, V3};
 
 /// What a squared distance and the square that it is compared with are off by together, in units. No test sees it cut: as a
-/// length it is less than a third of what [`OF_OFFSET`] grants, as no object is nearer to a ray than to the ray's start.
+/// length it is less than a third of what [`OF_OFFSET`] grants, as no object is farther from a ray than from the ray's start.
 pub(crate) const OF_SQUARES: f64 = 8.0;
 
 /// Factor of `|w|` in `E`, in units. No test sees it cut: either `l` is about as long as `w`, and [`OF_OFFSET`] grants more, or
@@ -59,6 +69,11 @@ pub(crate) const OF_WAY: f64 = 4.0;
 
 /// Factor of `|l|/|w|` in the share of a ray's end in `E`.
 pub(crate) const OF_LEVER: f64 = 1.2;
+
+/// Largest bend of the way to a far light, in units: boxes are wider by this part of their distance. A light is far if its distance from
+/// the point is at least 0.61 of its distance from the reference point. Halving it is not covered by a test: outward rounding of
+/// the sides and the slack of the start hide it.
+pub const BEND_IN_BOXES: f64 = 8.0;
 
 /// Factor of `|l|` in `E`, in units.
 pub(crate) const OF_OFFSET: f64 = 14.0;
@@ -268,20 +283,26 @@ impl<R: Real> ShadowRay<R> {
         }
     }
 
-    /// How far beside it the true way may be, but for the rounding of a sun's direction.
+    /// Upper bound of the distance between the true way and this one up to a box, except for the rounding of a sun's direction and
+    /// for `BEND_IN_BOXES` units of the distance of the box's farthest corner from the reference point, which the boxes contain.
     #[inline(always)]
     #[track_caller]
     pub fn beside(&self) -> R {
-        R::lit(ROOM) * (self.error + self.end_error)
+        let V3([x, y, z]) = self.start.abs();
+        // √3 and room.
+        let start = x.max(y).max(z) * R::lit(OF_PLACE);
+        let is_far = self.bend.le(R::lit(BEND_IN_BOXES) * self.unit);
+        let of_end = R::select(is_far, (self.bend * start).min(self.end_error), self.end_error);
+        R::lit(ROOM) * (self.error + of_end)
     }
 
-    /// Lower bound of `v·ω` for a vector that is off by `error`.
+    /// Returns `v·ω` for a vector with this error, and the error of the product.
     #[inline(always)]
-    pub(super) fn approach(&self, v: V3<R>, error: R) -> R {
+    pub(super) fn along(&self, v: V3<R>, error: R) -> (R, R) {
         let (lit, length) = (R::lit, v.dot(v).sqrt());
         let rounding = lit((OF_COSINE + 2.0 * R::One::ROUNDED) * R::One::UNIT) * length;
-        let along = v.dot(self.way) * self.inv_length;
-        along - (lit(ROOM) * (error + (length + error) * self.turned) + rounding)
+        let along_error = lit(ROOM) * (error + (length + error) * self.turned) + rounding;
+        (v.dot(self.way) * self.inv_length, along_error)
     }
 
     /// Bounds of `n·ω` for a unit normal that is off by `normal_error`. Both are 0 where it is certain not

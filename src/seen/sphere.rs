@@ -108,9 +108,13 @@ impl<R: Real<One = f64>> SphereLeaf<R> {
         eye: &Eye,
     ) -> SphereLeaf<R> {
         let (lit, far) = (R::lit, F::FARTHEST);
+        let smallest = lit(F::SMALLEST);
+        let (is_tiny, r) = (r.lt(smallest), r.max(smallest));
         let in_range = is_in_range::<F, R>(r, l);
         let or = |number: R, open: f64| R::select(in_range, number, lit(open));
         let Guard { inner2, outer2, slack } = Guard::new(r, l, eye.unit, input);
+        // A ray that misses a larger sphere misses a tiny one, and the chord of the tiny one is part of the other chord.
+        let inner2 = R::select(is_tiny, lit(-1.0), inner2);
         let near_most = match eye.spread > 0.0 {
             true => lit(F::BEYOND),
             false => R::select(is_outside, lit(F::BEYOND), lit(0.0)),
@@ -130,7 +134,7 @@ impl<R: Real<One = f64>> SphereLeaf<R> {
     pub fn at<F: Float>(center: V3<R>, r: R, eye: &Eye) -> SphereLeaf<R> {
         let l = length_bounds(center) + R::lit(eye.spread);
         let (k, k_error) = guard::k_in_f64(center, r);
-        let is_outside = R::lit(0.0).lt(k + k_error);
+        let is_outside = R::lit(0.0).le(k + k_error);
         let input = eye.reach.widen(eye.input, l, eye.unit);
         SphereLeaf::of::<F>(center, r, l, is_outside, input, eye)
     }
@@ -172,9 +176,35 @@ impl SphereSeen<f64> {
     /// With bounds for arithmetic of `F`; all is left open where its range is left.
     pub fn new<F: Float>(sphere: &Sphere, eye: &Eye) -> SphereSeen<f64> {
         let (r, center) = (sphere.radius.abs(), sphere.center - eye.reference);
-        let input = eye.reach.widen(eye.input, length_bound(center) + eye.spread, eye.unit);
-        let k = k_of(center, sphere, eye);
+        let k = k_of(center, sphere, eye.reference);
+        let l = length_bound(center) + eye.spread;
+        let size = l.max(r);
+        if F::UNIT >= f32::UNIT && size > F::FARTHEST && size < f64::FARTHEST {
+            return SphereSeen::far::<F>(center, r, k, eye);
+        }
+        let input = eye.reach.widen(eye.input, l, eye.unit);
         SphereSeen::of::<F>(V3(center.to_array()), r, k, eye.spread, input, eye)
+    }
+
+    /// A sphere beyond the range of `F`: its record rules out rays, and bounds `t` from below.
+    ///
+    /// Let `g < 1`. A ray from `o` meets the sphere with the center `o + g(c − o)` and the radius `g·r` at `g·t`, if it meets the one
+    /// with `c` and `r` at `t`. So it misses both or none, and the smaller sphere is not farther away. Its center is `g·c` but for
+    /// `(1 − g)·o`, which is less than the eye's spread. The upper bound of `t` is beyond everything.
+    fn far<F: Float>(center: DVec3, r: f64, k: (f64, f64), eye: &Eye) -> SphereSeen<f64> {
+        let factor = 0.25 * F::FARTHEST / (length_bound(center) + eye.spread).max(r);
+        let (near, r) = (center * factor, r * factor);
+        // Any larger bound will do; one of 0 would make the errors below infinite.
+        let l = (length_bound(near) + eye.spread).max(1.0);
+        let InputError { offset, direction } = eye.reach.widen(eye.input, l, eye.unit);
+        // The products and the quotient are rounded in f64: far less than the 1.
+        let moved = (eye.spread + f64::UNIT * r) / (eye.unit * l);
+        let input = InputError { offset: offset + moved + 1.0, direction };
+        let is_outside = 0.0 < k.0;
+        let leaf = SphereLeaf::of::<F>(V3(near.to_array()), r, l, is_outside, input, eye);
+        let open = SphereSeen::of::<F>(V3([0.0; 3]), f64::MAX, k, eye.spread, eye.input, eye);
+        let SphereLeaf { center, outer2, slack, near_most, .. } = leaf;
+        SphereSeen { center, inner2: -1.0, outer2, slack, near_most, ..open }
     }
 }
 
@@ -212,7 +242,7 @@ impl<R: Real<One = f64>> SphereSeen<R> {
             true => error,
             false => R::select(k_error.le(lit(0.0)), lit(0.0), error),
         };
-        // Origins that are apart change k itself; and where its sign is open, it says nothing of the roots. A `k` of 0 is exact.
+        // Origins that are apart change k itself; and if its sign is open, the roots are unknown. A `k` of 0 is exact.
         let is_close = is_near_surface(from_reference, r, l);
         let is_close = match eye.spread > 0.0 {
             true => is_close,
@@ -260,12 +290,12 @@ impl<R: Real<One = f64>> SphereSeen<R> {
 const K_TOLERANCE: f64 = 1.0 / (1u64 << 42) as f64;
 
 /// `k` with its exact sign, and what it is off by: in f64 where that tells it, else exactly and rounded once.
-fn k_of(center: DVec3, sphere: &Sphere, eye: &Eye) -> (f64, f64) {
+pub(super) fn k_of(center: DVec3, sphere: &Sphere, reference: DVec3) -> (f64, f64) {
     let (k, error) = guard::k_in_f64(V3(center.to_array()), sphere.radius);
-    if error <= K_TOLERANCE * k.abs() {
+    if k != 0.0 && error <= K_TOLERANCE * k.abs() {
         return (k, error);
     }
-    let ray = ExactRay::new(&crate::rays::WorldRay { origin: eye.reference, direction: DVec3::X });
+    let ray = ExactRay::new(&crate::rays::WorldRay { origin: reference, direction: DVec3::X });
     match sphere_numbers(&ray, sphere) {
         Some(numbers) => {
             let k = match numbers.k.signum() {
@@ -508,9 +538,15 @@ impl<F: Float> SphereMet<F> {
     pub fn new(sphere: &Sphere, reference: DVec3) -> SphereMet<F> {
         let (center, r) = (sphere.center - reference, sphere.radius.abs());
         let largest = center.abs().max_element();
-        let met = if 1.0 / F::LARGEST_ROOT < r && r.max(largest) < F::LARGEST_ROOT {
+        let smallest = 2.0 / F::LARGEST_ROOT;
+        let is_in_range = r.max(largest) < F::LARGEST_ROOT;
+        let met = if smallest <= r && is_in_range {
             let place = OF_PLACE * largest + F::ROUNDED * r;
             SphereMet { center: V3(center.to_array()), r, place }
+        } else if is_in_range {
+            // A ray that misses a larger sphere misses a tiny one. With an error of its radius, no point is surely inside.
+            let place = OF_PLACE * largest + 2.0 * smallest / F::UNIT;
+            SphereMet { center: V3(center.to_array()), r: smallest, place }
         } else {
             SphereMet { center: V3([0.0; 3]), r: 1.0, place: F::UNKNOWN / F::UNIT }
         };
@@ -558,10 +594,12 @@ impl<R: Real> SphereMet<R> {
             };
         };
         let half = lit(0.5);
-        let approach = ray.approach(end, here + ray.end_error);
-        let stays_inside = (half - side).min(inner2 - l2);
-        let passes = (side + half).min((least2 - outer2).max(approach));
-        let crosses = (inner2 - least2).max(-side - half);
+        let (along, along_error) = ray.along(end, here + ray.end_error);
+        // Computed numbers come first: if one is NaN, then so is the minimum.
+        let stays_inside = (inner2 - l2).min(half - side);
+        let passes = (least2 - outer2).max(along - along_error).min(side + half);
+        let leaves = (-along - along_error).min(half - side.abs());
+        let crosses = (inner2 - least2).max(leaves).max(-side - half);
         Verdict {
             clear: passes.max(stays_inside),
             blocked: crosses.min((l2 - outer2).max(side - half)),

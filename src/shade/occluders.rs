@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::bvh::{Beam, Bvh, Corners, Visitor, Walk};
 use crate::certify::Stage;
+use crate::guard::length_bound;
 use crate::num::{Float, Lanes, Real};
 use crate::prepare::{Hierarchy, Lamp, Lighting, Prepared, Scaled, exponent_of, power_of_two};
 use crate::rays::Rays;
@@ -20,17 +21,17 @@ pub struct Occluders<'a> {
     pub scene: &'a Scene,
     /// The tree over many spheres.
     pub tree: Option<&'a Bvh>,
-    /// [`Occluders::listed_in`], and of them the spheres, which come first, side by side.
+    /// [`Occluders::listed_in`], and the spheres among them before the first other object, side by side.
     listed: Vec<(u32, Met<f64>)>,
     spheres: Vec<SphereMet<Lanes<f64, LANES>>>,
     n_spheres: usize,
     /// From the reference point to that of the tree.
     to_tree: DVec3,
-    /// Of each lamp.
+    /// The lamps' light, in their order.
     pub lights: Vec<LightSource>,
 }
 
-/// Where the light of a lamp comes from.
+/// The origin of a lamp's light, and the surfaces near it.
 pub struct LightSource {
     /// Relative to the reference point.
     pub origin: shadow::Origin,
@@ -54,7 +55,8 @@ impl<'a> Occluders<'a> {
             };
             LightSource { origin, contacts }
         };
-        let listed = Occluders::listed_in(prepared);
+        let lights: Vec<LightSource> = lighting.lamps.iter().map(light).collect();
+        let listed = Occluders::listed_in(prepared, &lights);
         let spheres: Vec<SphereMet<f64>> = listed
             .iter()
             .map_while(|(_, met)| if let Met::Sphere(met) = met { Some(*met) } else { None })
@@ -68,12 +70,12 @@ impl<'a> Occluders<'a> {
             tree,
             listed,
             to_tree: tree.map_or(DVec3::ZERO, |bvh| prepared.reference - bvh.reference),
-            lights: lighting.lamps.iter().map(light).collect(),
+            lights,
         }
     }
 
-    /// Lists the places of the listed objects that may be in the way of rays to the lamp with index `lamp` from a ball of points of
-    /// the object `own`, and says whether one is in the way of all.
+    /// Lists the places of the listed objects that may occlude the lamp with index `lamp` for a ball of points of the object `own`.
+    /// Returns whether one occludes it for all of them.
     #[inline(always)]
     pub fn look_around(
         &self,
@@ -109,8 +111,13 @@ impl<'a> Occluders<'a> {
 
     /// The objects that are not in the tree, without those that equal an earlier one, as shadow rays meet them in numbers of
     /// `F`, and their ids.
-    pub fn listed_in<F: Float>(prepared: &Prepared) -> Vec<(u32, Met<F>)> {
-        let met = |(id, object)| (id, Met::new(object, prepared.reference));
+    pub fn listed_in<F: Float>(prepared: &Prepared, lights: &[LightSource]) -> Vec<(u32, Met<F>)> {
+        let reference = prepared.reference;
+        let met = |(id, object)| match F::UNIT >= f32::UNIT && is_beyond(object, reference, lights)
+        {
+            true => (id, Met::Beyond),
+            false => (id, Met::new(object, reference)),
+        };
         prepared.listed(prepared.outside()).into_iter().map(met).collect()
     }
 
@@ -177,7 +184,7 @@ const NEAR: f64 = 4.0;
 /// Looks for what may be in the way of a shadow ray.
 struct Look<'a> {
     occluders: &'a Occluders<'a>,
-    /// Those of the light.
+    /// The contacts of the light.
     contacts: &'a [Contact],
     bvh: &'a Bvh,
     /// The object that it starts on.
@@ -205,7 +212,7 @@ impl Visitor for Look<'_> {
     }
 }
 
-/// The objects that a lamp is close to: of all that are in no tree, and of the spheres of the tree whose boxes it is in.
+/// Returns the objects that a lamp is close to. In a tree, only spheres whose boxes contain the lamp are tested.
 fn contacts(prepared: &Prepared, light: DVec3) -> Vec<Contact> {
     let contact = |object| Contact::new(object, light, prepared.reference);
     let listed = prepared.listed(prepared.outside()).into_iter();
@@ -224,6 +231,31 @@ fn contacts(prepared: &Prepared, light: DVec3) -> Vec<Contact> {
         }));
     }
     contacts
+}
+
+/// Whether no shadow ray in f32 reaches a sphere.
+///
+/// A point that f32 knows is less than `2.7·2⁶⁰` from the reference point ([`Float::KNOWN`]), and a light that f32 has a way to is
+/// less than `2⁵⁰` from the point. So shadow rays to points are within `2⁶²`, and the lines of those to suns pass the reference point as
+/// close.
+fn is_beyond(object: Object, reference: DVec3, lights: &[LightSource]) -> bool {
+    /// Twice as far, and more than the rounding of `d` below.
+    const REACH: f64 = (1u64 << 63) as f64;
+    let Object::Sphere(sphere) = object else { return false };
+    let center = sphere.center - reference;
+    let (distance, r) = (length_bound(center), sphere.radius.abs());
+    let is_out_of_reach = |light: &LightSource| {
+        let nearest = match light.origin {
+            shadow::Origin::Point(_) => distance,
+            shadow::Origin::Sun(way) => {
+                // Of a line, or of a ray that goes away from the sphere.
+                let way = -way / way.length();
+                if center.dot(way) < 0.0 { distance } else { center.cross(way).length() }
+            }
+        };
+        nearest - r - 1e-12 * (distance + r) > REACH
+    };
+    distance < f64::FARTHEST && lights.iter().all(is_out_of_reach)
 }
 
 /// Notes the places that it is shown.

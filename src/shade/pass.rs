@@ -228,7 +228,7 @@ impl<'a, F: Linear> LightPass<'a, F> {
             n_samples,
             background: V3(job.color(0).map(F::near)),
             occluders: if casts_shadows {
-                Occluders::listed_in(occluders.prepared)
+                Occluders::listed_in(occluders.prepared, &occluders.lights)
             } else {
                 Vec::new()
             },

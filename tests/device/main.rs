@@ -5,6 +5,7 @@ mod drivers;
 mod hard_cases;
 mod light;
 mod matrix;
+mod outliers;
 mod scenes;
 mod tracers;
 mod trees;

@@ -161,7 +161,7 @@ fn keys_of_certified_light() -> Vec<ShaderKey> {
         for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (150, 2)] {
             for (n_lamps, n_samples) in [(0, 1), (3, 1), (3, 3), (100, 4)] {
                 for tree in [false, true] {
-                    let n_met = [n_spheres, n_planes];
+                    let n_met = [n_spheres, n_planes, usize::from(n_lamps > 0 && n_planes > 0)];
                     let has_contacts = n_lamps == 3 && (tree || n_spheres + n_planes > 0);
                     let light = LightKey::Certified { n_samples, n_lamps, n_met, has_contacts };
                     let key = key(Kernel::Certified, lens, tree);
@@ -219,8 +219,9 @@ fn n_bindings(key: &ShaderKey) -> usize {
         }
         // Parameters and results, colours, the ends of bytes, and what is the same for all; and of lamps these and what may be
         // in their way. Of a tree its spheres as well, as the eye and as shadow rays meet them.
-        Some(LightKey::Certified { n_lamps, .. }) => {
-            let of_lamps = if n_lamps > 0 { 1 + objects + usize::from(is_tree) } else { 0 };
+        Some(LightKey::Certified { n_lamps, n_met, .. }) => {
+            let n_met = n_met.into_iter().filter(|&n| n > 0).count();
+            let of_lamps = if n_lamps > 0 { 1 + n_met + usize::from(is_tree) } else { 0 };
             5 + objects + tree + usize::from(is_tree) + of_lamps
         }
         // Parameters and results, what is the same for all, and lamps.

@@ -5,6 +5,7 @@ pub mod worst;
 use self::worst::{UNIT, Worst, assert_tight, worst};
 use super::host::{HOST_UNIT_F64, input_in_f64};
 use super::*;
+use glam::DVec3;
 
 fn vector(x: &[f64]) -> V3<f64> {
     V3([x[0], x[1], x[2]])

@@ -9,7 +9,8 @@ use crate::exact::{ExactBeam, ExactPoint, ExactRay, visible_hit};
 use crate::guard::tests::worst::{UNIT, Worst, assert_tight, worst};
 use crate::rays::WorldRay;
 use crate::scene::{Color, Object, Plane, Sphere};
-use crate::seen::{Contact, Met, PlaneMet, SphereMet};
+use crate::seen::ground::OF_POWER;
+use crate::seen::{Contact, GroundMet, Met, PlaneMet, SphereMet};
 
 /// A shape of its own.
 #[derive(Clone, Debug)]
@@ -422,7 +423,7 @@ fn statements_in_contact<F: Float>(n: usize, part: f64, turn: f64) -> (Vec<Strin
     (wrong, [n_on, n_open, n_open_without])
 }
 
-/// With its side, most of what a lamp on a surface lights is decided, which is undecided without it unless it is dark.
+/// With the side of a lamp on a surface, most shadow rays are decided. Without it, only occluded ones are.
 #[test]
 fn what_is_said_of_lamps_on_surfaces_is_right() {
     for (wrong, [n_on, n_open, n_open_without]) in [
@@ -440,6 +441,124 @@ fn sabotage_wrong_sides_and_smaller_errors_of_lamps_on_surfaces_are_noticed() {
     for (part, turn) in [(1.0, -1.0), (1.0 / 256.0, 1.0)] {
         assert!(!statements_in_contact::<f64>(60_000, part, turn).0.is_empty(), "{part} {turn}");
         assert!(!statements_in_contact::<f32>(60_000, part, turn).0.is_empty(), "{part} {turn}");
+    }
+}
+
+/// A large sphere under a point and a lamp or a sun: low ones, whose light touches it, ones on it, and some below.
+fn over_ground(rng: &mut ChaCha8Rng) -> (DVec3, Lamp, Shape) {
+    let radius = 2f64.powf(rng.random_range(2.0..40.0)).round();
+    let below = 2f64.powi(rng.random_range(-9..4));
+    let center = DVec3::new(0.0, -radius - below.min(radius / 1024.0), 0.0);
+    let place = |rng: &mut ChaCha8Rng| {
+        let across = 2f64.powf(rng.random_range(-6.0..(radius.log2() - 1.0).min(24.0)));
+        let at = vector(rng).with_y(0.0) * across;
+        // The height of the ground there, and a little.
+        let fall = at.length_squared() / (radius + (radius * radius - at.length_squared()).sqrt());
+        let height = 2f64.powi(rng.random_range(-24..6)) * [1.0, 1.0, -1.0][rng.random_range(0..3)];
+        at.with_y(center.y + radius - fall + height)
+    };
+    let from = place(rng);
+    let from = from.with_x((from.x * 1024.0).round() / 1024.0);
+    let lamp = match rng.random_bool(0.6) {
+        true => Lamp { at: place(rng), is_sun: false },
+        false => {
+            let tilt = 10f64.powf(rng.random_range(-7.0..0.0)) * rng.random_range(-1.0..1.0);
+            Lamp { at: -(vector(rng).with_y(0.0).normalize() + DVec3::Y * tilt), is_sun: true }
+        }
+    };
+    (from, lamp, Shape::sphere(center, radius))
+}
+
+/// A way that touches a large sphere, in the plane across the x axis, but for some roundings.
+fn tangent_to_ground(rng: &mut ChaCha8Rng, unit: f64) -> (DVec3, Lamp, Shape) {
+    let radius = 2f64.powf(rng.random_range(6.0..30.0)).round();
+    let (angle, below) =
+        (2f64.powf(rng.random_range(-20.0..-4.0)), 2f64.powi(rng.random_range(-9..0)));
+    let (sine, cosine) = angle.sin_cos();
+    let fall = 2.0 * radius * (0.5 * angle).sin().powi(2);
+    let touched = DVec3::new(0.0, -below - fall, radius * sine);
+    let (along, up) = (DVec3::new(0.0, -sine, cosine), DVec3::new(0.0, cosine, sine));
+    let off = up * (touched.length() * unit * rng.random_range(-4.0..4.0));
+    let mut away = || along * 2f64.powf(rng.random_range(-3.0..6.0));
+    let (from, to) = (touched - away(), touched + away() + off);
+    let is_sun = rng.random_bool(0.3);
+    let lamp = Lamp { at: if is_sun { from - to } else { to }, is_sun };
+    (from, lamp, Shape::sphere(DVec3::Y * (-radius - below), radius))
+}
+
+/// Wrong statements about large spheres with this part of all errors, and the shares that are decided in f32 or f64, and how many
+/// are by [`SphereMet`].
+fn statements_over_ground<F: Float>(n: usize, part: f64) -> (Vec<String>, [usize; 3]) {
+    let mut rng = ChaCha8Rng::seed_from_u64(1461);
+    let (mut wrong, mut n_all, mut n_said, mut n_said_before) = (Vec::new(), 0, 0, 0);
+    for _ in 0..n {
+        let (from, lamp, shape) = match rng.random() {
+            true => over_ground(&mut rng),
+            false => tangent_to_ground(&mut rng, F::UNIT),
+        };
+        let start = V3::lit(from);
+        let from = DVec3::from_array(start.0.map(F::to_f64));
+        let Shape::Sphere(sphere) = &shape else { continue };
+        let Some(met) = GroundMet::<F>::new(sphere, DVec3::ZERO) else { continue };
+        let ray = ShadowRay::new(&Aim::<F>::new(lamp.origin()), start, F::default());
+        let side = match lamp.is_sun {
+            true => None,
+            false => Contact::new((1, shape.object()), lamp.at, DVec3::ZERO),
+        };
+        let before = SphereMet::<F>::new(sphere, DVec3::ZERO);
+        let before = match side {
+            None => before.occlude(&ray),
+            Some(Contact { side, .. }) => before.occlude_beside(&ray, F::near(side)),
+        };
+        n_said_before += usize::from(says(before) != OPEN);
+        let cut = |error: F| F::near(error.to_f64() * part);
+        let [unit, turned, end_error] = [ray.unit, ray.turned, ray.end_error].map(cut);
+        let ray = ShadowRay { unit, turned, end_error, ..ray };
+        let met = GroundMet { k_error: cut(met.k_error), ..met };
+        let said = says(match side {
+            None => met.occlude(&ray),
+            Some(Contact { side, .. }) => met.occlude_beside(&ray, F::near(side)),
+        });
+        n_all += 1;
+        n_said += usize::from(said != OPEN);
+        let expected = if lamp.is_blocked(from, &shape) { BLOCKED } else { CLEAR };
+        if said != OPEN && said != expected {
+            wrong.push(format!("{from:?} {lamp:?} {shape:?} {side:?}: {said:?}"));
+        }
+    }
+    (wrong, [n_all, n_said, n_said_before])
+}
+
+/// The power of a point decides its side of a large sphere more often than its distance from the center does.
+#[test]
+fn what_is_said_of_large_spheres_is_right() {
+    for (wrong, [n_all, n_said, n_said_before]) in
+        [statements_over_ground::<f64>(60_000, 1.0), statements_over_ground::<f32>(60_000, 1.0)]
+    {
+        println!("{n_said} of {n_all} decided, {n_said_before} as an ordinary sphere");
+        assert_eq!(wrong.len(), 0, "{}", wrong[0]);
+        assert!(n_all > 20_000 && 3 * n_said > n_all && n_said > n_said_before, "{n_said}");
+    }
+}
+
+#[test]
+fn sabotage_smaller_errors_of_large_spheres_are_noticed() {
+    assert!(!statements_over_ground::<f64>(60_000, 1.0 / 256.0).0.is_empty());
+    assert!(!statements_over_ground::<f32>(60_000, 1.0 / 64.0).0.is_empty());
+}
+
+/// The squares of a way to a lamp beyond `10¹⁵⁴` are infinite. Then nothing is said, whichever the side.
+#[test]
+fn nothing_is_said_where_squares_are_infinite() {
+    let sphere = Shape::sphere(DVec3::X * 1e9, 1e8);
+    let met = Met::<f64>::new(sphere.object(), DVec3::ZERO);
+    for far in [1e150, 1e155, 1e200, 1e300, 1e307] {
+        let at = DVec3::X * far;
+        let ray = ShadowRay::new(&Aim::<f64>::new(Origin::Point(at)), V3([0.0; 3]), 0.0);
+        for side in [-1.0, 0.0, 1.0] {
+            assert!(!met.occlude_beside(&ray, side).is_clear(), "{far:e} {side}");
+        }
+        assert!(far < 1e60 || Contact::new((1, sphere.object()), at, DVec3::ZERO).is_none());
     }
 }
 
@@ -514,7 +633,19 @@ fn every_constant_is_needed() {
         let found = least(&met(normal * 1e9, normal), &sun(DVec3::ZERO, way));
         (found - slope).abs() / (UNIT * normal.length() * way.length())
     });
+    let of_power = worst(|x: [f64; 9]| {
+        let (center, point) = (vector(&x), vector(&x[3..]));
+        // The center is rounded, too.
+        let off = DVec3::from_slice(&x[6..]).normalize_or_zero() * (UNIT * center.length());
+        let zero = Worst(0.0);
+        let met = GroundMet { center: number(center), k: zero, k_error: zero, length: zero };
+        let (found, _) = met.power(number(point), zero, zero);
+        let exact = -point.dot(2.0 * (center + off) - point);
+        let lengths = center.length() + (center - point).length();
+        ((found.0 - exact).abs() - UNIT * exact.abs()) / (UNIT * point.length() * lengths)
+    });
     for (name, constant, found) in [
+        ("OF_POWER", OF_POWER, of_power),
         ("OF_OFFSET", OF_OFFSET, of_offset),
         ("OF_LEVER", OF_LEVER, of_lever),
         ("OF_TURN", OF_TURN, of_turn),

@@ -15,7 +15,7 @@ use crate::guard::length_bound;
 use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3};
 use crate::scene::{Linear, Object};
 use crate::seen::shadow::Aim;
-use crate::seen::{Contact, ShadowRay, SphereMet, Surface, Verdict};
+use crate::seen::{Contact, Met, ShadowRay, SphereMet, Surface, Verdict};
 
 /// Most packs whose points of an object are looked at together: with more the beams get wide, with fewer there are more of them.
 const TOGETHER: usize = 8;
@@ -183,14 +183,12 @@ impl<F: Linear> LightPass<'_, F> {
                 let mut verdict = Verdict::dark();
                 if !is_dark {
                     let rays = ShadowRay::new(&aim, pack.surface.point, pack.surface.point_error);
-                    verdict = Verdict::none();
-                    for &place in &*places {
-                        let (id, met) = &self.lighting.occluders[place];
-                        verdict = verdict.with(match Contact::side_at(&light.contacts, *id) {
-                            None => met.occlude(&rays),
-                            Some(side) => met.occlude_beside(&rays, side),
-                        });
-                    }
+                    verdict = match light.contacts.is_empty() {
+                        true => places.iter().fold(Verdict::none(), |verdict, &place| {
+                            verdict.with(self.lighting.occluders[place].1.occlude(&rays))
+                        }),
+                        false => self.verdict_with_contacts(&light.contacts, places, &rays),
+                    };
                     if has_back {
                         verdict = Verdict::select(pack.surface.front, verdict, Verdict::dark());
                     }
@@ -199,6 +197,24 @@ impl<F: Linear> LightPass<'_, F> {
                 given.take(Verdict::select(lanes_on(pack, *id), verdict, Verdict::none()));
             }
         }
+    }
+
+    /// Returns which shadow rays to a light with contacts are occluded by some listed objects. This is rare, and so not in the loops that
+    /// are compiled for each instruction set.
+    #[inline(never)]
+    fn verdict_with_contacts<const N: usize>(
+        &self,
+        contacts: &[Contact],
+        places: &[usize],
+        rays: &ShadowRay<Lanes<F, N>>,
+    ) -> Verdict<Lanes<F, N>> {
+        places.iter().fold(Verdict::none(), |verdict, &place| {
+            let (id, met) = &self.lighting.occluders[place];
+            verdict.with(match Contact::side_at(contacts, *id) {
+                None => met.occlude(rays),
+                Some(side) => met.occlude_beside(rays, side),
+            })
+        })
     }
 
     /// Takes away what spheres of the tree are in the way of.
@@ -243,7 +259,7 @@ impl<F: Linear> LightPass<'_, F> {
 /// Looks for what is in the way of light to points of one object.
 struct Darken<'a, 'b, F: Float, const N: usize> {
     pass: &'a LightPass<'b, F>,
-    /// Those of the light.
+    /// The contacts of the light.
     contacts: &'a [Contact],
     bvh: &'a Bvh,
     /// Their object, which is not in their way.
@@ -271,18 +287,33 @@ impl<F: Linear, const N: usize> Visitor for Darken<'_, '_, F, N> {
         }
         let reference = self.pass.occluders.prepared.reference;
         let met: SphereMet<F> = SphereMet::new(&self.bvh.spheres[place], reference);
-        let (met, side) = (met.map(Lanes::splat), Contact::side_at(self.contacts, id));
+        if let Some(side) = Contact::side_at(self.contacts, id) {
+            return self.see_beside(&Met::Sphere(met), side);
+        }
+        let met = met.map(Lanes::splat);
         (self.is_met, self.is_dark) = (true, true);
         for way in &mut *self.ways {
             if way.is_open() {
-                let found = match side {
-                    None => met.occlude(&way.rays),
-                    Some(side) => met.occlude_beside(&way.rays, Lanes::lit(side)),
-                };
+                let found = met.occlude(&way.rays);
                 way.verdict = way.verdict.with(found);
                 way.asked = Lanes::select(zero.lt(found.blocked), zero, way.asked);
                 self.is_dark &= !way.is_open();
             }
+        }
+    }
+}
+
+impl<F: Linear, const N: usize> Darken<'_, '_, F, N> {
+    /// The sphere at a place that the light is close to.
+    #[inline(never)]
+    fn see_beside(&mut self, met: &Met<F>, side: f64) {
+        (self.is_met, self.is_dark) = (true, true);
+        for way in self.ways.iter_mut().filter(|way| way.is_open()) {
+            let found = met.occlude_beside(&way.rays, side);
+            way.verdict = way.verdict.with(found);
+            way.asked =
+                Lanes::select(Lanes::lit(0.0).lt(found.blocked), Lanes::lit(0.0), way.asked);
+            self.is_dark &= !way.is_open();
         }
     }
 }

@@ -62,7 +62,10 @@ pub fn counted(prepared: &Prepared, rays: &Rays, mut ids: Vec<u32>) -> Vec<u32> 
     for (i, id) in ids.iter_mut().enumerate() {
         let counts = match rays {
             Rays::Pixels(_) => prepared.in_range,
-            Rays::List(rays) => prepared.in_range && is_ordinary(&rays[i]),
+            Rays::List(rays) => {
+                let is_far = prepared.origins().is_far(rays[i].origin);
+                prepared.in_range && is_ordinary(&rays[i]) && !is_far
+            }
         };
         *id = if counts { *id } else { OPEN };
     }

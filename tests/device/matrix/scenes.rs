@@ -66,7 +66,7 @@ enum Light {
 pub type Family = fn(&mut Rng) -> Draft;
 type Rng = ChaCha8Rng;
 
-pub const FAMILIES: [(&str, Family); 33] = [
+pub const FAMILIES: [(&str, Family); 35] = [
     ("silhouettes", silhouettes),
     ("eye near a surface", eye_near),
     ("eye on a surface", eye_on),
@@ -100,6 +100,8 @@ pub const FAMILIES: [(&str, Family); 33] = [
     ("edges of bytes", edges_of_bytes),
     ("extremes", extremes),
     ("ends of f32", ends_of_f32),
+    ("lamps on surfaces", lamps_on_surfaces),
+    ("outliers", outliers),
 ];
 
 /// A family's random numbers for a scene: by its name, so that a new family changes no other.
@@ -810,6 +812,77 @@ fn ends_of_f32(rng: &mut Rng) -> Draft {
     // Far from the origin a small sphere may be where the camera is.
     let distance = draft.look_at.distance(eye);
     draft.half = if distance > 0.0 { distance } else { radius } * power_of_ten(rng, -3.0, 0.3);
+    draft
+}
+
+/// Lamps exactly on spheres and planes, or some steps of f64 or of f32 off, and points near their tangent planes.
+fn lamps_on_surfaces(rng: &mut Rng) -> Draft {
+    let mut draft = match rng.random_range(0..4) {
+        0 => cloud(rng),
+        _ => mixture(rng),
+    };
+    draft.planes.push((DVec3::Y * -4.0, DVec3::Y));
+    let ([u, v, w], length) = integer_frame(rng);
+    let size = 2f64.powi(rng.random_range(-12..-2));
+    let lamp = integers(rng, 4);
+    for _ in 0..rng.random_range(1..3) {
+        let outward = [u, v, w][rng.random_range(0..3)] * sign(rng);
+        match rng.random_range(0..3) {
+            0 => draft.planes.push((lamp + v * size, outward)),
+            _ => draft.spheres.push((lamp - outward * size, length * size)),
+        }
+        // What is lit along the tangent plane.
+        let along = across(rng, outward) * power_of_ten(rng, -2.0, 0.5);
+        let radius = power_of_ten(rng, -2.0, -0.5);
+        draft.spheres.push((lamp + along + outward.normalize() * radius * little(rng), radius));
+    }
+    let off = match rng.random_range(0..3) {
+        0 => 2f64.powi(-rng.random_range(20..54)),
+        _ => 0.0,
+    };
+    draft.lights = vec![Light::Point(lamp + lamp * within(rng, 1.0) * off)];
+    if rng.random_bool(0.3) {
+        draft.lights.push(Light::Point(integers(rng, 4)));
+    }
+    draft
+}
+
+/// An ordinary scene with one object, lamp, eye or ray that is not.
+fn outliers(rng: &mut Rng) -> Draft {
+    let mut draft = [mixture, cloud, heap, crowd][rng.random_range(0..4)](rng);
+    draft.lens = Some(match rng.random_bool(0.3) {
+        true => Lens::Parallel,
+        false => Lens::Perspective(None),
+    });
+    draft.exponent = Some(match rng.random_bool(0.3) {
+        true => rng.random_range(-120..120),
+        false => 0,
+    });
+    let far = |rng: &mut Rng| way(rng) * power_of_ten(rng, 1.0, 36.0);
+    match rng.random_range(0..6) {
+        0 => {
+            let center = far(rng);
+            draft.spheres.push((center, center.length() * power_of_ten(rng, -9.0, -0.1)));
+        }
+        1 => {
+            let radius = power_of_ten(rng, 1.0, 36.0);
+            draft.spheres.push((way(rng) * (radius + 5.0), radius));
+        }
+        2 => draft.spheres.push((within(rng, 1.0), power_of_ten(rng, -40.0, -9.0))),
+        3 => draft.lights = vec![Light::Point(far(rng))],
+        4 => {
+            let (center, radius) = draft.spheres[rng.random_range(0..draft.spheres.len())];
+            let outward = [DVec3::X, DVec3::Y, DVec3::Z][rng.random_range(0..3)] * sign(rng);
+            draft.eye = center + outward * radius;
+            draft.look_at = draft.eye + outward + within(rng, 1.0);
+        }
+        _ => {
+            for _ in 0..rng.random_range(1..4) {
+                let origin = far(rng);
+                draft.rays.push([origin, within(rng, 1.0) - origin]);
+            }
+        }
+    }
     draft
 }
 

@@ -7,7 +7,7 @@ use kugelblitz::num::{Ray, Real, V3};
 use kugelblitz::rays::{camera_direction, camera_origin};
 use kugelblitz::seen::shadow::Aim;
 use kugelblitz::seen::{
-    Anchor, Bounds, Lengths, LightBounds, Nearest, PlaneMet, PlaneSeen, Seen, ShadowRay,
+    Anchor, Bounds, GroundMet, Lengths, LightBounds, Nearest, PlaneMet, PlaneSeen, Seen, ShadowRay,
     SphereLeaf, SphereMet, SphereSeen, Surface, Verdict,
 };
 
@@ -137,6 +137,7 @@ fn light() -> String {
         declaration::<Anchor<W>>(),
         declaration::<SphereMet<W>>(),
         declaration::<PlaneMet<W>>(),
+        declaration::<GroundMet<W>>(),
         declaration::<Aim<W>>(),
         declaration::<ShadowRay<W>>(),
         declaration::<Verdict<W>>(),
@@ -166,6 +167,10 @@ fn light() -> String {
             SphereMet::occlude_beside(&met, &ray, side)),
         function!(plane_occludes_beside(met: PlaneMet<W>, ray: ShadowRay<W>, side: W)
             PlaneMet::occlude_beside(&met, &ray, side)),
+        function!(ground_occludes(met: GroundMet<W>, ray: ShadowRay<W>)
+            GroundMet::occlude(&met, &ray)),
+        function!(ground_occludes_beside(met: GroundMet<W>, ray: ShadowRay<W>, side: W)
+            GroundMet::occlude_beside(&met, &ray, side)),
         function!(verdict_with(verdict: Verdict<W>, next: Verdict<W>) verdict.with(next)),
         function!(behind(given: Bounds<W>, verdict: Verdict<W>) given.behind(&verdict)),
         function!(light_with(light: LightBounds<W>, weight: V3<W>, given: Bounds<W>)

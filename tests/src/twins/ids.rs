@@ -50,7 +50,7 @@ impl Twin<'_> {
                 Frame::of_pixels(pixels).ray(R::splat(i as f32), R::splat(j as f32))
             }
             Rays::List(rays) => {
-                let (origin, direction) = List::new(rays, self.prepared.reference).ray(index);
+                let (origin, direction) = List::new(rays, self.prepared.origins()).ray(index);
                 let [origin, direction] = [origin, direction].map(V3::<f32>::lit);
                 Ray::new(V3::splat(origin), V3::splat(direction))
             }
@@ -156,7 +156,7 @@ impl Twin<'_> {
     }
 }
 
-/// Whether an object is in the way of a shadow ray to a light with these contacts.
+/// Returns whether an object occludes a light with these contacts.
 pub(super) fn occlude(
     met: &Met<f32>,
     ray: &ShadowRay<f32>,

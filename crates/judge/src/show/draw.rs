@@ -46,6 +46,8 @@ impl ShownPicture {
         control: &Control,
     ) -> Result<Vec<Rgb>> {
         control.check()?;
+        // The picture shows numbers in world units.
+        session.keep_world_units();
         let ShownPicture { rendered, legend, rows: Framebuffer { hits, .. }, .. } = self;
         let timing = session.trace(&Rays::Pixels(*band), self.show.wants(), control, hits)?;
         rendered.timing.add(timing);

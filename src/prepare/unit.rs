@@ -1,0 +1,202 @@
+//! Another unit of length for scenes that f32 has no room for: a galaxy in meters, atoms in meters.
+//!
+//! The unit is a power of two, so that every number stays exact. Then ids, normals, shadows and colors stay the same as well, and
+//! `t` is multiplied by the unit before it is rounded.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::guard;
+use crate::num::{exponent_of, power_of_two};
+use crate::parallel;
+use crate::rays::{Lens, Pixels, Rays, View, WorldRay};
+use crate::scene::{Light, Plane, Scene, Source, Sphere};
+
+/// A unit of length: `2^exponent` world units.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LengthUnit {
+    exponent: i32,
+}
+
+/// Exponents of a typical distance and of a typical radius between which a scene keeps world units. No bounds: f32 has room for
+/// more, but devices have boxes up to `2⁴⁰` ([`crate::bvh::REACH`]) and a least slack of `2⁻³⁷`, and a scene has spheres that
+/// are not typical.
+const COMFORTABLE: std::ops::RangeInclusive<i32> = -14..=36;
+
+/// Largest exponent of a unit: `t` stays in f32's range.
+const LARGEST: i32 = guard::LARGEST_SHIFT;
+
+/// Smallest exponent of a unit. No bound: a smaller scene is traced in this unit, mostly by f64.
+const SMALLEST: i32 = -400;
+
+/// Spheres that are looked at.
+const SAMPLE: usize = 1023;
+
+impl LengthUnit {
+    /// World units.
+    pub const WORLD: LengthUnit = LengthUnit { exponent: 0 };
+
+    /// Chooses the unit of a scene: that in which a typical distance between objects is as much above 1 as a typical radius is
+    /// below.
+    pub fn of(scene: &Scene) -> LengthUnit {
+        let step = scene.spheres.len().div_ceil(SAMPLE).max(1);
+        let spheres = scene.spheres.iter().step_by(step);
+        let points = scene.lights.iter().filter_map(|light| match light.source {
+            Source::Point(position) => Some(position),
+            Source::Sun(_) | Source::Eye => None,
+        });
+        let points = points.chain(scene.planes.iter().map(|plane| plane.point));
+        let radii: Vec<f64> = spheres.clone().map(|sphere| -sphere.radius.abs()).collect();
+        let places: Vec<(DVec3, f64)> = spheres
+            .map(|sphere| (sphere.center, sphere.radius.abs()))
+            .chain(points.map(|point| (point, 0.0)))
+            .collect();
+        let coordinates = |axis| places.iter().map(|(at, _)| at[axis]).collect();
+        let middle = DVec3::from_array([0, 1, 2].map(|axis| median(coordinates(axis))));
+        let distance = |&(at, r): &(DVec3, f64)| (at - middle).abs().max_element() + r;
+        let exponent = |length: f64| exponent_of(DVec3::splat(length));
+        let far = exponent(median(places.iter().map(distance).collect()));
+        // A tiny sphere among few is not typical either: of two in the middle, the larger one.
+        let near = if radii.is_empty() { far } else { exponent(-median(radii)) };
+        if COMFORTABLE.contains(&far) && near >= *COMFORTABLE.start() - 16 {
+            return LengthUnit::WORLD;
+        }
+        LengthUnit { exponent: ((far + near) / 2).clamp(SMALLEST, LARGEST) }
+    }
+
+    /// A unit of `2^exponent` world units.
+    #[cfg(test)]
+    pub(crate) fn of_exponent(exponent: i32) -> LengthUnit {
+        LengthUnit { exponent }
+    }
+
+    /// World units in this one.
+    pub fn factor(self) -> f64 {
+        power_of_two(self.exponent)
+    }
+
+    /// The unit is `2^exponent` world units.
+    pub fn exponent(self) -> i32 {
+        self.exponent
+    }
+
+    /// A length in this unit; `None` where f64 does not have it exactly.
+    fn length(self, x: f64) -> Option<f64> {
+        let half = self.exponent / 2;
+        let scale = |x: f64, sign: i32| {
+            x * power_of_two(sign * half) * power_of_two(sign * (self.exponent - half))
+        };
+        let scaled = scale(x, -1);
+        (scaled.is_finite() && scale(scaled, 1) == x).then_some(scaled)
+    }
+
+    fn point(self, v: DVec3) -> Option<DVec3> {
+        Some(DVec3::new(self.length(v.x)?, self.length(v.y)?, self.length(v.z)?))
+    }
+
+    fn sphere(self, sphere: &Sphere) -> Option<Sphere> {
+        let Sphere { center, radius } = *sphere;
+        Some(Sphere { center: self.point(center)?, radius: self.length(radius)? })
+    }
+
+    /// The scene in this unit, without its camera; `None` where f64 does not have a number exactly.
+    pub fn scene(self, scene: &Scene) -> Option<Arc<Scene>> {
+        let mut scaled = Scene { camera: None, ..scene.clone() };
+        let inexact = |i| self.sphere(&scene.spheres[i]).is_none().then_some(());
+        if !parallel::filter_map(scene.spheres.len(), inexact).is_empty() {
+            return None;
+        }
+        for sphere in &mut *scaled.spheres {
+            *sphere = self.sphere(sphere)?;
+        }
+        for Plane { point, .. } in &mut scaled.planes {
+            *point = self.point(*point)?;
+        }
+        for Light { source, .. } in &mut scaled.lights {
+            if let Source::Point(position) = source {
+                *position = self.point(*position)?;
+            }
+        }
+        Some(Arc::new(scaled))
+    }
+
+    /// Pixels in this unit; `None` where f64 does not have a number exactly.
+    pub fn pixels(self, pixels: &Pixels) -> Option<Pixels> {
+        let View { position, h, lens, .. } = pixels.view;
+        let h = match lens {
+            Lens::Perspective => h,
+            Lens::Orthographic => self.length(h)?,
+        };
+        let view = View { position: self.point(position)?, h, ..pixels.view };
+        Some(Pixels { view, ..*pixels })
+    }
+
+    /// Rays in this unit; `None` where f64 does not have a number exactly. Directions keep their lengths.
+    pub fn rays(self, rays: &Rays) -> Option<Rays> {
+        Some(match rays {
+            Rays::Pixels(pixels) => Rays::Pixels(self.pixels(pixels)?),
+            Rays::List(rays) => {
+                let ray =
+                    |ray: &WorldRay| Some(WorldRay { origin: self.point(ray.origin)?, ..*ray });
+                Rays::List(rays.iter().map(ray).collect::<Option<Vec<WorldRay>>>()?)
+            }
+        })
+    }
+}
+
+/// The median, of two in the middle the lesser one; 0 of none.
+fn median(mut all: Vec<f64>) -> f64 {
+    let middle = all.len().saturating_sub(1) / 2;
+    match all.is_empty() {
+        true => 0.0,
+        false => *all.select_nth_unstable_by(middle, f64::total_cmp).1,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(size: f64) -> Scene {
+        let sphere =
+            |k: i32| Sphere { center: DVec3::X * f64::from(k) * size, radius: 0.25 * size };
+        Scene { spheres: (0..100).map(sphere).collect::<Vec<_>>().into(), ..Scene::default() }
+    }
+
+    #[test]
+    fn ordinary_scenes_keep_world_units_and_others_come_near_1() {
+        for size in [1e-3, 1.0, 1e6, 1e9] {
+            assert_eq!(LengthUnit::of(&row(size)), LengthUnit::WORLD, "{size:e}");
+        }
+        for size in [1e-30, 1e-10, 1e12, 1e20] {
+            let unit = LengthUnit::of(&row(size));
+            let scaled = unit.scene(&row(size)).unwrap().spheres[1];
+            assert!((1e-3..1e3).contains(&scaled.center.x), "{size:e}: {scaled:?}");
+            assert_eq!(scaled.center.x * unit.factor(), size);
+        }
+        assert_eq!(LengthUnit::of(&row(1e200)).exponent, LARGEST);
+        assert_eq!(LengthUnit::of(&Scene::default()), LengthUnit::WORLD);
+    }
+
+    /// An outlier does not choose the unit.
+    #[test]
+    fn one_far_or_huge_sphere_keeps_world_units() {
+        for (x, radius) in [(1e30, 1.0), (0.0, 1e30), (0.0, 1e-30)] {
+            let mut spheres = row(1.0).spheres.to_vec();
+            spheres[17] = Sphere { center: DVec3::X * x, radius };
+            let scene = Scene { spheres: spheres.into(), ..Scene::default() };
+            assert_eq!(LengthUnit::of(&scene), LengthUnit::WORLD);
+        }
+    }
+
+    #[test]
+    fn what_does_not_stay_exact_is_refused() {
+        let unit = LengthUnit { exponent: 20 };
+        assert_eq!(unit.length(3e-300), Some(3e-300 * 2f64.powi(-20)));
+        assert_eq!(unit.length(3e-305), None);
+        assert_eq!(LengthUnit { exponent: -20 }.length(f64::MAX), None);
+        let tiny = Sphere { center: DVec3::X * 3e-310, radius: 1.0 };
+        assert!(unit.scene(&Scene { spheres: vec![tiny].into(), ..Scene::default() }).is_none());
+    }
+}
