@@ -8,7 +8,7 @@ use kugelblitz::parallel;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Color, Samples, Scene};
 use kugelblitz::shade::{Colors, Encoding, Lighting, Style};
-use kugelblitz::trace::{Hits, Kernel, Wants};
+use kugelblitz::trace::{Hits, Wants};
 use kugelblitz::{Result, Session};
 
 use super::lit::{LitPoint, exact_mean};
@@ -34,12 +34,6 @@ pub(super) const WANTS: Wants = Wants { surface: true, level: false };
 
 /// All that [`RenderedColors`] has.
 pub(super) const ENCODINGS: [Encoding; 3] = [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear];
-
-/// Number of times that [`RenderedColors::kept`] renders the pixels: `certified` has its own computation for each encoding, and
-/// the light of the other kernels is the same for all of them.
-pub(super) fn n_renderings(kernel: Kernel, is_lit: bool) -> usize {
-    if kernel == Kernel::Certified || !is_lit { ENCODINGS.len() } else { 1 }
-}
 
 impl RenderedColors {
     /// Returns the colours of a band of pixels, as a picture has them, with the hits of the pixels' centre rays. Kernels without
@@ -204,6 +198,7 @@ mod tests {
     use kugelblitz::rays::View;
     use kugelblitz::render::n_steps;
     use kugelblitz::scene::{Camera, Color, Light, Plane, Sky, Source, Sphere};
+    use kugelblitz::trace::Kernel;
 
     use super::super::{Differences, broken_promises};
     use super::*;
@@ -299,7 +294,8 @@ mod tests {
             let (hits, shown) =
                 RenderedColors::kept(&mut session, &pixels, n_samples, &some, &control).unwrap();
             let n_steps = n_steps(&pixels, n_samples, scene.is_lit());
-            let n_steps = n_steps * n_renderings(kernel, scene.is_lit()) as u64;
+            let is_rendered_each = kernel == Kernel::Certified || !scene.is_lit();
+            let n_steps = n_steps * if is_rendered_each { ENCODINGS.len() as u64 } else { 1 };
             assert_eq!(control.rays_done(), n_steps, "{case}");
             for (number, encoding) in ENCODINGS.into_iter().enumerate() {
                 let style = Style { n_samples, ..Style::new(encoding) };

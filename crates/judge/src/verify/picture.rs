@@ -19,7 +19,7 @@ use serde::Serialize;
 use super::{
     COLOR_BYTES, ColorDifferences, Differences, RenderedColors, SAMPLE_BYTES, Truth,
     broken_promises,
-    colors::{ENCODINGS, WANTS, n_renderings},
+    colors::{ENCODINGS, WANTS},
     promise, sample,
 };
 use crate::compare::RayDifferences;
@@ -402,4 +402,9 @@ impl ColorDifferences {
         let ColorDifferences { pixels, srgb8, srgb16, linear, .. } = self;
         format!("{name:<24} {pixels:>7} {srgb8:>16} {srgb16:>12} {linear:>13}\n")
     }
+}
+/// Number of times that [`RenderedColors::kept`] renders the pixels: `certified` has its own computation for each encoding, and
+/// the light of the other kernels is the same for all of them.
+fn n_renderings(kernel: Kernel, is_lit: bool) -> usize {
+    if kernel == Kernel::Certified || !is_lit { ENCODINGS.len() } else { 1 }
 }
