@@ -562,7 +562,7 @@ impl<R: Real> SphereMet<R> {
     }
 
     /// [`SphereMet::occlude`] for a light that is close to the sphere: `side` is 1 if it is outside, 0 on the sphere, −1 inside.
-    /// [`super::contact`] has the derivation.
+    /// [`super::Contact`] has the derivation.
     #[inline(always)]
     pub fn occlude_beside(&self, ray: &ShadowRay<R>, side: R) -> Verdict<R> {
         self.verdict(ray, Some(side))
