@@ -183,12 +183,14 @@ impl<F: Linear> LightPass<'_, F> {
                 let mut verdict = Verdict::dark();
                 if !is_dark {
                     let rays = ShadowRay::new(&aim, pack.surface.point, pack.surface.point_error);
-                    verdict = match light.contacts.is_empty() {
-                        true => places.iter().fold(Verdict::none(), |verdict, &place| {
-                            verdict.with(self.lighting.occluders[place].1.occlude(&rays))
-                        }),
-                        false => self.verdict_with_contacts(&light.contacts, places, &rays),
-                    };
+                    verdict = Verdict::none();
+                    if light.contacts.is_empty() {
+                        for &place in &*places {
+                            verdict = verdict.with(self.lighting.occluders[place].1.occlude(&rays));
+                        }
+                    } else {
+                        verdict = self.verdict_with_contacts(&light.contacts, places, &rays);
+                    }
                     if has_back {
                         verdict = Verdict::select(pack.surface.front, verdict, Verdict::dark());
                     }
