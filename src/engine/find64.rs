@@ -139,7 +139,9 @@ impl<'a> Find64<'a> {
                 control.check()?;
                 let tile = &mut scratch.tile;
                 tile.take_samples(pixels, 1, rays);
-                tile.find_f64(camera, objects);
+                // Times the unit, `t` is in f32's range.
+                let largest_t = power_of_two(127 - self.prepared.unit.exponent().max(0));
+                tile.find_f64(camera, objects, largest_t);
                 ids.copy_from_slice(&tile.ids);
                 return Ok(());
             }

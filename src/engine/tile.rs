@@ -4,7 +4,7 @@ use pulp::{Simd, WithSimd};
 
 use crate::num::{Bits, Float, Lanes, dispatch};
 use crate::rays::{Frame, Pixels};
-use crate::seen::Objects;
+use crate::seen::{LARGEST_T, Objects};
 
 /// Rays that go side by side in f32, and in f64: as many bytes as the widest registers have.
 const LANES_F32: usize = 16;
@@ -73,12 +73,13 @@ impl Tile {
 
     /// Finds what they see in f32: ids, or [`crate::num::OPEN`].
     pub fn find_f32(&mut self, camera: &Frame<f32>, objects: &Objects<f32>) {
-        dispatch(Find::<f32, LANES_F32> { camera, objects, tile: self });
+        let largest_t = LARGEST_T as f32;
+        dispatch(Find::<f32, LANES_F32> { camera, objects, largest_t, tile: self });
     }
 
-    /// Finds what the rays see in f64: ids, or [`crate::num::OPEN`].
-    pub fn find_f64(&mut self, camera: &Frame<f64>, objects: &Objects<f64>) {
-        dispatch(Find::<f64, LANES_F64> { camera, objects, tile: self });
+    /// Finds what the rays see in f64: ids, or [`crate::num::OPEN`]. Hits beyond `largest_t` are left open.
+    pub fn find_f64(&mut self, camera: &Frame<f64>, objects: &Objects<f64>, largest_t: f64) {
+        dispatch(Find::<f64, LANES_F64> { camera, objects, largest_t, tile: self });
     }
 }
 
@@ -86,6 +87,7 @@ impl Tile {
 struct Find<'a, F: Float, const N: usize> {
     camera: &'a Frame<F>,
     objects: &'a Objects<F>,
+    largest_t: F,
     tile: &'a mut Tile,
 }
 
@@ -94,7 +96,8 @@ impl<F: Float, const N: usize> WithSimd for Find<'_, F, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Find { camera, objects, tile } = self;
+        let Find { camera, objects, largest_t, tile } = self;
+        let largest_t = Lanes::splat(largest_t);
         let len = tile.across.len();
         let (across, up, ids) = tile.packs::<N>();
         for ((across, up), ids) in across.iter().zip(up).zip(ids) {
@@ -103,7 +106,8 @@ impl<F: Float, const N: usize> WithSimd for Find<'_, F, N> {
                 i[lane] = F::near(f64::from(across[lane]));
                 j[lane] = F::near(f64::from(up[lane]));
             }
-            let (found, _) = objects.nearest(&camera.ray(Lanes(i), Lanes(j))).decide();
+            let nearest = objects.nearest(&camera.ray(Lanes(i), Lanes(j)));
+            let (found, _) = nearest.decide_up_to(largest_t);
             for (id, found) in ids.iter_mut().zip(found.0) {
                 *id = found.to_id();
             }

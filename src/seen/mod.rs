@@ -404,7 +404,7 @@ fields! { Nearest { low: num, high: num, second: num, id: id } }
 
 /// f32 decides hits up to this `t`. Times a unit over the length of a direction, up to `2⁶⁰` ([`crate::guard::LARGEST_SHIFT`]), that is
 /// in f32's range. Halving it is not covered by a test: a larger `t` is only left open.
-const LARGEST_T: f64 = (1u128 << 66) as f64;
+pub const LARGEST_T: f64 = (1u128 << 66) as f64;
 
 impl<R: Real> Nearest<R> {
     /// None at all.
@@ -436,8 +436,14 @@ impl<R: Real> Nearest<R> {
     /// the lower id.
     #[inline(always)]
     pub fn decide(self) -> (R::Id, R::Mask) {
+        self.decide_up_to(R::lit(LARGEST_T))
+    }
+
+    /// [`Nearest::decide`], with another limit of `t`.
+    #[inline(always)]
+    pub fn decide_up_to(self, largest_t: R) -> (R::Id, R::Mask) {
         let is_none = R::lit(R::One::BEYOND).le(self.low);
-        let is_hit = self.high.lt(self.second) & self.high.lt(R::lit(LARGEST_T));
+        let is_hit = self.high.lt(self.second) & self.high.lt(largest_t);
         let is_sure = is_hit | is_none;
         (R::select_id(is_sure, self.id, R::splat_id(OPEN)), !is_sure)
     }

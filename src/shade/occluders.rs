@@ -88,7 +88,9 @@ impl<'a> Occluders<'a> {
         let (mut is_dark, contacts) = (false, &self.lights[lamp].contacts);
         let mut take = |place: usize, mut verdict: Verdict<f64>| {
             let (id, met) = &self.listed[place];
-            if let Some(side) = Contact::side_at(contacts, *id) {
+            if !contacts.is_empty()
+                && let Some(side) = Contact::side_at(contacts, *id)
+            {
                 verdict = met.occlude_beside(ball, side);
             }
             if !verdict.is_clear() && *id != own {
