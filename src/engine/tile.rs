@@ -97,7 +97,7 @@ impl<F: Float, const N: usize> WithSimd for Find<'_, F, N> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Find { camera, objects, largest_t, tile } = self;
-        let largest_t = Lanes::splat(largest_t);
+        let largest_t = Lanes([largest_t; N]);
         let len = tile.across.len();
         let (across, up, ids) = tile.packs::<N>();
         for ((across, up), ids) in across.iter().zip(up).zip(ids) {
