@@ -77,7 +77,7 @@ impl Tile {
         dispatch(Find::<f32, LANES_F32> { camera, objects, largest_t, tile: self });
     }
 
-    /// Finds what the rays see in f64: ids, or [`crate::num::OPEN`]. Hits beyond `largest_t` are left open.
+    /// Finds the ids of the objects that the rays see in f64, or [`crate::num::OPEN`]. Hits beyond `largest_t` are left open.
     pub fn find_f64(&mut self, camera: &Frame<f64>, objects: &Objects<f64>, largest_t: f64) {
         dispatch(Find::<f64, LANES_F64> { camera, objects, largest_t, tile: self });
     }
