@@ -44,9 +44,13 @@ pub struct FlatBox {
 
 impl Bvh {
     /// The boxes in depth-first order, relative to a point; `None` where they reach too far from there. Each step is rounded
-    /// outward, and each box is wider on every side by `turn` of the distance of its farthest corner from the point: for rays from
-    /// there whose direction has this relative error, and for shadow rays to far lights ([`crate::seen::shadow`]). Of neighbours those come first whose middle, relative to the point as well,
-    /// has the least of a number: for rays that meet them in this order, the first hit hides most of what follows.
+    /// outward.
+    ///
+    /// Each box is wider on every side by `turn` of the distance of its farthest corner from the point. That contains rays from the
+    /// point whose direction has this relative error, and shadow rays to far lights ([`crate::seen::shadow`]).
+    ///
+    /// Of neighbours those come first whose middle, relative to the point as well, has the least of a number: for rays that meet
+    /// them in this order, the first hit hides most of what follows.
     pub fn boxes_from(
         &self,
         reference: DVec3,

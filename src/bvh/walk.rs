@@ -6,10 +6,12 @@
 //! `u = 2⁻²⁴`, a slab `(side − origin)·(1/d)` has an error of `u` for the inverse, which is found in f64, its widening, the
 //! difference and the product: 4 of the 6 that [`WIDER`] has, and of the 5 of [`NARROWER`].
 //!
-//! A difference of f32 does not underflow; an inverse of a direction below `2³¹` does not either. A product that underflows has an error
-//! of at most `2⁻¹²⁶`, flushed to 0 or not. The beam is wider by [`LEAST`] on either side, or by as much that is rounded outward where an origin
-//! is so large that [`LEAST`] is lost. That moves the product by at least `2⁻⁹⁰·2⁻³¹ = 2⁻¹²¹`. And the largest inverse, `1/`[`FLAT`]` = 2⁶⁰`, does not overflow: sides and origins end at `2¹⁰⁰`, where
-//! a product ends at `2¹⁶¹`, which is infinite and thus beyond every `t`, in the right direction.
+//! # Underflow and overflow
+//! A difference of f32 does not underflow, and neither does the inverse of a direction below `2³¹`. A product that underflows has an
+//! error of at most `2⁻¹²⁶`, flushed to 0 or not. The beam is wider by [`LEAST`] on either side. If an origin is so large that
+//! [`LEAST`] is lost in it, then outward rounding makes the beam wider by more. Either moves the product by at least
+//! `2⁻⁹⁰·2⁻³¹ = 2⁻¹²¹`. The largest inverse is `1/`[`FLAT`]` = 2⁶⁰`. Sides and origins end at `2¹⁰⁰`, so that a product may overflow: then
+//! it is infinite with the right sign, beyond every `t`.
 
 use glam::DVec3;
 

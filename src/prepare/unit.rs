@@ -19,10 +19,13 @@ pub struct LengthUnit {
     exponent: i32,
 }
 
-/// Exponents of a typical distance and of a typical radius between which a scene keeps world units. No bounds: f32 has room for
-/// more, but devices have boxes up to `2⁴⁰` ([`crate::bvh::REACH`]) and a least slack of `2⁻³⁷`, and a scene has spheres that
-/// are not typical.
-const COMFORTABLE: std::ops::RangeInclusive<i32> = -14..=36;
+/// A scene keeps world units if the exponent of a typical distance is in this range, and the typical radius is not too small. Not
+/// bounds: f32 has room for more, but devices have boxes up to `2⁴⁰` ([`crate::bvh::REACH`]) and a least slack of `2⁻³⁷`, and a scene
+/// has spheres that are not typical.
+const DISTANCES: std::ops::RangeInclusive<i32> = -14..=36;
+
+/// Smallest exponent of a typical radius with which a scene keeps world units. Not a bound.
+const SMALLEST_RADIUS: i32 = -30;
 
 /// Largest exponent of a unit: `t` stays in f32's range.
 const LARGEST: i32 = guard::LARGEST_SHIFT;
@@ -59,7 +62,7 @@ impl LengthUnit {
         let far = exponent(median(places.iter().map(distance).collect()));
         // A tiny sphere among few is not typical either: of two in the middle, the larger one.
         let near = if radii.is_empty() { far } else { exponent(-median(radii)) };
-        if COMFORTABLE.contains(&far) && near >= *COMFORTABLE.start() - 16 {
+        if DISTANCES.contains(&far) && near >= SMALLEST_RADIUS {
             return LengthUnit::WORLD;
         }
         LengthUnit { exponent: ((far + near) / 2).clamp(SMALLEST, LARGEST) }

@@ -402,9 +402,12 @@ pub struct Nearest<R: Real> {
 
 fields! { Nearest { low: num, high: num, second: num, id: id } }
 
-/// f32 decides hits up to this `t`. Times a unit over the length of a direction, up to `2⁶⁰` ([`crate::guard::LARGEST_SHIFT`]), that is
+/// f32 decides hits up to this `t`. Times a unit over the length of a direction, up to `2⁶⁰` ([`guard::LARGEST_SHIFT`]), that is
 /// in f32's range. Halving it is not covered by a test: a larger `t` is only left open.
-pub const LARGEST_T: f64 = (1u128 << 66) as f64;
+pub const LARGEST_T: f64 = (1u128 << LARGEST_T_EXPONENT) as f64;
+
+const LARGEST_T_EXPONENT: i32 = 66;
+const _: () = assert!(LARGEST_T_EXPONENT + guard::LARGEST_SHIFT < 127);
 
 impl<R: Real> Nearest<R> {
     /// None at all.
