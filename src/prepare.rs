@@ -23,6 +23,7 @@ use crate::kernel::{FloatType, Kernel, Space};
 use crate::memory;
 use crate::num::Float as _;
 use crate::num::fields::words;
+use crate::num::typical::{largest_of_most, nth, sample};
 use crate::rays::{Lens, Origins, Pixels, Rays, WorldRay, look_at_all};
 use crate::scene::{Object, Scene};
 use crate::seen::{Eye, PlaneSeen, Record as _, Seen as _, SphereLeaf, SphereSeen};
@@ -420,21 +421,14 @@ fn origins_about(
 /// Returns a point amid the origins, and a distance within which all are, except for the few that are far from most others. f32 leaves
 /// their rays undecided, because its errors for all rays grow with the distance of the farthest origin.
 fn ordinary_origins(rays: &[WorldRay]) -> Origins {
-    /// Rays that are looked at.
-    const SAMPLE: usize = 1023;
-    /// Number of origins that may have an outlier among them.
-    const FEW: usize = 64;
     /// Factor of the distance of all others. Not a bound: it weighs the errors of all rays against some rays in f64.
     const ROOM: f64 = 8.0;
-    let some: Vec<DVec3> =
-        rays.iter().step_by(rays.len().div_ceil(SAMPLE).max(1)).map(|ray| ray.origin).collect();
-    let nth = |n: usize, mut all: Vec<f64>| match all.is_empty() {
-        true => 0.0,
-        false => *all.select_nth_unstable_by(n, f64::total_cmp).1,
+    let some = sample(rays).map(|ray| ray.origin);
+    let median = |axis: usize| {
+        let all: Vec<f64> = some.clone().map(|at| at[axis]).collect();
+        nth(all.len() / 2, all)
     };
-    let median = |axis: usize| nth(some.len() / 2, some.iter().map(|at| at[axis]).collect());
     let reference = DVec3::from_array(std::array::from_fn(median));
-    let n_others = some.len().saturating_sub(some.len() / FEW + 1);
-    let distances = some.iter().map(|&at| guard::length_bound(at - reference)).collect();
-    Origins { reference, spread: ROOM * nth(n_others, distances) }
+    let distances = some.map(|at| guard::length_bound(at - reference)).collect();
+    Origins { reference, spread: ROOM * largest_of_most(distances) }
 }

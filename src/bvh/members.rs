@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::guard;
 use crate::memory::Available;
 use crate::num::Float;
+use crate::num::typical::{largest_of_most, nth, sample};
 use crate::parallel;
 use crate::random::SplitMix;
 use crate::scene::Sphere;
@@ -39,21 +40,6 @@ fn check_size_in(n_spheres: usize, available: Available) -> Result<()> {
     available.require(format!("building the hierarchy over {n_spheres} spheres"), needed, &advice)
 }
 
-/// Some of the spheres, from all of their order.
-fn sample(spheres: &[Sphere]) -> impl Iterator<Item = &Sphere> {
-    /// Spheres that are looked at.
-    const SAMPLE: usize = 1023;
-    spheres.iter().step_by(spheres.len().div_ceil(SAMPLE).max(1))
-}
-
-/// The number at a place in ascending order; 0 of none.
-fn nth(place: usize, mut all: Vec<f64>) -> f64 {
-    match all.is_empty() {
-        true => 0.0,
-        false => *all.select_nth_unstable_by(place, f64::total_cmp).1,
-    }
-}
-
 /// A point amid the spheres: f32 has most digits near it, and few spheres far away don't move it.
 pub(super) fn reference(spheres: &[Sphere]) -> DVec3 {
     let median = |axis: usize| {
@@ -66,14 +52,10 @@ pub(super) fn reference(spheres: &[Sphere]) -> DVec3 {
 /// Returns the extent of most spheres, their largest distance from the reference point, with room for those that are not much
 /// larger or farther away.
 fn ordinary_extent(spheres: &[Sphere], reference: DVec3) -> f64 {
-    /// Number of spheres that may have an outlier among them.
-    const FEW: usize = 64;
     /// Factor of the extent of all others. Not a bound.
     const MUCH: f64 = 64.0;
     let extent = |sphere: &Sphere| (sphere.center - reference).length() + sphere.radius.abs();
-    let extents: Vec<f64> = sample(spheres).map(extent).collect();
-    let n_others = extents.len().saturating_sub(extents.len() / FEW + 1);
-    MUCH * nth(n_others, extents)
+    MUCH * largest_of_most(sample(spheres).map(extent).collect())
 }
 
 /// Most spheres with a larger extent outside of the tree. Not a bound: it weighs their cost for each ray.

@@ -8,6 +8,7 @@ pub mod fields;
 mod lanes;
 mod ray;
 mod scaled;
+pub(crate) mod typical;
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 

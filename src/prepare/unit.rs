@@ -8,6 +8,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::guard;
+use crate::num::typical::{nth, sample};
 use crate::num::{exponent_of, power_of_two};
 use crate::parallel;
 use crate::rays::{Lens, Pixels, Rays, View, WorldRay};
@@ -33,9 +34,6 @@ const LARGEST: i32 = guard::LARGEST_SHIFT;
 /// Smallest exponent of a unit. No bound: a smaller scene is traced in this unit, mostly by f64.
 const SMALLEST: i32 = -400;
 
-/// Spheres that are looked at.
-const SAMPLE: usize = 1023;
-
 impl LengthUnit {
     /// World units.
     pub const WORLD: LengthUnit = LengthUnit { exponent: 0 };
@@ -43,25 +41,26 @@ impl LengthUnit {
     /// Chooses the unit of a scene: that in which a typical distance between objects is as much above 1 as a typical radius is
     /// below.
     pub fn of(scene: &Scene) -> LengthUnit {
-        let step = scene.spheres.len().div_ceil(SAMPLE).max(1);
-        let spheres = scene.spheres.iter().step_by(step);
+        let spheres = sample(&scene.spheres);
         let points = scene.lights.iter().filter_map(|light| match light.source {
             Source::Point(position) => Some(position),
             Source::Sun(_) | Source::Eye => None,
         });
         let points = points.chain(scene.planes.iter().map(|plane| plane.point));
-        let radii: Vec<f64> = spheres.clone().map(|sphere| -sphere.radius.abs()).collect();
+        let radii: Vec<f64> = spheres.clone().map(|sphere| sphere.radius.abs()).collect();
         let places: Vec<(DVec3, f64)> = spheres
             .map(|sphere| (sphere.center, sphere.radius.abs()))
             .chain(points.map(|point| (point, 0.0)))
             .collect();
+        // Of two in the middle, the lesser one.
+        let median = |all: Vec<f64>| nth(all.len().saturating_sub(1) / 2, all);
         let coordinates = |axis| places.iter().map(|(at, _)| at[axis]).collect();
         let middle = DVec3::from_array([0, 1, 2].map(|axis| median(coordinates(axis))));
         let distance = |&(at, r): &(DVec3, f64)| (at - middle).abs().max_element() + r;
         let exponent = |length: f64| exponent_of(DVec3::splat(length));
         let far = exponent(median(places.iter().map(distance).collect()));
         // A tiny sphere among few is not typical either: of two in the middle, the larger one.
-        let near = if radii.is_empty() { far } else { exponent(-median(radii)) };
+        let near = if radii.is_empty() { far } else { exponent(nth(radii.len() / 2, radii)) };
         if DISTANCES.contains(&far) && near >= SMALLEST_RADIUS {
             return LengthUnit::WORLD;
         }
@@ -145,15 +144,6 @@ impl LengthUnit {
                 Rays::List(rays.iter().map(ray).collect::<Option<Vec<WorldRay>>>()?)
             }
         })
-    }
-}
-
-/// The median, of two in the middle the lesser one; 0 of none.
-fn median(mut all: Vec<f64>) -> f64 {
-    let middle = all.len().saturating_sub(1) / 2;
-    match all.is_empty() {
-        true => 0.0,
-        false => *all.select_nth_unstable_by(middle, f64::total_cmp).1,
     }
 }
 

@@ -85,15 +85,9 @@ impl<'a> Occluders<'a> {
         places: &mut Vec<usize>,
     ) -> bool {
         places.clear();
-        let (mut is_dark, contacts) = (false, &self.lights[lamp].contacts);
-        let mut take = |place: usize, mut verdict: Verdict<f64>| {
-            let (id, met) = &self.listed[place];
-            if !contacts.is_empty()
-                && let Some(side) = Contact::side_at(contacts, *id)
-            {
-                verdict = met.occlude_beside(ball, side);
-            }
-            if !verdict.is_clear() && *id != own {
+        let mut is_dark = false;
+        let mut take = |place: usize, verdict: Verdict<f64>| {
+            if !verdict.is_clear() && self.listed[place].0 != own {
                 is_dark |= verdict.is_blocked();
                 places.push(place);
             }
@@ -108,6 +102,27 @@ impl<'a> Occluders<'a> {
         for place in self.n_spheres..self.listed.len() {
             take(place, self.listed[place].1.occlude(ball));
         }
+        let contacts = &self.lights[lamp].contacts;
+        is_dark | (!contacts.is_empty() && self.look_at_contacts(contacts, ball, places))
+    }
+
+    /// Drops the places of objects that surely do not occlude a light with these contacts. Returns whether one of the contacts
+    /// occludes it for all points of the ball.
+    #[inline(never)]
+    fn look_at_contacts(
+        &self,
+        contacts: &[Contact],
+        ball: &ShadowRay<f64>,
+        places: &mut Vec<usize>,
+    ) -> bool {
+        let mut is_dark = false;
+        places.retain(|&place| {
+            let (id, met) = &self.listed[place];
+            let Some(side) = Contact::side_at(contacts, *id) else { return true };
+            let verdict = met.occlude_beside(ball, side);
+            is_dark |= verdict.is_blocked();
+            !verdict.is_clear()
+        });
         is_dark
     }
 
