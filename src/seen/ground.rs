@@ -70,18 +70,6 @@ impl<F: Float> GroundMet<F> {
 }
 
 impl<R: Real> GroundMet<R> {
-    /// Returns whether the sphere occludes a light for a shadow ray that does not start on it.
-    #[inline(always)]
-    pub fn occlude(&self, ray: &ShadowRay<R>) -> Verdict<R> {
-        self.verdict(ray, None)
-    }
-
-    /// [`GroundMet::occlude`] for a light that is close to the sphere: `side` is 1 if it is outside, 0 on the sphere, −1 inside.
-    #[inline(always)]
-    pub fn occlude_beside(&self, ray: &ShadowRay<R>, side: R) -> Verdict<R> {
-        self.verdict(ray, Some(side))
-    }
-
     /// Returns the power of a point with this error, and the error of the power.
     #[inline(always)]
     pub(super) fn power(&self, point: V3<R>, error: R, unit: R) -> (R, R) {
@@ -95,8 +83,10 @@ impl<R: Real> GroundMet<R> {
         (power, self.k_error + R::lit(ROOM) * (unit * rounding + moved))
     }
 
+    /// Returns whether the sphere occludes a light for a shadow ray that does not start on it. `side` is the side of a light that is
+    /// close to it ([`super::Contact`]).
     #[inline(always)]
-    fn verdict(&self, ray: &ShadowRay<R>, side: Option<R>) -> Verdict<R> {
+    pub fn occlude(&self, ray: &ShadowRay<R>, side: Option<R>) -> Verdict<R> {
         let (lit, zero, one, unit) = (R::lit, R::lit(0.0), R::lit(1.0), ray.unit);
         let is_point = zero.lt(ray.from_point);
         let (start, start_error) = self.power(ray.start, ray.error, unit);

@@ -345,19 +345,15 @@ impl<F: Float> Met<F> {
         }
     }
 
-    /// Whether it is in the way of rays that don't start on it.
+    /// Returns whether the object occludes a light for rays that do not start on it. `side` is the side of a light that is close to the
+    /// object ([`Contact`]).
     #[inline(always)]
-    pub fn occlude<R: Real<One = F>>(&self, ray: &ShadowRay<R>) -> Verdict<R> {
-        match self {
-            Met::Sphere(met) => met.map(R::splat).occlude(ray),
-            Met::Plane(met) => met.map(R::splat).occlude(ray),
-            Met::Ground(_) | Met::Beyond => self.occlude_rarely(ray, None),
+    pub fn occlude<R: Real<One = F>>(&self, ray: &ShadowRay<R>, side: Option<f64>) -> Verdict<R> {
+        match (self, side) {
+            (Met::Sphere(met), None) => met.map(R::splat).occlude(ray, None),
+            (Met::Plane(met), None) => met.map(R::splat).occlude(ray, None),
+            _ => self.occlude_rarely(ray, side),
         }
-    }
-
-    /// [`Met::occlude`], with the side of a light that is close to the object.
-    pub fn occlude_beside<R: Real<One = F>>(&self, ray: &ShadowRay<R>, side: f64) -> Verdict<R> {
-        self.occlude_rarely(ray, Some(side))
     }
 
     /// Not inlined: hot loops over the other occluders have fewer registers left with these formulas in them.
@@ -367,14 +363,12 @@ impl<F: Float> Met<F> {
         ray: &ShadowRay<R>,
         side: Option<f64>,
     ) -> Verdict<R> {
-        match (self, side.map(R::lit)) {
-            (Met::Sphere(met), None) => met.map(R::splat).occlude(ray),
-            (Met::Sphere(met), Some(side)) => met.map(R::splat).occlude_beside(ray, side),
-            (Met::Plane(met), None) => met.map(R::splat).occlude(ray),
-            (Met::Plane(met), Some(side)) => met.map(R::splat).occlude_beside(ray, side),
-            (Met::Ground(met), None) => met.map(R::splat).occlude(ray),
-            (Met::Ground(met), Some(side)) => met.map(R::splat).occlude_beside(ray, side),
-            (Met::Beyond, _) => Verdict::none(),
+        let side = side.map(R::lit);
+        match self {
+            Met::Sphere(met) => met.map(R::splat).occlude(ray, side),
+            Met::Plane(met) => met.map(R::splat).occlude(ray, side),
+            Met::Ground(met) => met.map(R::splat).occlude(ray, side),
+            Met::Beyond => Verdict::none(),
         }
     }
 }

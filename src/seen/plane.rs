@@ -199,25 +199,15 @@ impl<F: Float> PlaneMet<F> {
 }
 
 impl<R: Real> PlaneMet<R> {
-    /// Whether it is in the way of a shadow ray that does not start on it.
+    /// Returns whether the plane occludes a light for a shadow ray that does not start on it. `side` is the side of a light that is close
+    /// to the plane ([`super::Contact`]).
     ///
     /// `N = n·(a − p)` at the start and `N₁ = n·(a − L)` at the end; it is in the
     /// way where their signs differ. They are off by `|n|·E`, without the end's part at the start, and `3ε` of the
     /// product of the lengths for the dot product. A sun's end has the sign of `−n·w`, off by `3ε|n||w|` alone, and their
     /// zeros are exact; so its ray surely runs along a plane where each product is one with 0, and then misses it.
     #[inline(always)]
-    pub fn occlude(&self, ray: &ShadowRay<R>) -> Verdict<R> {
-        self.verdict(ray, None)
-    }
-
-    /// [`PlaneMet::occlude`] for a light that is close to the plane: `side` is 1 if it is in front of the plane, 0 on it, −1 behind.
-    #[inline(always)]
-    pub fn occlude_beside(&self, ray: &ShadowRay<R>, side: R) -> Verdict<R> {
-        self.verdict(ray, Some(side))
-    }
-
-    #[inline(always)]
-    fn verdict(&self, ray: &ShadowRay<R>, side: Option<R>) -> Verdict<R> {
+    pub fn occlude(&self, ray: &ShadowRay<R>, side: Option<R>) -> Verdict<R> {
         // No test sees the 2 halved: in f32 ½ is for the normal, and ½ is room.
         let (lit, zero, more) = (R::lit, R::lit(0.0), 2.0 * R::One::ROUNDED);
         let &PlaneMet { point, normal, length: n, place } = self;

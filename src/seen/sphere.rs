@@ -555,21 +555,10 @@ impl<F: Float> SphereMet<F> {
 }
 
 impl<R: Real> SphereMet<R> {
-    /// Whether it is in the way of a shadow ray that does not start on it: [`super::shadow`] has the bounds.
+    /// Returns whether the sphere occludes a light for a shadow ray that does not start on it: [`super::shadow`] has the bounds. `side`
+    /// is the side of a light that is close to the sphere ([`super::Contact`] has the derivation).
     #[inline(always)]
-    pub fn occlude(&self, ray: &ShadowRay<R>) -> Verdict<R> {
-        self.verdict(ray, None)
-    }
-
-    /// [`SphereMet::occlude`] for a light that is close to the sphere: `side` is 1 if it is outside, 0 on the sphere, −1 inside.
-    /// [`super::Contact`] has the derivation.
-    #[inline(always)]
-    pub fn occlude_beside(&self, ray: &ShadowRay<R>, side: R) -> Verdict<R> {
-        self.verdict(ray, Some(side))
-    }
-
-    #[inline(always)]
-    fn verdict(&self, ray: &ShadowRay<R>, side: Option<R>) -> Verdict<R> {
+    pub fn occlude(&self, ray: &ShadowRay<R>, side: Option<R>) -> Verdict<R> {
         let (lit, zero) = (R::lit, R::lit(0.0));
         let rounded = R::One::ROUNDED;
         let l = self.center - ray.start;

@@ -481,8 +481,8 @@ fn light<T: Object>(
     {
         let way = ShadowRay::new(&Aim::new(origin), point, surface.point_error);
         way.cosine(normal, surface.normal_error);
-        met.occlude(&way);
-        met.occlude_beside(&way, 0.0);
+        met.occlude(&way, None);
+        met.occlude(&way, Some(0.0));
     }
 }
 

@@ -93,14 +93,14 @@ impl<'a> Occluders<'a> {
             }
         };
         for (first, spheres) in (0..).step_by(LANES).zip(&self.spheres) {
-            let Verdict { blocked, clear } = spheres.occlude(&ball.map(Lanes::splat));
+            let Verdict { blocked, clear } = spheres.occlude(&ball.map(Lanes::splat), None);
             for lane in 0..LANES.min(self.n_spheres - first) {
                 let (blocked, clear) = (blocked.0[lane], clear.0[lane]);
                 take(first + lane, Verdict { blocked, clear });
             }
         }
         for place in self.n_spheres..self.listed.len() {
-            take(place, self.listed[place].1.occlude(ball));
+            take(place, self.listed[place].1.occlude(ball, None));
         }
         let contacts = &self.lights[lamp].contacts;
         is_dark | (!contacts.is_empty() && self.look_at_contacts(contacts, ball, places))
@@ -118,8 +118,7 @@ impl<'a> Occluders<'a> {
         let mut is_dark = false;
         places.retain(|&place| {
             let (id, met) = &self.listed[place];
-            let Some(side) = Contact::side_at(contacts, *id) else { return true };
-            let verdict = met.occlude_beside(ball, side);
+            let verdict = met.occlude(ball, Contact::side_at(contacts, *id));
             is_dark |= verdict.is_blocked();
             !verdict.is_clear()
         });
@@ -219,10 +218,7 @@ impl Visitor for Look<'_> {
         let id = self.bvh.ids[place as usize];
         let reference = self.occluders.prepared.reference;
         let met: SphereMet<f64> = SphereMet::new(&self.bvh.spheres[place as usize], reference);
-        let verdict = match Contact::side_at(self.contacts, id) {
-            None => met.occlude(self.ray),
-            Some(side) => met.occlude_beside(self.ray, side),
-        };
+        let verdict = met.occlude(self.ray, Contact::side_at(self.contacts, id));
         if id != self.own && !verdict.is_clear() {
             self.ids.push(id);
         }

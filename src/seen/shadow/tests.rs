@@ -84,7 +84,7 @@ impl Lamp {
 
 /// What is said of an object in the way of a ray.
 fn said<F: Float>(ray: &ShadowRay<F>, shape: &Shape) -> Verdict<F> {
-    Met::new(shape.object(), DVec3::ZERO).occlude(ray)
+    Met::new(shape.object(), DVec3::ZERO).occlude(ray, None)
 }
 
 /// Whether it is in the way, and whether it is not.
@@ -409,11 +409,11 @@ fn statements_in_contact<F: Float>(n: usize, part: f64, turn: f64) -> (Vec<Strin
         let [unit, turned, end_error] = [ray.unit, ray.turned, ray.end_error].map(cut);
         let ray = ShadowRay { unit, turned, end_error, ..ray };
         let met = Met::new(shape.object(), DVec3::ZERO);
-        let said_with = says(met.occlude_beside(&ray, side * turn));
+        let said_with = says(met.occlude(&ray, Some(side * turn)));
         if side == 0.0 {
             n_on += 1;
             n_open += usize::from(said_with == OPEN);
-            n_open_without += usize::from(says(met.occlude(&ray)) == OPEN);
+            n_open_without += usize::from(says(met.occlude(&ray, None)) == OPEN);
         }
         let expected = if lamp.is_blocked(from, &shape) { BLOCKED } else { CLEAR };
         if said_with != OPEN && said_with != expected {
@@ -506,24 +506,18 @@ fn statements_over_ground<F: Float>(n: usize, part: f64) -> (Vec<String>, [usize
             false => Contact::new((1, shape.object()), lamp.at, DVec3::ZERO),
         };
         let before = SphereMet::<F>::new(sphere, DVec3::ZERO);
-        let before = match side {
-            None => before.occlude(&ray),
-            Some(Contact { side, .. }) => before.occlude_beside(&ray, F::near(side)),
-        };
-        n_said_before += usize::from(says(before) != OPEN);
+        let side = side.map(|contact| F::near(contact.side));
+        n_said_before += usize::from(says(before.occlude(&ray, side)) != OPEN);
         let cut = |error: F| F::near(error.to_f64() * part);
         let [unit, turned, end_error] = [ray.unit, ray.turned, ray.end_error].map(cut);
         let ray = ShadowRay { unit, turned, end_error, ..ray };
         let met = GroundMet { k_error: cut(met.k_error), ..met };
-        let said = says(match side {
-            None => met.occlude(&ray),
-            Some(Contact { side, .. }) => met.occlude_beside(&ray, F::near(side)),
-        });
+        let said = says(met.occlude(&ray, side));
         n_all += 1;
         n_said += usize::from(said != OPEN);
         let expected = if lamp.is_blocked(from, &shape) { BLOCKED } else { CLEAR };
         if said != OPEN && said != expected {
-            wrong.push(format!("{from:?} {lamp:?} {shape:?} {side:?}: {said:?}"));
+            wrong.push(format!("{from:?} {lamp:?} {shape:?} {:?}: {said:?}", side.map(F::to_f64)));
         }
     }
     (wrong, [n_all, n_said, n_said_before])
@@ -556,7 +550,7 @@ fn nothing_is_said_where_squares_are_infinite() {
         let at = DVec3::X * far;
         let ray = ShadowRay::new(&Aim::<f64>::new(Origin::Point(at)), V3([0.0; 3]), 0.0);
         for side in [-1.0, 0.0, 1.0] {
-            assert!(!met.occlude_beside(&ray, side).is_clear(), "{far:e} {side}");
+            assert!(!met.occlude(&ray, Some(side)).is_clear(), "{far:e} {side}");
         }
         assert!(far < 1e60 || Contact::new((1, sphere.object()), at, DVec3::ZERO).is_none());
     }
@@ -585,7 +579,7 @@ fn every_constant_is_needed() {
     };
     // Of both numbers that have to have a sign the smaller one.
     let least = |met: &PlaneMet<Worst>, ray: &ShadowRay<Worst>| {
-        let Verdict { blocked, clear } = PlaneMet::occlude(met, ray);
+        let Verdict { blocked, clear } = PlaneMet::occlude(met, ray, None);
         f64::max(blocked.0, clear.0)
     };
     let of_offset = worst(|x: [f64; 10]| {
@@ -594,7 +588,7 @@ fn every_constant_is_needed() {
         let center = from + way * x[6] + vector(&x[7..]) * UNIT;
         let [r, place] = [Worst(0.0); 2];
         let met = SphereMet { center: number(center), r, place };
-        let found = SphereMet::occlude(&met, &sun(from, way)).clear.0.sqrt();
+        let found = SphereMet::occlude(&met, &sun(from, way), None).clear.0.sqrt();
         let l = center - from;
         // Half of what its square is off by beside.
         let error = (found - distance(l, way)).abs() - 1.5 * UNIT * found;

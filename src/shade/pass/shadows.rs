@@ -186,7 +186,8 @@ impl<F: Linear> LightPass<'_, F> {
                     verdict = Verdict::none();
                     if light.contacts.is_empty() {
                         for &place in &*places {
-                            verdict = verdict.with(self.lighting.occluders[place].1.occlude(&rays));
+                            verdict =
+                                verdict.with(self.lighting.occluders[place].1.occlude(&rays, None));
                         }
                     } else {
                         verdict = self.verdict_with_contacts(&light.contacts, places, &rays);
@@ -212,10 +213,7 @@ impl<F: Linear> LightPass<'_, F> {
     ) -> Verdict<Lanes<F, N>> {
         places.iter().fold(Verdict::none(), |verdict, &place| {
             let (id, met) = &self.lighting.occluders[place];
-            verdict.with(match Contact::side_at(contacts, *id) {
-                None => met.occlude(rays),
-                Some(side) => met.occlude_beside(rays, side),
-            })
+            verdict.with(met.occlude(rays, Contact::side_at(contacts, *id)))
         })
     }
 
@@ -296,7 +294,7 @@ impl<F: Linear, const N: usize> Visitor for Darken<'_, '_, F, N> {
         (self.is_met, self.is_dark) = (true, true);
         for way in &mut *self.ways {
             if way.is_open() {
-                let found = met.occlude(&way.rays);
+                let found = met.occlude(&way.rays, None);
                 way.verdict = way.verdict.with(found);
                 way.asked = Lanes::select(zero.lt(found.blocked), zero, way.asked);
                 self.is_dark &= !way.is_open();
@@ -311,7 +309,7 @@ impl<F: Linear, const N: usize> Darken<'_, '_, F, N> {
     fn see_beside(&mut self, met: &Met<F>, side: f64) {
         (self.is_met, self.is_dark) = (true, true);
         for way in self.ways.iter_mut().filter(|way| way.is_open()) {
-            let found = met.occlude_beside(&way.rays, side);
+            let found = met.occlude(&way.rays, Some(side));
             way.verdict = way.verdict.with(found);
             way.asked =
                 Lanes::select(Lanes::lit(0.0).lt(found.blocked), Lanes::lit(0.0), way.asked);

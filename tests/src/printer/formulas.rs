@@ -160,17 +160,17 @@ fn light() -> String {
             Bounds { low, high }
         }),
         function!(sphere_occludes(met: SphereMet<W>, ray: ShadowRay<W>)
-            SphereMet::occlude(&met, &ray)),
+            SphereMet::occlude(&met, &ray, None)),
         function!(plane_occludes(met: PlaneMet<W>, ray: ShadowRay<W>)
-            PlaneMet::occlude(&met, &ray)),
+            PlaneMet::occlude(&met, &ray, None)),
         function!(sphere_occludes_beside(met: SphereMet<W>, ray: ShadowRay<W>, side: W)
-            SphereMet::occlude_beside(&met, &ray, side)),
+            SphereMet::occlude(&met, &ray, Some(side))),
         function!(plane_occludes_beside(met: PlaneMet<W>, ray: ShadowRay<W>, side: W)
-            PlaneMet::occlude_beside(&met, &ray, side)),
+            PlaneMet::occlude(&met, &ray, Some(side))),
         function!(ground_occludes(met: GroundMet<W>, ray: ShadowRay<W>)
-            GroundMet::occlude(&met, &ray)),
+            GroundMet::occlude(&met, &ray, None)),
         function!(ground_occludes_beside(met: GroundMet<W>, ray: ShadowRay<W>, side: W)
-            GroundMet::occlude_beside(&met, &ray, side)),
+            GroundMet::occlude(&met, &ray, Some(side))),
         function!(verdict_with(verdict: Verdict<W>, next: Verdict<W>) verdict.with(next)),
         function!(behind(given: Bounds<W>, verdict: Verdict<W>) given.behind(&verdict)),
         function!(light_with(light: LightBounds<W>, weight: V3<W>, given: Bounds<W>)

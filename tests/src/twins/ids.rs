@@ -148,24 +148,11 @@ impl Twin<'_> {
             if is_met && node.link & IS_LEAF != 0 && node.id != own {
                 let sphere = &self.prepared.scene.spheres[node.id as usize - 1];
                 let met = Met::new(Object::Sphere(sphere), self.prepared.reference);
-                verdict = verdict.with(occlude(&met, ray, contacts, node.id));
+                verdict = verdict.with(met.occlude(ray, Contact::side_at(contacts, node.id)));
             }
         }
         let is_ended = at == boxes.len();
         Verdict { clear: if is_ended { verdict.clear } else { -1.0 }, ..verdict }
-    }
-}
-
-/// Returns whether an object occludes a light with these contacts.
-pub(super) fn occlude(
-    met: &Met<f32>,
-    ray: &ShadowRay<f32>,
-    contacts: &[Contact],
-    id: u32,
-) -> Verdict<f32> {
-    match Contact::side_at(contacts, id) {
-        None => met.occlude(ray),
-        Some(side) => met.occlude_beside(ray, side),
     }
 }
 

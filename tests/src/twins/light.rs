@@ -5,13 +5,12 @@ use kugelblitz::prepare::{CertifiedLamp, CertifiedLighting, Prepared};
 use kugelblitz::rays::{Frame, Pixels};
 use kugelblitz::scene::{Edges, Object};
 use kugelblitz::seen::{
-    Anchors, Bounds, LightBounds, PlaneSeen, Ray, Record as _, Seen as _, ShadowRay, SphereSeen,
-    Surface, Verdict,
+    Anchors, Bounds, Contact, LightBounds, PlaneSeen, Ray, Record as _, Seen as _, ShadowRay,
+    SphereSeen, Surface, Verdict,
 };
 use rayon::prelude::*;
 
 use super::Twin;
-use super::ids::occlude;
 
 /// The bytes of pixels in the light of the kernel `certified`, by the formulas of a device: the twin that
 /// [`Backend::light`](kugelblitz::tracer::Backend::light) is compared with. On the CPU f32 may decide more.
@@ -102,7 +101,7 @@ fn given(
         // From inside a sphere it is left open.
         verdict.clear = if surface.front { 1.0 } else { -1.0 };
         for (id, met) in lighting.occluders.iter().filter(|(id, _)| *id != own) {
-            verdict = verdict.with(occlude(met, &ray, contacts, *id));
+            verdict = verdict.with(met.occlude(&ray, Contact::side_at(contacts, *id)));
         }
         if high > 0.0 {
             verdict = twin.shadow(verdict, &ray, contacts, own);
