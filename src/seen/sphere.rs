@@ -8,7 +8,7 @@ use glam::DVec3;
 use crate::exact::{ExactRay, sphere_numbers};
 use crate::guard::rows::{CHORD, LEAST_WIDTHS};
 use crate::guard::{self, Guard, InputError, ROOM, length_bound, length_bounds, steps};
-use crate::num::{Float, Mask, Real, V3};
+use crate::num::{Float, Mask, Real, V3, exponent_of, power_of_two};
 use crate::scene::Sphere;
 
 record! {
@@ -67,7 +67,7 @@ record! {
 
 /// Part of a distance that a sphere's surface is closer than to the eye, where its size hides its distance. No bound: it
 /// weighs a quotient against a slack.
-const CLOSE: f64 = 1.0 / 512.0;
+const CLOSE: f64 = 1.0 / 32.0;
 
 /// Part of `r²` that `r² − m` is at least. No bound: it weighs the rays at the silhouette that are left open
 /// against an error that grows towards it.
@@ -179,7 +179,7 @@ impl SphereSeen<f64> {
         let k = k_of(center, sphere, eye.reference);
         let l = length_bound(center) + eye.spread;
         let size = l.max(r);
-        if F::UNIT >= f32::UNIT && size > F::FARTHEST && size < f64::FARTHEST {
+        if size > F::FARTHEST && center.is_finite() {
             return SphereSeen::far::<F>(center, r, k, eye);
         }
         let input = eye.reach.widen(eye.input, l, eye.unit);
@@ -190,15 +190,18 @@ impl SphereSeen<f64> {
     ///
     /// Let `g < 1`. A ray from `o` meets the sphere with the center `o + g(c − o)` and the radius `g·r` at `g·t`, if it meets the one
     /// with `c` and `r` at `t`. So it misses both or none, and the smaller sphere is not farther away. Its center is `g·c` but for
-    /// `(1 − g)·o`, which is less than the eye's spread. The upper bound of `t` is beyond everything.
+    /// `(1 − g)·o`, which is less than the eye's spread. The upper bound of `t` is beyond everything. Here `g` is a power of two, and
+    /// no number of the smaller sphere is larger than a quarter of the range.
     fn far<F: Float>(center: DVec3, r: f64, k: (f64, f64), eye: &Eye) -> SphereSeen<f64> {
-        let factor = 0.25 * F::FARTHEST / (length_bound(center) + eye.spread).max(r);
+        let largest = center.abs().max(DVec3::splat(eye.spread.max(r)));
+        let factor =
+            power_of_two(exponent_of(DVec3::splat(F::FARTHEST)) - 3 - exponent_of(largest));
         let (near, r) = (center * factor, r * factor);
         // Any larger bound will do; one of 0 would make the errors below infinite.
         let l = (length_bound(near) + eye.spread).max(1.0);
         let InputError { offset, direction } = eye.reach.widen(eye.input, l, eye.unit);
-        // The products and the quotient are rounded in f64: far less than the 1.
-        let moved = (eye.spread + f64::UNIT * r) / (eye.unit * l);
+        // The 1 is more than what underflows.
+        let moved = eye.spread / (eye.unit * l);
         let input = InputError { offset: offset + moved + 1.0, direction };
         let is_outside = 0.0 < k.0;
         let leaf = SphereLeaf::of::<F>(V3(near.to_array()), r, l, is_outside, input, eye);

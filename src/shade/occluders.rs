@@ -129,8 +129,7 @@ impl<'a> Occluders<'a> {
     /// `F`, and their ids.
     pub fn listed_in<F: Float>(prepared: &Prepared, lights: &[LightSource]) -> Vec<(u32, Met<F>)> {
         let reference = prepared.reference;
-        let met = |(id, object)| match F::UNIT >= f32::UNIT && is_beyond(object, reference, lights)
-        {
+        let met = |(id, object)| match is_beyond::<F>(object, reference, lights) {
             true => (id, Met::Beyond),
             false => (id, Met::new(object, reference)),
         };
@@ -246,19 +245,21 @@ fn contacts(prepared: &Prepared, light: DVec3) -> Vec<Contact> {
     contacts
 }
 
-/// Whether no shadow ray in f32 reaches a sphere.
+/// Whether no shadow ray in `F` reaches a sphere.
 ///
-/// A point that f32 knows is less than `2.7·2⁶⁰` from the reference point ([`Float::KNOWN`]), and a light that f32 has a way to is
-/// less than `2⁵⁰` from the point. So shadow rays to points are within `2⁶²`, and the lines of those to suns pass the reference point as
-/// close.
-fn is_beyond(object: Object, reference: DVec3, lights: &[LightSource]) -> bool {
-    /// Twice as far, and more than the rounding of `d` below.
-    const REACH: f64 = (1u64 << 63) as f64;
+/// A point that `F` knows is less than `2.7` times [`Float::FARTHEST`] from the reference point ([`Float::KNOWN`]). So shadow rays to
+/// lamps within `4·FARTHEST` stay within, and the lines of those to suns pass the reference point as close.
+fn is_beyond<F: Float>(object: Object, reference: DVec3, lights: &[LightSource]) -> bool {
     let Object::Sphere(sphere) = object else { return false };
-    let center = sphere.center - reference;
-    let (distance, r) = (length_bound(center), sphere.radius.abs());
+    let (center, r) = (sphere.center - reference, sphere.radius.abs());
+    // In a unit in which squares of lengths are in range.
+    let unit = power_of_two(-exponent_of(center.abs().max(DVec3::splat(r))).max(0));
+    let (center, r) = (center * unit, r * unit);
+    let distance = length_bound(center);
+    let reach = 4.0 * F::FARTHEST;
     let is_out_of_reach = |light: &LightSource| {
         let nearest = match light.origin {
+            shadow::Origin::Point(at) if length_bound(at) > reach => return false,
             shadow::Origin::Point(_) => distance,
             shadow::Origin::Sun(way) => {
                 // Of a line, or of a ray that goes away from the sphere.
@@ -266,9 +267,10 @@ fn is_beyond(object: Object, reference: DVec3, lights: &[LightSource]) -> bool {
                 if center.dot(way) < 0.0 { distance } else { center.cross(way).length() }
             }
         };
-        nearest - r - 1e-12 * (distance + r) > REACH
+        // Twice as far, and more than the rounding of `nearest`.
+        nearest - r - 1e-12 * (distance + r) > 2.0 * reach * unit
     };
-    distance < f64::FARTHEST && lights.iter().all(is_out_of_reach)
+    center.is_finite() && lights.iter().all(is_out_of_reach)
 }
 
 /// Notes the places that it is shown.
@@ -295,4 +297,39 @@ fn side_by_side(some: &[SphereMet<f64>]) -> SphereMet<Lanes<f64, LANES>> {
         (all.r.0[lane], all.place.0[lane]) = (met.r, met.place);
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Sphere;
+
+    #[test]
+    fn only_what_no_shadow_ray_reaches_is_beyond() {
+        let lit_by = |origin| LightSource { origin, contacts: vec![] };
+        let lamp = |x: f64| lit_by(shadow::Origin::Point(DVec3::X * x));
+        // Towards its light, which comes along −x.
+        let sun = || lit_by(shadow::Origin::Sun(-DVec3::X));
+        let is_beyond = |center: DVec3, radius: f64, light: LightSource| {
+            let (sphere, light) = (Sphere { center, radius }, [light]);
+            let object = Object::Sphere(&sphere);
+            [
+                is_beyond::<f32>(object, DVec3::ZERO, &light),
+                is_beyond::<f64>(object, DVec3::ZERO, &light),
+            ]
+        };
+        for x in [1e75, 1e160, 1e200, 1e305] {
+            let center = DVec3::X * x;
+            assert_eq!(is_beyond(center, 1.0, lamp(3.0)), [true; 2], "{x:e}");
+            assert_eq!(is_beyond(center, 0.9 * x, lamp(3.0)), [true; 2], "{x:e}");
+            assert_eq!(is_beyond(center, x, lamp(3.0)), [false; 2], "{x:e}");
+            assert_eq!(is_beyond(center, 1.0, lamp(2.0 * x)), [false; 2], "{x:e}");
+            assert_eq!(is_beyond(center, 1.0, sun()), [false; 2], "{x:e}");
+            assert_eq!(is_beyond(-center, 1.0, sun()), [true; 2], "{x:e}");
+            assert_eq!(is_beyond(DVec3::Y * x, 1.0, sun()), [true; 2], "{x:e}");
+        }
+        assert_eq!(is_beyond(DVec3::X * 1e25, 1.0, lamp(3.0)), [true, false]);
+        assert_eq!(is_beyond(DVec3::X * 1e18, 1.0, lamp(3.0)), [false; 2]);
+        assert_eq!(is_beyond(DVec3::X * f64::INFINITY, 1.0, lamp(3.0)), [false; 2]);
+    }
 }
