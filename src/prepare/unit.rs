@@ -21,9 +21,9 @@ pub struct LengthUnit {
 }
 
 /// A scene keeps world units if the exponent of a typical distance is in this range, and the typical radius is not too small. Not
-/// bounds: f32 has room for more, but devices have boxes up to `2⁴⁰` ([`crate::bvh::REACH`]) and a least slack of `2⁻³⁷`, and a scene
-/// has spheres that are not typical.
-const DISTANCES: std::ops::RangeInclusive<i32> = -14..=36;
+/// bounds: f32 has room for more, but devices have boxes and origins up to `2⁴⁰` ([`crate::bvh::REACH`]) and a least slack of `2⁻³⁷`,
+/// and a scene has spheres and rays that are not typical.
+const DISTANCES: std::ops::RangeInclusive<i32> = -14..=31;
 
 /// Smallest exponent of a typical radius with which a scene keeps world units. Not a bound.
 const SMALLEST_RADIUS: i32 = -30;
@@ -58,7 +58,9 @@ impl LengthUnit {
         let middle = DVec3::from_array([0, 1, 2].map(|axis| median(coordinates(axis))));
         let distance = |&(at, r): &(DVec3, f64)| (at - middle).abs().max_element() + r;
         let exponent = |length: f64| exponent_of(DVec3::splat(length));
-        let far = exponent(median(places.iter().map(distance).collect()));
+        // Distances of 0 are no measure: a plane whose point is in the middle of a single sphere.
+        let distances = places.iter().map(distance).filter(|&distance| distance > 0.0);
+        let far = exponent(median(distances.collect()));
         // A tiny sphere among few is not typical either: of two in the middle, the larger one.
         let near = if radii.is_empty() { far } else { exponent(nth(radii.len() / 2, radii)) };
         if DISTANCES.contains(&far) && near >= SMALLEST_RADIUS {
@@ -150,6 +152,7 @@ impl LengthUnit {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Color;
 
     fn row(size: f64) -> Scene {
         let sphere =
@@ -159,7 +162,7 @@ mod tests {
 
     #[test]
     fn ordinary_scenes_keep_world_units_and_others_come_near_1() {
-        for size in [1e-3, 1.0, 1e6, 1e9] {
+        for size in [1e-3, 1.0, 1e6, 1e8] {
             assert_eq!(LengthUnit::of(&row(size)), LengthUnit::WORLD, "{size:e}");
         }
         for size in [1e-30, 1e-10, 1e12, 1e20] {
@@ -170,6 +173,15 @@ mod tests {
         }
         assert_eq!(LengthUnit::of(&row(1e200)).exponent, LARGEST);
         assert_eq!(LengthUnit::of(&Scene::default()), LengthUnit::WORLD);
+    }
+
+    #[test]
+    fn a_sphere_on_a_plane_chooses_the_unit() {
+        let sphere = Sphere { center: DVec3::Y * 1e16, radius: 1e16 };
+        let mut scene = Scene { spheres: vec![sphere].into(), ..Scene::default() };
+        scene.planes =
+            vec![Plane { name: None, point: DVec3::ZERO, normal: DVec3::Y, color: Color::BLACK }];
+        assert_eq!(LengthUnit::of(&scene).exponent, 53);
     }
 
     /// An outlier does not choose the unit.
