@@ -31,9 +31,10 @@ pub type Pair = [Workload; 2];
 pub type OutlierKind = (&'static str, fn(&mut Rng) -> Pair);
 
 /// All kinds. Pair `n` is of kind `n` modulo their number.
-pub const KINDS: [OutlierKind; 28] = [
+pub const KINDS: [OutlierKind; 29] = [
     ("far sphere out of view", |rng| sphere_out_of_view(rng, [1.0, LARGE])),
     ("farther sphere out of view", |rng| sphere_out_of_view(rng, [LARGE, 30.0])),
+    ("stray sphere out of view", |rng| sphere_out_of_view(rng, [20.0, 300.0])),
     ("far sphere in view", |rng| sphere_in_view(rng, [0.0, LARGE])),
     ("farther sphere in view", |rng| sphere_in_view(rng, [LARGE, 30.0])),
     ("huge sphere as ground", |rng| sphere_as_ground(rng, [2.0, LARGE])),
