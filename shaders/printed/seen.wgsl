@@ -106,10 +106,12 @@ fn sphere_bounds_close(sphere: SphereSeen, ray: Ray) -> Bounds {
     let inside = v <= -sphere.k_error;
     let sum_low = abs(s) + half_inner - sphere.slack;
     let sum_high = abs(s) + half_outer + sphere.slack;
-    let low_k = (abs(v) - sphere.k_error) * ray.inv_a / sum_high * (1.0 - sphere.k_width);
-    let high_k = (abs(v) + sphere.k_error) * ray.inv_a / max(sum_low, sphere.slack)
-        * (1.0 + sphere.k_width);
-    let high_k_2 = select(0x1p100f, high_k, sphere.slack < sum_low);
+    let least_k = max(abs(v) - sphere.k_error, 0.0) * ray.inv_a;
+    let most_k = (abs(v) + sphere.k_error) * ray.inv_a;
+    let low_k = least_k / max(sum_high, least_k * 0x1p-100f) * (1.0 - sphere.k_width);
+    let least_sum = max(sphere.slack, most_k * 0x1p-100f);
+    let high_k = most_k / max(sum_low, least_sum) * (1.0 + sphere.k_width);
+    let high_k_2 = select(0x1p100f, high_k, least_sum < sum_low);
     let low = select(max(far_low, low_k), max(near_low, low_k), outside);
     let from_inside = select(far_high, min(far_high, high_k_2), s < 0.0);
     let high = select(from_inside, min(near_high, high_k_2), outside);

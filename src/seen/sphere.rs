@@ -395,10 +395,14 @@ impl<R: Real> Visible<R> {
         let (outside, inside) = (seen.k_error.lt(k), k.le(-seen.k_error));
         let sum_low = (s.abs() + half_inner) - seen.slack;
         let sum_high = (s.abs() + half_outer) + seen.slack;
-        let low_k = ((k.abs() - seen.k_error) * ray.inv_a) / sum_high * (one - seen.k_width);
-        let high_k =
-            ((k.abs() + seen.k_error) * ray.inv_a) / sum_low.max(seen.slack) * (one + seen.k_width);
-        let high_k = R::select(seen.slack.lt(sum_low), high_k, beyond);
+        // A visible root is positive. No quotient is larger than the bound beyond which nothing is known.
+        let least_k = (k.abs() - seen.k_error).max(zero) * ray.inv_a;
+        let most_k = (k.abs() + seen.k_error) * ray.inv_a;
+        let per_beyond = R::lit(1.0 / R::One::BEYOND);
+        let low_k = least_k / sum_high.max(least_k * per_beyond) * (one - seen.k_width);
+        let least_sum = seen.slack.max(most_k * per_beyond);
+        let high_k = most_k / sum_low.max(least_sum) * (one + seen.k_width);
+        let high_k = R::select(least_sum.lt(sum_low), high_k, beyond);
         // From outside both roots have the sign of s; from inside the far one alone is positive.
         let low = R::select(outside, near.low.max(low_k), far.low.max(low_k));
         let from_inside = R::select(s.lt(zero), far.high.min(high_k), far.high);
