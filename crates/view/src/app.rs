@@ -26,7 +26,6 @@ use super::notice::Notice;
 use super::panels;
 use super::picture::{self, DrawnFrame, Order};
 use super::present;
-use super::recent::{add_recent, recent};
 use super::reload::watch;
 use super::save::{Save, Saving, free_name};
 use super::state::{Command, Explained, State};
@@ -58,8 +57,6 @@ pub struct Options {
     pub size: Option<[u32; 2]>,
     /// The language of explanations.
     pub lang: Lang,
-    /// The file that keeps which scenes were opened last; none are kept where it is `None`.
-    pub recent: Option<PathBuf>,
     /// Cancelling it closes the window.
     pub control: Arc<Control>,
     /// Gives the device up after so many frames, as if it had been lost: for tests.
@@ -353,7 +350,6 @@ impl<'a> App<'a> {
             None => ("the CPU", false),
         };
         (self.notify)(&Notice::Opened { adapter, software });
-        self.remember();
     }
 
     fn title(&self) -> String {
@@ -419,7 +415,6 @@ impl<'a> App<'a> {
                 self.state.open(path, scene);
                 let title = ViewportCommand::Title(self.title());
                 self.teller.context.send_viewport_cmd(title);
-                self.remember();
             }
             Event::Opened((path, Err(error))) => {
                 let error = self.wrong(error);
@@ -467,17 +462,6 @@ impl<'a> App<'a> {
         match Save::start(saving, path, self.teller.of(Event::Saved)) {
             Ok(save) => saves.push(save),
             Err(error) => self.state.tell(format!("The picture can't be saved: {error}")),
-        }
-    }
-
-    /// Looks up which files were opened before the scene, and keeps that it was.
-    fn remember(&mut self) {
-        let Some(list) = &self.options.recent else { return };
-        let path = &self.state.path;
-        self.state.recent = recent(list, path);
-        if let Err(error) = add_recent(list, path, &self.state.recent) {
-            let message = format!("Recent files can't be kept: {error}");
-            (self.notify)(&Notice::Trouble { message: &message });
         }
     }
 

@@ -3,7 +3,6 @@
 use eframe::egui;
 use egui::{Button, Ui};
 use kugelblitz::device::Device;
-use kugelblitz::plain::Shown;
 use kugelblitz::scene::Samples;
 use kugelblitz::trace::Kernel;
 use kugelblitz_judge::show::Show;
@@ -40,10 +39,10 @@ pub fn bar(ui: &mut Ui, state: &mut State) {
                 ui.selectable_value(&mut state.n_samples, n, samples_text(n));
             }
         });
-        ui.menu_button("file", |ui| file_menu(ui, state));
         ui.menu_button("camera", |ui| camera_menu(ui, state));
-        let themes = egui::widgets::global_theme_preference_buttons;
-        ui.menu_button("theme", themes).response.on_hover_text("Light or dark (T)");
+        if ui.button("save").on_hover_text("Save what is shown (Ctrl+S)").clicked() {
+            state.commands.push(Command::Save);
+        }
         if ui.add(toggle("help", state.has_help)).on_hover_text("All controls (H)").clicked() {
             state.has_help = !state.has_help;
         }
@@ -72,51 +71,24 @@ fn samples_text(samples: Samples) -> String {
     format!("{0} × {0}", samples.across())
 }
 
-fn item(ui: &mut Ui, name: &str, key: &str, is_there: bool) -> bool {
-    let button = Button::new(name).shortcut_text(key);
-    ui.add_enabled(is_there, button).clicked()
-}
-
-fn file_menu(ui: &mut Ui, state: &mut State) {
-    if item(ui, "the scene before", "Ctrl+O", !state.recent.is_empty()) {
-        state.open_previous();
-    }
-    if item(ui, "save what is shown", "Ctrl+S", true) {
-        state.commands.push(Command::Save);
-    }
-    if !state.recent.is_empty() {
-        ui.separator();
-        ui.weak("recent");
-    }
-    for path in &state.recent {
-        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        if ui.button(name).on_hover_text(path.shown()).clicked() {
-            state.commands.push(Command::Open(path.clone()));
-        }
-    }
+fn item(ui: &mut Ui, name: &str, key: &str) -> bool {
+    ui.add(Button::new(name).shortcut_text(key)).clicked()
 }
 
 fn camera_menu(ui: &mut Ui, state: &mut State) {
-    if item(ui, "frame everything", "F", true) {
+    if item(ui, "frame everything", "F") {
         state.frame_everything();
     }
     for (i, (name, to_eye)) in SIDES.into_iter().enumerate() {
-        if item(ui, &format!("from {name}"), &(i + 1).to_string(), true) {
+        if item(ui, &format!("from {name}"), &(i + 1).to_string()) {
             state.look_from(to_eye);
         }
     }
-    if item(ui, "the file's camera", "R", true) {
-        state.go_home();
+    if item(ui, "the file's camera", "R") {
+        state.take_file_camera();
     }
     ui.separator();
-    if item(ui, "undo", "Ctrl+Z", state.history.has_undo(&state.rig)) {
-        state.undo();
-    }
-    if item(ui, "redo", "Ctrl+Shift+Z", state.history.has_redo(&state.rig)) {
-        state.redo();
-    }
-    ui.separator();
-    if item(ui, "copy and print as TOML", "P", true) {
+    if item(ui, "copy and print as TOML", "P") {
         state.commands.push(Command::PrintCamera);
     }
 }

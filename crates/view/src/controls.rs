@@ -1,18 +1,16 @@
 //! Mouse and keyboard → camera and state.
 
-use std::time::Duration;
-
 use eframe::egui;
 use egui::{
     Align2, Color32, CursorIcon, Event, Key, MouseWheelUnit, PointerButton, Rect, Response, Sense,
-    Theme, Ui, ViewportCommand, pos2,
+    Ui, ViewportCommand, pos2,
 };
 use glam::{DVec2, DVec3, Vec2};
 use kugelblitz_judge::show::Show;
 
 use super::overlay;
 use super::rig::SIDES;
-use super::state::{Area, Command, PAUSE, State};
+use super::state::{Area, Command, State};
 
 /// Orbiting by a drag over the whole height of the picture, radians.
 const ORBIT_OF_HEIGHT: f64 = std::f64::consts::PI;
@@ -50,13 +48,9 @@ pub fn keys(ui: &Ui, state: &mut State) {
         match key {
             _ if !modifiers.command => {
                 state.flying.push(key);
-                press(ui, key, modifiers.shift, state);
+                press(key, modifiers.shift, state);
             }
             Key::S => state.commands.push(Command::Save),
-            Key::O => state.open_previous(),
-            Key::Z if modifiers.shift => state.redo(),
-            Key::Y => state.redo(),
-            Key::Z => state.undo(),
             Key::Q => ui.ctx().send_viewport_cmd(ViewportCommand::Close),
             _ => {}
         }
@@ -65,7 +59,7 @@ pub fn keys(ui: &Ui, state: &mut State) {
     state.flying.retain(|&key| ui.input(|input| input.key_down(key)));
 }
 
-fn press(ui: &Ui, key: Key, shift: bool, state: &mut State) {
+fn press(key: Key, shift: bool, state: &mut State) {
     // `1` is the first side, and `F1` the first of what can be shown.
     let number = |name: &str| name.parse::<usize>().ok()?.checked_sub(1);
     if let Some((_, to_eye)) = number(key.name()).and_then(|i| SIDES.get(i)) {
@@ -77,7 +71,7 @@ fn press(ui: &Ui, key: Key, shift: bool, state: &mut State) {
     }
     match key {
         Key::F => state.frame_everything(),
-        Key::R => state.go_home(),
+        Key::R => state.take_file_camera(),
         Key::P => state.commands.push(Command::PrintCamera),
         Key::K => {
             let place = usize::from(!(shift && state.compares));
@@ -87,7 +81,6 @@ fn press(ui: &Ui, key: Key, shift: bool, state: &mut State) {
         Key::V => state.show = state.show.step(!shift),
         Key::L => state.has_light = !state.has_light,
         Key::N => state.step_samples(!shift),
-        Key::T => ui.ctx().set_theme(Theme::from_dark_mode(!ui.visuals().dark_mode)),
         Key::O => state.has_panels = !state.has_panels,
         Key::H | Key::Questionmark => state.has_help = !state.has_help,
         Key::Escape if state.has_help => state.has_help = false,
@@ -130,20 +123,10 @@ pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State) {
     if let Some(divider) = divider {
         draw_divider(ui, rect, state, divider.dragged() || divider.hovered());
     }
-    // A drag that rests on its way is one step.
-    if ui.input(|input| !input.pointer.any_down() && input.keys_down.is_empty()) {
-        state.history.feed_state(ui.input(|input| input.time), &state.rig);
-        if state.history.is_in_flux() {
-            ui.ctx().request_repaint_after(Duration::from_secs_f32(PAUSE));
-        }
-    }
 }
 
 fn mouse(ui: &Ui, response: &Response, state: &mut State) {
     state.pointed = None;
-    if response.drag_started() {
-        state.history.add_undo(&state.rig);
-    }
     state.is_moving |= response.dragged();
     drag(ui, response, state);
     let Some(at) = response.hover_pos() else {

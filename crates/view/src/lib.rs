@@ -12,7 +12,7 @@
 //! | `present` | pictures → pixels of the window |
 //! | `worker` | a thread that does the newest of its jobs |
 //! | `picture`, `ask`, `save` | such jobs, each with a [`Session`](kugelblitz::Session) |
-//! | `reload`, `recent` | watching the scene file, and the files of before |
+//! | `reload` | watching the scene file |
 //! | `notice` | what the program is told |
 //!
 //! The event loop never waits for tracing. Every picture comes from a `Session` on a thread of its own: first the colours
@@ -29,7 +29,6 @@ mod overlay;
 mod panels;
 mod picture;
 mod present;
-mod recent;
 mod reload;
 mod rig;
 mod save;

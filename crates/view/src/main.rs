@@ -1,7 +1,5 @@
 //! The program `kugelblitz-view`, which `kugelblitz view` becomes: the window and its command line.
 
-use std::env;
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -74,7 +72,6 @@ fn open(args: &ViewArgs, run: &Run) -> Result<()> {
         kernel: args.kernel.kernel,
         size,
         lang: args.lang.lang,
-        recent: recent_list(),
         control: Arc::clone(&run.control),
         lose_device_after: args.lose_device_after,
     };
@@ -103,18 +100,6 @@ fn open(args: &ViewArgs, run: &Run) -> Result<()> {
 fn pick_device(choice: &DeviceChoice, kernel: Kernel, scene: &Scene) -> Option<String> {
     let is_quicker = scene.spheres.len() > FEW_SPHERES || kernel == Kernel::Double;
     choice.adapter().filter(|_| !(choice.is_free() && is_quicker && has_software_alone()))
-}
-
-/// The file that keeps the scenes opened last: in the XDG folder for state, on Windows in that for local
-/// data.
-fn recent_list() -> Option<PathBuf> {
-    let folder = |name| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    let state = if cfg!(windows) {
-        folder("LOCALAPPDATA")
-    } else {
-        folder("XDG_STATE_HOME").or_else(|| folder("HOME").map(|home| home.join(".local/state")))
-    };
-    state.map(|state| state.join("kugelblitz").join("recent"))
 }
 
 /// Data to standard output, talk to standard error.

@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 
 use eframe::egui;
 use eframe::egui_wgpu::Callback;
-use egui::util::undoer::{Settings, Undoer};
 use egui::{Color32, Painter, Pos2, Rect, pos2};
 use glam::{DVec2, DVec3, Vec2};
 use kugelblitz::Result;
@@ -21,12 +20,6 @@ use super::ask::{Answer, Question, Why};
 use super::picture::{DrawnFrame, Order};
 use super::present::Presented;
 use super::rig::{Rig, bounding_sphere};
-
-/// A movement of the camera ends where it rests this long, seconds.
-pub const PAUSE: f32 = 0.6;
-
-/// Most steps of the camera that are kept.
-const MOST_STEPS: usize = 200;
 
 /// How long a message is shown, and how much longer for each letter.
 const MESSAGE_TIME: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(50)];
@@ -120,8 +113,6 @@ pub struct State {
     /// What the user wants and nobody has carried out yet.
     pub commands: Vec<Command>,
     pub rig: Rig,
-    /// Where it was.
-    pub history: Undoer<Rig>,
     /// The hand moves the camera.
     pub is_moving: bool,
     /// Left and right; the right one is shown where only one is.
@@ -138,8 +129,6 @@ pub struct State {
     pub flying: Vec<egui::Key>,
     pub has_panels: bool,
     pub has_help: bool,
-    /// The files that were opened before this one, the newest first.
-    pub recent: Vec<PathBuf>,
     /// Where the picture is.
     pub area: Area,
     /// Traces all that is shown and asked for.
@@ -172,7 +161,6 @@ impl State {
         Ok(State {
             path,
             extent: bounding_sphere(&scene),
-            history: history(&rig),
             is_moving: false,
             commands: Vec::new(),
             rig,
@@ -187,7 +175,6 @@ impl State {
             flying: Vec::new(),
             has_panels: true,
             has_help: false,
-            recent: Vec::new(),
             area: Area::default(),
             device,
             frame: None,
@@ -223,20 +210,14 @@ impl State {
         self.reload(scene);
         self.n_samples = self.scene.samples.unwrap_or_default();
         self.take_file_camera();
-        self.history = history(&self.rig);
         (self.path, self.explained) = (path, None);
     }
 
     /// Takes the camera of the scene file.
-    fn take_file_camera(&mut self) {
+    pub fn take_file_camera(&mut self) {
         if let Some(camera) = &self.scene.camera {
             self.rig = Rig::new(camera);
         }
-    }
-
-    /// Orders the scene that was opened before this one.
-    pub fn open_previous(&mut self) {
-        self.commands.extend(self.recent.first().cloned().map(Command::Open));
     }
 
     /// The kernels that are shown, from left to right.
@@ -315,43 +296,14 @@ impl State {
         self.frame.as_ref().filter(|frame| frame.order.serial == self.asked())
     }
 
-    /// Begins a step of the camera's history that is not part of the one before.
-    fn step_camera(&mut self) {
-        self.history.add_undo(&self.rig);
-    }
-
-    /// Back to the file's camera.
-    pub fn go_home(&mut self) {
-        self.step_camera();
-        self.take_file_camera();
-    }
-
     /// Looks at everything from where it looks now.
     pub fn frame_everything(&mut self) {
-        self.step_camera();
         self.rig.frame(self.extent, self.aspect());
     }
 
     /// Looks at everything from the side of a unit vector.
     pub fn look_from(&mut self, to_eye: DVec3) {
-        self.step_camera();
         self.rig.look_from(to_eye, self.extent, self.aspect());
-    }
-
-    /// Takes the camera's last step back.
-    pub fn undo(&mut self) {
-        match self.history.undo(&self.rig) {
-            Some(rig) => self.rig = rig.clone(),
-            None => self.tell("The camera has not moved yet"),
-        }
-    }
-
-    /// Takes a step that was undone again.
-    pub fn redo(&mut self) {
-        match self.history.redo(&self.rig) {
-            Some(rig) => self.rig = rig.clone(),
-            None => self.tell("No step of the camera was undone"),
-        }
     }
 
     /// Shows two kernels, or one again. Two of a kind would show nothing.
@@ -454,15 +406,6 @@ impl State {
     }
 }
 
-/// The history of a camera that begins here.
-fn history(rig: &Rig) -> Undoer<Rig> {
-    let (stable_time, auto_save_interval) = (PAUSE, f32::INFINITY);
-    let settings = Settings { max_undos: MOST_STEPS, stable_time, auto_save_interval };
-    let mut history = Undoer::with_settings(settings);
-    history.add_undo(rig);
-    history
-}
-
 fn without_light(scene: &Arc<Scene>) -> Arc<Scene> {
     if !scene.is_lit() {
         return Arc::clone(scene);
@@ -547,34 +490,12 @@ mod tests {
     #[test]
     fn another_scene_begins_with_its_own_camera() {
         let mut state = state();
-        state.go_home();
         state.look_from(DVec3::Z);
         let scene = lit(&LIT.replace("samples = 3", "samples = 2"));
         state.open("other.toml".into(), Arc::clone(&scene));
         let home = Rig::new(scene.camera.as_ref().unwrap());
         assert_eq!((&state.rig, state.n_samples), (&home, Samples::nearest(2)));
         assert!(Arc::ptr_eq(&state.scene, &scene));
-        assert!(!state.history.has_undo(&state.rig) && !state.history.has_redo(&state.rig));
-    }
-
-    #[test]
-    fn the_camera_goes_back_step_by_step() {
-        let mut state = state();
-        let home = state.rig.clone();
-        state.look_from(DVec3::X);
-        let along = state.rig.clone();
-        // It does so already: no step.
-        state.frame_everything();
-        state.go_home();
-        state.undo();
-        assert_eq!(state.rig, along);
-        state.undo();
-        assert_eq!(state.rig, home);
-        state.undo();
-        assert!(state.message().unwrap().0.contains("not moved"));
-        state.redo();
-        assert_eq!(state.rig, along);
-        state.look_from(DVec3::NEG_Y);
     }
 
     #[test]

@@ -18,19 +18,18 @@ use tempfile::TempDir;
 use x11rb::connection::Connection;
 use x11rb::protocol::Event as XEvent;
 use x11rb::protocol::xproto::{
-    AtomEnum, ClientMessageEvent, ConnectionExt, CreateWindowAux, EventMask, ImageFormat, Window,
+    Atom, AtomEnum, ClientMessageEvent, ConnectionExt, CreateWindowAux, EventMask, ImageFormat,
+    PropMode, SELECTION_NOTIFY_EVENT, SelectionNotifyEvent, SelectionRequestEvent, Window,
     WindowClass,
 };
 use x11rb::rust_connection::RustConnection;
+use x11rb::wrapper::ConnectionExt as _;
 
 /// Longer than this, nothing takes on any machine.
 const PATIENCE: Duration = Duration::from_secs(90);
 
 /// Between two looks at the screen.
 const LOOK: Duration = Duration::from_millis(30);
-
-/// The folder for what the program keeps from one window to the next.
-pub const STATE: &str = "state";
 
 /// Where the window's standard error goes.
 const STDERR: &str = "stderr.txt";
@@ -60,7 +59,6 @@ pub fn program(display: &str, folder: &Path) -> Command {
         .arg(kugelblitz())
         .current_dir(folder)
         .env("DISPLAY", display)
-        .env("XDG_STATE_HOME", folder.join(STATE))
         .env_remove("WAYLAND_DISPLAY")
         .env_remove("WAYLAND_SOCKET")
         // Without it, Mesa has something to say.
@@ -327,20 +325,11 @@ pub struct Seen {
 impl Seen {
     /// Opens a scene and waits until its picture is there.
     pub fn open(desk: &Desk, scene: &Path, args: &[&str]) -> Seen {
-        Seen::open_with(desk, scene, args, |command| command)
-    }
-
-    pub fn open_with(
-        desk: &Desk,
-        scene: &Path,
-        args: &[&str],
-        prepare: impl Fn(&mut Command) -> &mut Command,
-    ) -> Seen {
         let folder = tempfile::tempdir().unwrap();
         let mut command = desk.program(folder.path());
         command.arg("view").arg(scene).args(args).arg("--log-events").stdout(Stdio::piped());
         command.stderr(fs::File::create(folder.path().join(STDERR)).unwrap());
-        let mut child = prepare(&mut command).spawn().unwrap();
+        let mut child = command.spawn().unwrap();
         let lines = BufReader::new(child.stdout.take().unwrap()).lines();
         let (say, events) = channel();
         std::thread::spawn(move || {
@@ -535,10 +524,7 @@ impl Seen {
 
     /// The pixels of the window where the picture is.
     pub fn image(&self) -> Image {
-        self.grab(self.area())
-    }
-
-    fn grab(&self, [left, top, width, height]: [u32; 4]) -> Image {
+        let [left, top, width, height] = self.area();
         let all = u32::MAX;
         let [x, y] = [left, top].map(|px| px as i16);
         let [w, h] = [width, height].map(|px| px as u16);
@@ -546,11 +532,6 @@ impl Seen {
         let reply = request.unwrap().reply().unwrap();
         let pixels = reply.data.chunks_exact(4).map(|bgrx| [bgrx[2], bgrx[1], bgrx[0]]).collect();
         Image { width, pixels }
-    }
-
-    /// A pixel of the bar above the picture, where nothing is written.
-    pub fn bar_color(&self) -> [u8; 3] {
-        self.grab([3, 3, 1, 1]).at(0, 0)
     }
 
     /// Looks at the window until it is as `is_it` wants.
@@ -596,18 +577,62 @@ impl Seen {
         }
     }
 
-    /// The text in the clipboard.
-    pub fn clipboard(&self) -> String {
-        let x = &self.x;
+    fn atom(&self, name: &str) -> Atom {
+        self.x.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom
+    }
+
+    /// Creates an invisible window, which takes part in what programs exchange.
+    fn helper_window(&self) -> Window {
+        let (x, window) = (&self.x, self.x.generate_id().unwrap());
         let root = x.setup().roots[0].root;
-        let window = x.generate_id().unwrap();
         let depth = x11rb::COPY_DEPTH_FROM_PARENT;
         let aux = CreateWindowAux::new().event_mask(EventMask::PROPERTY_CHANGE);
         let class = WindowClass::INPUT_OUTPUT;
         x.create_window(depth, window, root, 0, 0, 1, 1, 0, class, 0, &aux).unwrap();
-        let atom =
-            |name: &str| x.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom;
-        let (selection, target) = (atom("CLIPBOARD"), atom("UTF8_STRING"));
+        window
+    }
+
+    fn send_message(&self, kind: &str, data: [u32; 5]) {
+        let message = ClientMessageEvent::new(32, self.window, self.atom(kind), data);
+        self.x.send_event(false, self.window, EventMask::NO_EVENT, message).unwrap();
+        self.x.flush().unwrap();
+    }
+
+    /// Drops a file on the window as a file manager does, by version 5 of the protocol XDND.
+    pub fn drop_file(&self, path: &Path) {
+        const VERSION: u32 = 5;
+        let (x, source, time) = (&self.x, self.helper_window(), x11rb::CURRENT_TIME);
+        let (selection, list) = (self.atom("XdndSelection"), self.atom("text/uri-list"));
+        x.set_selection_owner(source, selection, time).unwrap();
+        self.send_message("XdndEnter", [source, VERSION << 24, list, 0, 0]);
+        self.send_message("XdndPosition", [source, 0, 0, time, self.atom("XdndActionCopy")]);
+        // The window asks for the path while the file is over it.
+        let request = loop {
+            if let XEvent::SelectionRequest(request) = x.wait_for_event().unwrap() {
+                break request;
+            }
+        };
+        let SelectionRequestEvent { requestor, target, property, .. } = request;
+        let text = format!("file://{}\r\n", path.display());
+        x.change_property8(PropMode::REPLACE, requestor, property, target, text.as_bytes())
+            .unwrap();
+        let answer = SelectionNotifyEvent {
+            response_type: SELECTION_NOTIFY_EVENT,
+            sequence: 0,
+            time,
+            requestor,
+            selection,
+            target,
+            property,
+        };
+        x.send_event(false, requestor, EventMask::NO_EVENT, answer).unwrap();
+        self.send_message("XdndDrop", [source, 0, time, 0, 0]);
+    }
+
+    /// The text in the clipboard.
+    pub fn clipboard(&self) -> String {
+        let (x, window) = (&self.x, self.helper_window());
+        let (selection, target) = (self.atom("CLIPBOARD"), self.atom("UTF8_STRING"));
         let end = Instant::now() + PATIENCE;
         while Instant::now() < end {
             let time = x11rb::CURRENT_TIME;
@@ -635,12 +660,7 @@ impl Seen {
 
     /// Sends what a click on the window's close button does.
     pub fn close(mut self) {
-        let atom =
-            |name: &str| self.x.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom;
-        let (protocols, delete) = (atom("WM_PROTOCOLS"), atom("WM_DELETE_WINDOW"));
-        let message = ClientMessageEvent::new(32, self.window, protocols, [delete, 0, 0, 0, 0]);
-        self.x.send_event(false, self.window, EventMask::NO_EVENT, message).unwrap();
-        self.x.flush().unwrap();
+        self.send_message("WM_PROTOCOLS", [self.atom("WM_DELETE_WINDOW"), 0, 0, 0, 0]);
         self.assert_ended();
     }
 
