@@ -7,7 +7,10 @@ use tempfile::TempDir;
 
 use super::{Desk, Seen, scene};
 
-/// Most growth of the memory of a window for some rounds more, MiB: what allocators keep grows a little with each. A picture that
+/// Rounds after which the memory of a window has stopped growing.
+const ROUNDS: usize = 20;
+
+/// Most growth of the memory of a window over as many rounds more, MiB: what allocators keep grows a little with each. A picture that
 /// each resize left behind would be 40.
 const MOST_GROWTH_OF_ROUNDS: f64 = 30.0;
 
@@ -66,11 +69,11 @@ impl Usage {
 
 /// Everything that takes memory, several times over, from all kernels and painted modes to resizing
 /// and reloading: use takes a known amount, and more use no more.
-pub fn work_through(rounds: usize) {
+pub fn work_through() {
     let mut usage = Usage::begin();
     let first = usage.seen.memory();
     let mut memory = Vec::new();
-    for round in 0..2 * rounds {
+    for round in 0..2 * ROUNDS {
         let seen = &mut usage.seen;
         for _ in 0..4 {
             for (key, show) in [("F2", "depth"), ("F3", "normal"), ("F1", "colour")] {
@@ -97,12 +100,12 @@ pub fn work_through(rounds: usize) {
     println!("memory: {first:.1}, then {memory:.1?} MiB");
     // Of the most that each half took: a single round may just have given some back.
     let most = |some: &[f64]| some.iter().copied().fold(0.0, f64::max);
-    let growth = most(&memory[rounds..]) - most(&memory[..rounds]);
+    let growth = most(&memory[ROUNDS..]) - most(&memory[..ROUNDS]);
     assert!(
         growth < MOST_GROWTH_OF_ROUNDS,
-        "{rounds} more rounds took {growth:.1} MiB: {memory:.1?}"
+        "{ROUNDS} more rounds took {growth:.1} MiB: {memory:.1?}"
     );
-    let in_use = memory[2 * rounds - 1] - first;
+    let in_use = memory[2 * ROUNDS - 1] - first;
     assert!(in_use < MOST_IN_USE, "use took {in_use:.1} MiB: {first:.1}, then {memory:.1?}");
     usage.seen.quit();
 }
