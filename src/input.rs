@@ -8,9 +8,8 @@ use crate::error::{Error, Result};
 use crate::memory;
 use crate::plain::Shown;
 
-/// Most bytes of an input that is read as a whole: of any text, a scene, a camera's path or a report for
-/// one, and of what tells no length beforehand, such as a pipe. What has a length and is no text may be as
-/// large as the memory.
+/// Maximum number of bytes of an input that is read as a whole: of any text, such as a scene or a report, and of input
+/// of unknown length, such as a pipe. Input of known length that is not text may be as large as the memory.
 pub const MAX_BYTES: u64 = 64 << 20;
 
 /// Longest line of a text that is read line by line, bytes.
@@ -70,22 +69,6 @@ fn read(path: &Path, most: impl Fn(u64) -> u64, what: &str, advice: &str) -> Res
     }
 }
 
-/// Refuses a text with a longer line than [`MAX_LINE_BYTES`].
-///
-/// # Errors
-/// [`Error::Input`] with the number of the line.
-pub fn check_lines(text: &str, path: &Path) -> Result<()> {
-    let Some(long) = text.lines().position(|line| line.len() as u64 > MAX_LINE_BYTES) else {
-        return Ok(());
-    };
-    let message = format!(
-        "line {}: the line is longer than {} MiB; is it another file?",
-        long + 1,
-        MAX_LINE_BYTES >> 20
-    );
-    Err(Error::Input { path: path.to_owned(), message })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -106,16 +89,5 @@ mod tests {
         std::fs::write(&path, b"a\nb\xff").unwrap();
         let error = read_text(&path, "a text", "give less").unwrap_err().to_string();
         assert!(error.contains("line 2: not UTF-8"), "{error}");
-    }
-
-    #[test]
-    fn a_long_line_is_told_by_its_number() {
-        let line = "a".repeat(MAX_LINE_BYTES as usize);
-        assert!(check_lines(&format!("{line}\n{line}"), "x".as_ref()).is_ok());
-        let error = check_lines(&format!("1\r\n{line}a\n"), "x".as_ref()).unwrap_err();
-        assert!(
-            error.to_string().starts_with("x: line 2: the line is longer than 1 MiB"),
-            "{error}"
-        );
     }
 }

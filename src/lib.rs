@@ -96,7 +96,7 @@
 //! | `system` | what kinds of systems do differently |
 //! | [`parallel`] | work in parts, on all threads |
 //! | [`picture`] | PNG, EXR, PPM and NPY, written and read; what a picture says of itself; files of rays and of what they hit |
-//! | [`frames`] | the cameras and the files of a film |
+//! | [`frames`] | cameras and file names of a turntable film |
 //! | [`digest`] | one hash of a picture, the same on every device |
 //! | [`plain`] | text of others, made fit to be shown |
 //! | [`random`] | seeded random numbers |

@@ -143,7 +143,7 @@ pub struct SceneArgs {
     pub picture: picture::PictureArgs,
 }
 
-/// Render a picture, or a film of several, of a scene or straight from data
+/// Render a picture or a turntable film, of a scene or straight from data
 ///
 /// Where there is no camera, one is placed so that it frames all spheres. Data are lit from the eye and
 /// by a sky.
@@ -181,7 +181,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "WHAT", default_value = Show::Color.name(), value_parser = parser_of(Show::ALL, name_of_show))]
     pub show: Show,
     /// Trace N times more and add their times to --json as `ms_runs`
-    #[arg(long, value_name = "N", requires = "json", conflicts_with = "film")]
+    #[arg(long, value_name = "N", requires = "json", conflicts_with = "turntable")]
     pub repeat: Option<u32>,
     #[command(flatten)]
     pub kernel: KernelArgs,

@@ -1,16 +1,14 @@
 //! `kugelblitz render` of several frames.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use clap::{Args, value_parser};
 use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::cost::ObjectCounts;
-use kugelblitz::frames::{
-    MAX_FRAMES, check_reach, file_of_frame, pattern_of_files, read_path, turntable,
-};
+use kugelblitz::frames::{MAX_FRAMES, check_reach, file_of_frame, pattern_of_files, turntable};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::Format;
 use kugelblitz::plain::Shown;
@@ -30,29 +28,21 @@ use crate::{Run, wrong_usage};
 #[derive(Args)]
 #[command(next_help_heading = "Films: OUT-0001.png, OUT-0002.png, …")]
 pub struct FilmArgs {
-    /// N frames, once around what the camera looks at
-    #[arg(
-        long,
-        value_name = "N",
-        value_parser = value_parser!(u32).range(1..=i64::from(MAX_FRAMES)),
-        group = "film"
-    )]
+    /// N frames of a camera that moves once around the point it looks at
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_FRAMES)))]
     pub turntable: Option<u32>,
-    /// A frame for each line: columns x, y, z, and any of look_at_x, …, up_x, …, fov or height
-    #[arg(long, value_name = "PATH.csv", group = "film")]
-    pub camera_path: Option<PathBuf>,
     /// Only these frames, from 1: 10-20, 10-, or 10
-    #[arg(long, value_name = "A-B", value_parser = parse_frames, requires = "film")]
+    #[arg(long, value_name = "A-B", value_parser = parse_frames, requires = "turntable")]
     pub frames: Option<[u32; 2]>,
-    /// Skip frames whose file is there: files appear whole or not at all
-    #[arg(long, requires = "film")]
+    /// Skip frames whose file exists, whatever it shows
+    #[arg(long, requires = "turntable")]
     pub resume: bool,
 }
 
 impl FilmArgs {
     /// True where they ask for a film.
     pub fn is_film(&self) -> bool {
-        self.turntable.is_some() || self.camera_path.is_some()
+        self.turntable.is_some()
     }
 
     /// Pictures around the scene, all of which are to see everything.
@@ -105,13 +95,9 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         );
     }
     let camera = begun.scene.require_camera(&args.scene)?;
-    let cameras = match &args.film.camera_path {
-        Some(path) => read_path(path, camera)?,
-        None => turntable(camera, args.film.n_turns()),
-    };
+    let n_frames = args.film.n_turns();
+    let cameras = turntable(camera, n_frames);
     check_reach(&cameras, &begun.scene)?;
-    // Not more than `MAX_FRAMES`.
-    let n_frames = cameras.len() as u32;
     let [first, last] = args.film.frames.unwrap_or([1, n_frames]);
     if first > n_frames {
         return wrong_usage(format!(

@@ -191,8 +191,7 @@ impl Begun {
     /// [`Error::Usage`]
     pub fn refuse_overwriting(&self, args: &RenderArgs, output: &Path) -> Result<()> {
         let outputs = [output].into_iter().chain(self.beside.iter().map(OutputFile::path));
-        let inputs = [&args.scene].into_iter().chain(&args.film.camera_path);
-        refuse_overwriting(outputs, inputs, &self.scene)
+        refuse_overwriting(outputs, [&args.scene], &self.scene)
     }
 
     /// The bands that fit the memory as it is.

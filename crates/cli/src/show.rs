@@ -25,7 +25,7 @@ pub fn check(args: &RenderArgs, format: Format, options: PictureOptions) -> Resu
         ("--samples", args.picture.samples.is_some()),
         ("--epsilon", args.epsilon.is_some()),
         ("--repeat", args.repeat.is_some()),
-        ("--turntable or --camera-path", args.film.is_film()),
+        ("--turntable", args.film.is_film()),
     ];
     match is_given.into_iter().find(|&(_, is_given)| is_given && show != Show::Color) {
         None => Ok(()),
