@@ -374,9 +374,10 @@ pub struct ViewArgs {
     /// The size of the picture
     #[command(flatten)]
     pub size: WholeArgs,
-    /// The language of explanations
-    #[command(flatten)]
-    pub lang: LangArgs,
+    /// Language of explanations: en or de
+    #[arg(long, default_value = Lang::English.name(), value_parser = parser_of(Lang::ALL, Lang::name),
+        hide_possible_values = true)]
+    pub lang: Lang,
     /// Print what happens, one JSON object a line, in place of all else: for tests
     #[arg(long, hide = true)]
     pub log_events: bool,

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use clap::Parser;
 use kugelblitz::Result;
 use kugelblitz::device::DeviceChoice;
+use kugelblitz::error::wrong_usage;
 use kugelblitz::gpu::has_software_alone;
 use kugelblitz::plain::Shown;
 use kugelblitz::prepare::FEW_SPHERES;
@@ -56,6 +57,9 @@ impl CommandLine for Window {
 
 /// Opens the window.
 fn open(args: &ViewArgs, run: &Run) -> Result<()> {
+    if run.talk.json {
+        return wrong_usage("--json: this command has no summary; leave it out");
+    }
     let overrides = args.picture.overrides(args.size.size)?;
     if args.picture.print_scene.is_some() {
         return args.picture.print_alone(&args.scene, &overrides, run);
@@ -71,7 +75,7 @@ fn open(args: &ViewArgs, run: &Run) -> Result<()> {
         scene,
         kernel: args.kernel.kernel,
         size,
-        lang: args.lang.lang,
+        lang: args.lang,
         control: Arc::clone(&run.control),
         lose_device_after: args.lose_device_after,
     };
@@ -84,7 +88,7 @@ fn open(args: &ViewArgs, run: &Run) -> Result<()> {
                 quiet::show(&noise.unwrap_or_default(), true);
             }
         }
-        if let Err(error) = tell(args, notice) {
+        if let Err(error) = tell(args, run, notice) {
             failed.get_or_insert(error);
         }
     });
@@ -103,17 +107,17 @@ fn pick_device(choice: &DeviceChoice, kernel: Kernel, scene: &Scene) -> Option<S
 }
 
 /// Data to standard output, talk to standard error.
-fn tell(args: &ViewArgs, notice: &Notice) -> Result<()> {
+fn tell(args: &ViewArgs, run: &Run, notice: &Notice) -> Result<()> {
     if args.log_events {
         return printed_line(notice);
     }
     match notice {
         Notice::Camera { toml } => print_text(toml)?,
         Notice::Saved { path, size: [width, height] } => {
-            talk(&format!("{}: {width}×{height}", path.shown()));
+            run.say(&format!("{}: {width}×{height}", path.shown()));
         }
         Notice::SceneWrong { error } => talk(&format!("error: {error}")),
-        Notice::Trouble { message } => talk(&format!("warning: {message}")),
+        Notice::Trouble { message } => run.warn(message),
         _ => {}
     }
     Ok(())

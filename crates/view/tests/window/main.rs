@@ -649,6 +649,18 @@ fn without_a_driver_it_says_how_to_get_one() {
 }
 
 #[test]
+fn a_summary_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = desk::program("", folder.path())
+        .args(["view", scene("figure1").to_str().unwrap(), "--json"])
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(stderr.contains("--json: this command has no summary"), "{stderr}");
+}
+
+#[test]
 #[ignore = "takes minutes"]
 fn use_leaves_memory_bounded() {
     desk::usage::work_through();
