@@ -81,8 +81,8 @@ impl Fraction {
     }
 }
 
-/// `√x` where it is dyadic; `x ≥ 0`.
-pub(super) fn dyadic_root(x: &Dyadic) -> Option<Dyadic> {
+/// Returns `√x` if it is dyadic; `x ≥ 0`.
+pub fn dyadic_root(x: &Dyadic) -> Option<Dyadic> {
     if signum(x) == 0 {
         return Some(Dyadic::zero());
     }

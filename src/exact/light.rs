@@ -129,7 +129,7 @@ impl<'a> ExactPoint<'a> {
             &origin[axis] * root.denominator() + &direction[axis] * root.rational_part()
         };
         let base: [Dyadic; 3] = std::array::from_fn(base);
-        let sign = integer(root.sign().into());
+        let sign = integer(root.root_sign().into());
         let part = |axis: usize| &direction[axis] * &sign;
         // A point with rational coordinates has no root.
         let (base, root_part, radicand) = match dyadic_root(root.radicand()) {

@@ -23,7 +23,7 @@ use std::cmp::Ordering;
 
 pub use ball::Ball;
 pub use enclosure::Enclosure;
-pub use fraction::Fraction;
+pub use fraction::{Fraction, dyadic_root};
 pub use light::{ExactBeam, ExactCosine, ExactPoint};
 pub use number::{Dyadic, exact, integer, real, signum};
 pub use ray::{ExactPixels, ExactRay, ExactRays};

@@ -69,9 +69,19 @@ impl Dyadic {
         Dyadic::new(IBig::ONE, 0)
     }
 
-    /// `mantissa·2^exponent`.
-    pub(super) fn new(mantissa: IBig, exponent: isize) -> Dyadic {
+    /// Returns `mantissa·2^exponent`.
+    pub fn new(mantissa: IBig, exponent: isize) -> Dyadic {
         Dyadic { mantissa, exponent }
+    }
+
+    /// Returns the mantissa of this representation.
+    pub fn mantissa(&self) -> &IBig {
+        &self.mantissa
+    }
+
+    /// Returns the exponent of this representation.
+    pub fn exponent(&self) -> isize {
+        self.exponent
     }
 
     /// An f64 near this number.

@@ -2,15 +2,8 @@
 
 use std::cmp::Ordering;
 
-use dashu_int::IBig;
-use dashu_int::ops::BitTest;
-
 use super::enclosure::{quotient, square_root};
-use super::fraction::dyadic_root;
 use super::number::{Dyadic, double, integer, magnitude, power_of_two, real, signum};
-
-/// Bits of a number that is no [`Root`] and is taken for one.
-const ENOUGH_BITS: usize = 1024;
 
 /// The real number `f·(B + s·√D)/A` with dyadic `A > 0`, `B`, `D ≥ 0`, a sign `s ∈ {−1, 0, 1}` and
 /// a positive integer `f`.
@@ -35,8 +28,8 @@ impl From<Dyadic> for Root {
 }
 
 impl Root {
-    /// `factor·(b + sign·√d)/a`; `a > 0`, `d ≥ 0`, `factor > 0`.
-    pub(crate) fn new(b: Dyadic, sign: i32, d: Dyadic, a: Dyadic, factor: u32) -> Root {
+    /// Returns `factor·(b + sign·√d)/a`, for `a > 0`, `d ≥ 0`, `factor > 0` and a `sign` of −1, 0 or 1.
+    pub fn new(b: Dyadic, sign: i32, d: Dyadic, a: Dyadic, factor: u32) -> Root {
         debug_assert!(signum(&a) > 0 && signum(&d) >= 0 && factor > 0);
         let s = if signum(&d) == 0 { 0 } else { sign };
         let d = if s == 0 { Dyadic::zero() } else { d };
@@ -59,20 +52,29 @@ impl Root {
         Root { b: -self.b, s: -self.s, ..self }
     }
 
-    pub(crate) fn rational_part(&self) -> &Dyadic {
+    /// Returns `B`, the rational part of the numerator.
+    pub fn rational_part(&self) -> &Dyadic {
         &self.b
     }
 
-    pub(crate) fn radicand(&self) -> &Dyadic {
+    /// Returns `s`, the sign of the square root: −1, 0 or 1.
+    pub fn root_sign(&self) -> i32 {
+        self.s
+    }
+
+    /// Returns `D`, the number under the square root.
+    pub fn radicand(&self) -> &Dyadic {
         &self.d
     }
 
-    pub(crate) fn denominator(&self) -> &Dyadic {
+    /// Returns `A`, the denominator.
+    pub fn denominator(&self) -> &Dyadic {
         &self.a
     }
 
-    pub(crate) fn sign(&self) -> i32 {
-        self.s
+    /// Returns `f`, the factor.
+    pub fn factor(&self) -> u32 {
+        self.factor
     }
 
     /// -1, 0 or 1: the sign of the number.
@@ -100,85 +102,12 @@ impl Root {
         Root::quotient(numerator, integer(i64::from(denominator.max(1))), 1)
     }
 
-    /// This number with a factor of 1, and without a root that is dyadic.
-    fn simple(&self) -> Root {
-        let (b, d) = self.folded();
-        match dyadic_root(&d) {
-            Some(root) => Root::quotient(b + root * integer(self.s.into()), self.a.clone(), 1),
-            None => Root::new(b, self.s, d, self.a.clone(), 1),
-        }
-    }
-
-    /// The number itself where it is a quotient, else one that is off by less than `2^-1000` of it.
-    fn rational(&self) -> Root {
-        if self.s == 0 {
-            return self.clone();
-        }
-        let magnitude = self.magnitude().approximate(ENOUGH_BITS);
-        Root::from(magnitude * integer(self.signum().into()))
-    }
-
-    /// The sum: exactly, where the square roots are multiples of each other. Else of numbers that are off by less than `2^-1000`
-    /// of them.
-    pub fn plus(&self, other: &Root) -> Root {
-        let (x, y) = (self.simple(), other.simple());
-        let [by_x, by_y] =
-            if x.a == y.a { [Dyadic::one(), Dyadic::one()] } else { [y.a.clone(), x.a.clone()] };
-        let surds = [(x.s, &x.d * &by_x * &by_x), (y.s, &y.d * &by_y * &by_y)];
-        match sum_of_surds(surds) {
-            Some((s, d)) => Root::new(&x.b * &by_x + &y.b * &by_y, s, d, &x.a * &by_x, 1),
-            None => self.rational().plus(&other.rational()),
-        }
-    }
-
-    /// The product: as exact as a [sum](Root::plus).
-    pub fn times(&self, other: &Root) -> Root {
-        let (x, y) = (self.simple(), other.simple());
-        let across =
-            [(x.s * signum(&y.b), &y.b * &y.b * &x.d), (y.s * signum(&x.b), &x.b * &x.b * &y.d)];
-        match (dyadic_root(&(&x.d * &y.d)), sum_of_surds(across)) {
-            (Some(both), Some((s, d))) => {
-                Root::new(&x.b * &y.b + both * integer((x.s * y.s).into()), s, d, &x.a * &y.a, 1)
-            }
-            _ => self.rational().times(&other.rational()),
-        }
-    }
-
-    /// The quotient, as exact as a [sum](Root::plus); by 0, 0: `A/(B + s√D) = A·(B − s√D)/(B² − D)`.
-    pub fn over(&self, divisor: &Root) -> Root {
-        let y = divisor.simple();
-        let norm = &y.b * &y.b - &y.d;
-        let inverse =
-            |b: Dyadic, s: i32, norm: Dyadic| Root::new(b * &y.a, s, &y.d * &y.a * &y.a, norm, 1);
-        match signum(&norm) {
-            0 => Root::from(Dyadic::zero()),
-            1 => self.times(&inverse(y.b.clone(), -y.s, norm)),
-            _ => self.times(&inverse(-y.b.clone(), y.s, -norm)),
-        }
-    }
-
-    /// The square root of a number that is not negative, as exact as a [sum](Root::plus).
-    pub fn sqrt(&self) -> Root {
-        let x = self.simple().rational();
-        Root::new(Dyadic::zero(), 1, &x.b * &x.a, x.a, 1)
-    }
-
-    /// The number that is printed so: `-12.5`, `1.25e-30`; `None` for what is none, and for exponents beyond those of an
-    /// `i16`.
-    pub fn read(text: &str) -> Option<Root> {
-        let (mantissa, exponent) = text.split_once('e').unwrap_or((text, "0"));
-        let (whole, part) = mantissa.split_once('.').unwrap_or((mantissa, ""));
-        let digits: IBig = format!("{whole}{part}").parse().ok()?;
-        let exponent = isize::from(exponent.parse::<i16>().ok()?) - part.len() as isize;
-        Some(Root::from(Dyadic::from(digits)).times_power_of_ten(exponent))
-    }
-
-    /// An approximation of a number of at least 0, with a relative error below `2^(4 − n_bits)`; 0 for 0 only.
+    /// Returns an approximation of a number of at least 0, with a relative error below `2^(4 − n_bits)`; 0 only for 0.
     ///
     /// Where `B` and `s` have opposite signs the numerator is rewritten as
     /// `B + s√D = (B² − D)/(B − s√D)` with an exact `B² − D`, so nothing cancels: what is left are
     /// one square root, a quotient and a sum of terms of one sign, each within `2^(1 − n_bits)`.
-    fn approximate(&self, n_bits: usize) -> Dyadic {
+    pub fn approximate(&self, n_bits: usize) -> Dyadic {
         let sum = magnitude(&self.b) + square_root(&self.d, n_bits).low;
         let factor = integer(i64::from(self.factor));
         let is_difference = self.s != 0 && signum(&self.b) == -self.s;
@@ -210,104 +139,6 @@ impl Root {
     pub fn magnitude(&self) -> Root {
         if self.signum() < 0 { self.clone().negated() } else { self.clone() }
     }
-
-    /// The number in decimal, correctly rounded to `digits` significant digits (half to even),
-    /// without trailing zeros: `-12.5`, or `1.25e-30` where it is very large or small.
-    ///
-    /// `q·10^e` with `10^(digits−1) ≤ q < 10^digits`: the exponent is guessed from the binary one
-    /// and corrected by what `q` turns out to be, and `q`, the integer nearest to the number
-    /// scaled by `10^−e`, is guessed and then moved by exact comparisons.
-    pub fn to_decimal(&self, digits: usize) -> String {
-        let digits = digits.max(1);
-        let sign = self.signum();
-        if sign == 0 {
-            return "0".to_owned();
-        }
-        let magnitude = self.magnitude();
-        let precision = 4 * digits + 32;
-        let estimate = magnitude.approximate(precision);
-        let binary_exponent = estimate.exponent + estimate.mantissa.bit_len() as isize - 1;
-        let mut leading = (binary_exponent as f64 * std::f64::consts::LOG10_2).floor() as isize;
-        let ten = |n: usize| IBig::from(10).pow(n);
-        // Never turns back: q ≥ 10^n means a scaled number of at least 10^n − ½, so a tenth of it
-        // rounds to 10^(n−1) or more; q < 10^(n−1) one below 10^(n−1) − ½, ten times it to less
-        // than 10^n.
-        let q = loop {
-            let q =
-                magnitude.times_power_of_ten(digits as isize - 1 - leading).to_integer(precision);
-            if q >= ten(digits) {
-                leading += 1;
-            } else if q < ten(digits - 1) {
-                leading -= 1;
-            } else {
-                break q;
-            }
-        };
-        let text = q.to_string();
-        let mantissa = text.trim_end_matches('0');
-        layout(sign < 0, mantissa, leading, digits)
-    }
-
-    fn times_power_of_ten(&self, exponent: isize) -> Root {
-        let power = Dyadic::new(IBig::from(10).pow(exponent.unsigned_abs()), 0);
-        if exponent < 0 {
-            Root { a: &self.a * power, ..self.clone() }
-        } else {
-            Root { b: &self.b * &power, d: &self.d * &power * &power, ..self.clone() }
-        }
-    }
-
-    /// The nearest integer, half to even.
-    fn to_integer(&self, precision: usize) -> IBig {
-        let Dyadic { mantissa, exponent } = self.approximate(precision);
-        let mut q = match exponent {
-            0.. => mantissa << exponent as usize,
-            _ => mantissa >> exponent.unsigned_abs(),
-        };
-        let half = power_of_two(-1);
-        let even = |q: &IBig| q.trailing_zeros() != Some(0);
-        loop {
-            let here = Dyadic::new(q.clone(), 0);
-            match self.cmp_real(&(&here + &half)) {
-                Ordering::Greater => q += 1,
-                Ordering::Equal if !even(&q) => q += 1,
-                Ordering::Equal => return q,
-                Ordering::Less => match self.cmp_real(&(&here - &half)) {
-                    Ordering::Less => q -= 1,
-                    Ordering::Equal if !even(&q) => q -= 1,
-                    _ => return q,
-                },
-            }
-        }
-    }
-}
-
-/// Writes `d.ddd·10^leading`, where `mantissa` is `dddd`: plainly if that takes few zeros, else
-/// with an exponent.
-fn layout(negative: bool, mantissa: &str, leading: isize, digits: usize) -> String {
-    let sign = if negative { "-" } else { "" };
-    let n = mantissa.len() as isize;
-    if leading < -5 || leading >= (digits as isize).max(6) {
-        let (first, rest) = mantissa.split_at(1);
-        let point = if rest.is_empty() { "" } else { "." };
-        format!("{sign}{first}{point}{rest}e{leading}")
-    } else if leading < 0 {
-        format!("{sign}0.{}{mantissa}", "0".repeat((-leading - 1) as usize))
-    } else if leading >= n - 1 {
-        format!("{sign}{mantissa}{}", "0".repeat((leading + 1 - n) as usize))
-    } else {
-        let (whole, fraction) = mantissa.split_at((leading + 1) as usize);
-        format!("{sign}{whole}.{fraction}")
-    }
-}
-
-/// `s·√x + t·√y` as one square root with a sign, where it is one.
-fn sum_of_surds([(s, x), (t, y)]: [(i32, Dyadic); 2]) -> Option<(i32, Dyadic)> {
-    if s == 0 || t == 0 {
-        return Some(if s == 0 { (t, y) } else { (s, x) });
-    }
-    let (twice, sum) = (double(&dyadic_root(&(&x * &y))?), &x + &y);
-    Some(if s == t { (s, sum + twice) } else { (s * order(&x, &y), sum - twice) })
 }
 
 /// The f32 that is nearest to a number of at least 0, ties to even, searched from a guess; `order` gives the number's order to
@@ -455,46 +286,7 @@ impl Eq for Root {}
 
 #[cfg(test)]
 mod tests {
-    use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
-
     use super::*;
-
-    /// What one operation did, its reverse undoes; where there are two square roots, to a thousand bits.
-    #[test]
-    fn arithmetic_is_that_of_numbers() {
-        let mut rng = ChaCha8Rng::seed_from_u64(3101);
-        let apart = |x: &Root, y: &Root| x.plus(&y.clone().negated()).to_f64().abs();
-        for round in 0..400 {
-            let mut whole = |from| integer(rng.random_range(from..90));
-            let [d, a, b] = [whole(0), whole(1), whole(-90)];
-            let (sign, c, e, f) =
-                (if signum(&b) < 0 { 1 } else { -1 }, whole(1), whole(-90), whole(1));
-            let of = |b, y: &Dyadic, a| Root::new(b, sign, &d * y * y, a, 3);
-            let x = of(b, &a, f.clone());
-            let y = match round % 4 {
-                0 => of(e, &Dyadic::zero(), c),
-                1 => Root::new(e, 1, whole(0), c, 1),
-                _ => of(e, &whole(0), c),
-            };
-            let (sum, product) = (x.plus(&y), x.times(&y));
-            let [f, g] = [x.to_f64(), y.to_f64()];
-            assert!(
-                (sum.to_f64() - (f + g)).abs() < 1e-10 && (product.to_f64() - f * g).abs() < 1e-6
-            );
-            if round % 4 != 1 {
-                assert!(sum.plus(&y.clone().negated()) == x, "{x:?} {y:?}");
-                assert!(y.signum() == 0 || product.over(&y) == x, "{x:?} {y:?}");
-            }
-            assert!(apart(&sum.plus(&y.clone().negated()), &x) < 1e-290, "{x:?} {y:?}");
-            assert!(y.signum() == 0 || apart(&product.over(&y), &x) < 1e-290, "{x:?} {y:?}");
-            let square = x.times(&x);
-            assert!(apart(&square.sqrt(), &x).min(apart(&square.sqrt(), &x.negated())) < 1e-290);
-        }
-        for (text, expected) in [("-12.5", -12.5), ("1.25e-3", 0.00125), ("7e2", 700.0)] {
-            assert_eq!(Root::read(text).map(|x| x.to_f64()), Some(expected));
-        }
-    }
 
     /// However bad the guess, the rounded number is right.
     #[test]

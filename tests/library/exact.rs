@@ -1,7 +1,7 @@
-//! The exact module: dashu's numbers, decimals, and single facts. That it sees what is there is the matrix's to say.
+//! The exact module: the numbers of dashu, and single facts. The matrix covers visibility.
 
 use glam::{DVec3, dvec3};
-use kugelblitz::exact::{Dyadic, ExactRay, Root, Side, nearest, real, signum, sphere_numbers};
+use kugelblitz::exact::{Dyadic, ExactRay, Side, nearest, real, signum};
 use kugelblitz::scene::{Color, Object, Plane, Sphere};
 use kugelblitz::trace::WorldRay;
 
@@ -39,35 +39,6 @@ fn plane(point: DVec3, normal: DVec3) -> Plane {
 
 fn list(origin: DVec3, direction: DVec3) -> ExactRay {
     ExactRay::new(&WorldRay { origin, direction })
-}
-
-#[test]
-fn decimals() {
-    let decimal = |value: f64| Root::from(real(value).unwrap()).to_decimal(20);
-    assert_eq!(decimal(0.0), "0");
-    assert_eq!(decimal(-0.0), "0");
-    assert_eq!(decimal(1.0), "1");
-    assert_eq!(decimal(-12.5), "-12.5");
-    assert_eq!(decimal(0.1), "0.10000000000000000555");
-    assert_eq!(decimal(100.0), "100");
-    assert_eq!(decimal(1e19), "10000000000000000000");
-    assert_eq!(decimal(1e20), "1e20");
-    assert_eq!(decimal(1.25e-30), "1.249999999999999929e-30");
-    assert_eq!(decimal(0.5f64.powi(10)), "0.0009765625");
-    assert_eq!(decimal(f64::from_bits(1)), "4.9406564584124654418e-324");
-    assert_eq!(decimal(f64::MAX), "1.7976931348623157081e308");
-    let short = |value: f64, n: usize| Root::from(real(value).unwrap()).to_decimal(n);
-    assert_eq!(short(0.125, 2), "0.12");
-    assert_eq!(short(0.375, 2), "0.38");
-    assert_eq!(short(9.96875, 2), "10");
-    assert_eq!(short(0.00099999, 3), "0.001");
-    // √2: a unit sphere seen from outside, off its centre, by a long way round.
-    let ray = list(dvec3(-2.0, 0.0, 0.0), dvec3(1.0, 1.0, 0.0));
-    let sphere = sphere(dvec3(0.0, 2.0, 0.0), 2.0);
-    let hit = nearest(&ray, [(1, Object::Sphere(&sphere))]).unwrap();
-    assert_eq!(hit.root.to_decimal(20), "0.5857864376269049512");
-    let numbers = sphere_numbers(&ray, &sphere).unwrap();
-    assert_eq!(numbers.discriminant.to_decimal(20), "32", "D = 4·(4² − 2·4)");
 }
 
 #[test]

@@ -76,7 +76,7 @@ impl ExactShape for Sphere {
             let d = &ray.direction()[i];
             Root::new(
                 d * root.rational_part() - &l[i] * root.denominator(),
-                root.sign() * signum(d),
+                root.root_sign() * signum(d),
                 d * d * root.radicand(),
                 denominator.clone(),
                 1,

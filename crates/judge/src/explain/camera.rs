@@ -6,6 +6,7 @@ use kugelblitz::rays::{Lens, Pixels};
 use kugelblitz::scene::{Projection, Scene};
 use serde::Serialize;
 
+use super::calculator::Calculator as _;
 use super::line::LineDetail::{Numbers, Result as ResultOnly};
 use super::line::{Derivation, Line};
 use super::numbers::decimal_f64;

@@ -8,6 +8,7 @@ use kugelblitz::exact::Root;
 use kugelblitz::num::Real as _;
 use serde::Serialize;
 
+use super::calculator::Calculator as _;
 use super::numbers::{Approximation, Columns, Exact, FormulaNumber, MANY_DIGITS, Short, error_ulp};
 use super::step::{self, Rounding, Step};
 use super::text::WIDTH;
@@ -355,7 +356,7 @@ fn rounds_to(value: &Root, printed: &str, digits: usize) -> bool {
     let leading = mantissa.trim_start_matches(['-', '0', '.']);
     let n_digits = leading.chars().filter(char::is_ascii_digit).count() as isize;
     let power = exponent.parse().unwrap_or(0) - n_behind + n_digits - 1 - digits as isize;
-    let (half_unit, printed) = (Root::read(&format!("5e{power}")), Root::read(printed));
+    let (half_unit, printed) = (Root::parse(&format!("5e{power}")), Root::parse(printed));
     half_unit
         .zip(printed)
         .is_some_and(|(half_unit, printed)| value.plus(&printed.negated()).magnitude() <= half_unit)

@@ -4,6 +4,7 @@
 //! down. Every f32 number comes from the functions that the kernels themselves are made of, so it
 //! is what the kernel worked with, bit by bit; every error is that number less the exact one.
 
+mod calculator;
 mod camera;
 pub mod latex;
 mod light;
@@ -44,6 +45,7 @@ use kugelblitz::trace::{Hits, Kernel, Level, Rays, Wants};
 
 use crate::compare::Precision;
 use crate::wrong_usage;
+use calculator::Calculator as _;
 use numbers::error_ulp;
 use ray::RayNumbers;
 use words::Words;

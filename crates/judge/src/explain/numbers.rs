@@ -3,6 +3,7 @@
 use kugelblitz::exact::{Dyadic, Enclosure, Root, exact, real};
 use serde::Serialize;
 
+use super::calculator::Calculator as _;
 use crate::compare::Precision;
 
 /// Digits of an exact number.
@@ -31,7 +32,7 @@ impl Short {
     }
 
     fn of(root: &Root, text: String) -> Short {
-        Short { rounded: Root::read(&text) != Root::read(&root.to_decimal(MANY_DIGITS)), text }
+        Short { rounded: Root::parse(&text) != Root::parse(&root.to_decimal(MANY_DIGITS)), text }
     }
 }
 
@@ -172,6 +173,6 @@ pub fn digits(x: f64, n: usize) -> String {
 
 /// Rust's `d.ddde±n`, written as the exact numbers are.
 fn decimal(scientific: &str, digits: usize) -> String {
-    let number = Root::read(scientific);
+    let number = Root::parse(scientific);
     number.map_or_else(|| scientific.replace("inf", "∞"), |number| number.to_decimal(digits))
 }

@@ -1,5 +1,6 @@
 //! An [`Explanation`] as what text and LaTeX have to write: of each thing what it is, what is to be said of it, and its numbers.
 
+use super::calculator::Calculator as _;
 use super::line::{Derivation, Line};
 use super::numbers::six_digits;
 use super::words::{Remark, Words};

@@ -8,6 +8,7 @@ use kugelblitz::rays::{Pixels, Rays, View};
 use kugelblitz::scene::{Camera, Edges, Light, Object, Plane, Scene, Source, Sphere};
 use kugelblitz::shade::{ExactMean, Lamp, Lighting, PlainPoint, PlainWay};
 
+use super::calculator::Calculator as _;
 use super::light::{
     ChannelByte, ColorExplanation, LightExplanation, LightVerdict, MeanExplanation, Shading,
     SkyExplanation,

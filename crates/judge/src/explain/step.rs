@@ -7,6 +7,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use kugelblitz::exact::{Root, exact};
 use kugelblitz::num::{Real, V3};
 
+use super::calculator::Calculator as _;
 use super::line::Notation;
 use super::numbers::{MANY_DIGITS, Short};
 
@@ -261,7 +262,7 @@ impl Rounding<'_> {
         if self.stands(step) {
             let is_constant = step.node(|node| node.op == Op::Given && node.name.is_empty());
             let digits = if is_constant { MANY_DIGITS } else { self.digits };
-            return Root::read(&step.value().to_decimal(digits)).unwrap_or_else(|| step.value());
+            return Root::parse(&step.value().to_decimal(digits)).unwrap_or_else(|| step.value());
         }
         let (op, [x, y]) = step.node(|node| (node.op, node.operands));
         op.of(&self.calculated(x), self.calculated(y))
