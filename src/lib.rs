@@ -88,7 +88,6 @@
 //! | [`exact`] | exact arithmetic, a file a shape, and the visible object |
 //! | [`input`] | whole files of others, within one limit |
 //! | [`memory`] | what fits, and refusing what does not |
-//! | [`cost`] | what a scene holds, and what a picture of it takes |
 //! | [`render`] | pictures band by band, in bounded memory |
 //! | [`shade`] | hits → colours: lights, what is in their way, the mean of samples, and its bytes |
 //! | [`control`] | cancelling and progress |
@@ -143,7 +142,6 @@
 pub mod bvh;
 mod certify;
 pub mod control;
-pub mod cost;
 pub mod cpu;
 pub mod device;
 pub mod digest;

@@ -6,7 +6,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use kugelblitz::control::Control;
-use kugelblitz::cost::Cost;
 use kugelblitz::device::rays_of_picture;
 use kugelblitz::digest::scene_hash;
 use kugelblitz::generate::{Distribution, Recipe};
@@ -18,6 +17,7 @@ use kugelblitz::scene::{self, Coloring, SceneOverrides, compose_scene, parse_sce
 use kugelblitz::shade::{Background, Encoding, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::{Error, Session};
+use kugelblitz_judge::cost::Cost;
 use kugelblitz_judge::export::{self, Language};
 use kugelblitz_judge::figure::legend_svg;
 use kugelblitz_judge::show::{self, Entry, Show};

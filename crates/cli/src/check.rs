@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use kugelblitz::Result;
-use kugelblitz::cost::{Built, Cost, LightOf, ObjectCounts, PictureCost};
 use kugelblitz::plain::Shown;
 use kugelblitz::trace::Kernel;
 use kugelblitz::words::{bytes, count};
+use kugelblitz_judge::cost::{Built, Cost, LightOf, ObjectCounts, PictureCost};
 
 use crate::Run;
 use crate::args::{CheckArgs, SceneArgs};

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use kugelblitz::cost::ObjectCounts;
 use kugelblitz::input::read_text;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::Shown;
@@ -11,6 +10,7 @@ use kugelblitz::render::n_steps;
 use kugelblitz::scene::Samples;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::cost::ObjectCounts;
 use kugelblitz_judge::markup::{document, escaped};
 use serde::Serialize;
 

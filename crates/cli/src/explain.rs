@@ -1,10 +1,10 @@
 //! `kugelblitz explain`
 
 use glam::DVec3;
-use kugelblitz::cost::ObjectCounts;
 use kugelblitz::rays::Pixels;
 use kugelblitz::trace::{Rays, WorldRay};
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::cost::ObjectCounts;
 use kugelblitz_judge::explain::{DEFAULT_OBJECTS, ExplainStyle, Explanation, explain, latex, text};
 use serde::Serialize;
 

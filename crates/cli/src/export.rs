@@ -1,8 +1,8 @@
 //! `kugelblitz export`
 
-use kugelblitz::cost::ObjectCounts;
 use kugelblitz::output::OutputFile;
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::cost::ObjectCounts;
 use kugelblitz_judge::export;
 use serde::Serialize;
 

@@ -7,7 +7,6 @@ use std::time::Instant;
 use clap::{Args, value_parser};
 use kugelblitz::Result;
 use kugelblitz::control::Control;
-use kugelblitz::cost::ObjectCounts;
 use kugelblitz::frames::{MAX_FRAMES, check_reach, file_of_frame, pattern_of_files, turntable};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::Format;
@@ -15,6 +14,7 @@ use kugelblitz::plain::Shown;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::trace::Rays;
 use kugelblitz::words::{count, duration};
+use kugelblitz_judge::cost::ObjectCounts;
 use serde::Serialize;
 
 use crate::args::RenderArgs;

@@ -4,7 +4,6 @@ use std::ffi::OsString;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use kugelblitz::cost::ObjectCounts;
 use kugelblitz::device::Device;
 use kugelblitz::error::ErrorSubject;
 use kugelblitz::gpu::AdapterFacts;
@@ -16,6 +15,7 @@ use kugelblitz::shade::Rendered;
 use kugelblitz::trace::StageCounts;
 use kugelblitz::words::{duration, joined};
 use kugelblitz::{Error, Making, Result, Session};
+use kugelblitz_judge::cost::ObjectCounts;
 use kugelblitz_judge::show::Entry;
 use serde::{Serialize, Serializer};
 

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
-use kugelblitz::cost::ObjectCounts;
 use kugelblitz::error::Message;
 use kugelblitz::picture::{Image, read_image, read_rays};
 use kugelblitz::plain::Shown;
@@ -12,6 +11,7 @@ use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Rays, WorldRay};
 use kugelblitz::words::{count, joined};
 use kugelblitz::{Error, Result};
+use kugelblitz_judge::cost::ObjectCounts;
 use kugelblitz_judge::judge::{
     Allowed, Case, Conventions, JudgeSummary, NormalSide, NormalSpace, Quantity, pixels_of,
     whole_size,

@@ -1,9 +1,9 @@
 //! `kugelblitz verify`
 
 use kugelblitz::Result;
-use kugelblitz::cost::ObjectCounts;
 use kugelblitz::plain::Shown;
 use kugelblitz::trace::Kernel;
+use kugelblitz_judge::cost::ObjectCounts;
 use kugelblitz_judge::verify::{Verification, Verified};
 use serde::Serialize;
 

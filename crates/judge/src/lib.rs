@@ -9,6 +9,7 @@
 //! | [`show`] | depth, normals, errors and other numbers of a picture, as colours |
 //! | [`figure`] | the lecture's figures 2 to 5 as drawings with axes, and legends of colours |
 //! | [`markup`] | SVG and HTML, written so that every parser takes them |
+//! | [`cost`] | number of objects of a scene, and memory for a picture |
 //! | [`export`] | scenes in the languages of POV-Ray and Tachyon |
 //!
 //! Errors are those of [`kugelblitz`], with its exit codes.
@@ -16,6 +17,7 @@
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
 pub mod compare;
+pub mod cost;
 pub mod explain;
 pub mod export;
 pub mod figure;

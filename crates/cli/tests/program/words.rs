@@ -80,7 +80,7 @@ fn paths_are_shown_one_way() {
         ("crates/cli/src/judge.rs", 1),
         ("crates/cli/src/new.rs", 1),
         ("crates/cli/src/report.rs", 1),
-        ("src/cost.rs", 1),
+        ("crates/judge/src/cost.rs", 1),
         ("src/picture/read/mod.rs", 1),
     ];
     let found: Vec<(String, usize)> = sources()

@@ -19,7 +19,6 @@ pub use words::Finding;
 
 pub use crate::compare::Allowed;
 use kugelblitz::control::Control;
-use kugelblitz::cost::ObjectCounts;
 use kugelblitz::error::Setting;
 use kugelblitz::memory;
 use kugelblitz::picture::Image;
@@ -31,6 +30,7 @@ use kugelblitz::{Error, Result, Session};
 use crate::compare::{
     ErrorStats, RayError, RayResult, TError, Tolerance, Unit, error_picture, short,
 };
+use crate::cost::ObjectCounts;
 use crate::verify::{Near, TrueHit, Truth};
 use crate::wrong_usage;
 

@@ -5,7 +5,6 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 use kugelblitz::control::Control;
-use kugelblitz::cost::ObjectCounts;
 use kugelblitz::device::Device;
 use kugelblitz::memory;
 use kugelblitz::rays::{Pixels, Rays};
@@ -23,6 +22,7 @@ use super::{
     promise, sample,
 };
 use crate::compare::RayDifferences;
+use crate::cost::ObjectCounts;
 
 /// What became of a picture's kernels.
 #[derive(Clone, Debug, Serialize)]

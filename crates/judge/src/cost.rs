@@ -1,38 +1,37 @@
-//! What a scene holds, and what a picture of it costs in memory.
+//! Number of objects of a scene, and memory for them and for a picture.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
 use std::sync::Arc;
 
+use kugelblitz::control::Control;
+use kugelblitz::memory::Available;
+use kugelblitz::picture::{Format, PictureOptions};
+use kugelblitz::prepare::{Hierarchy, Prepared, record_bytes};
+use kugelblitz::rays::{Pixels, Rays};
+use kugelblitz::render::plan;
+use kugelblitz::scene::{Cloud, Samples, Scene};
+use kugelblitz::trace::Kernel;
+use kugelblitz::words::count;
+use kugelblitz::{Error, Result};
 use serde::Serialize;
 
-use crate::control::Control;
-use crate::error::{Error, Result};
-use crate::memory::Available;
-use crate::picture::{Format, PictureOptions};
-use crate::prepare::{Hierarchy, Prepared, record_bytes};
-use crate::rays::{Pixels, Rays};
-use crate::render::plan;
-use crate::scene::{Cloud, Samples, Scene};
-use crate::trace::Kernel;
-use crate::words::count;
-
-/// What a scene holds and costs.
+/// Size and memory of a scene.
 #[derive(Clone, Debug, Serialize)]
 pub struct Cost {
     /// The objects.
     pub objects: ObjectCounts,
-    /// What lights the objects; `None` where they have their colours as they are.
+    /// The light; `None` for a scene without light.
     pub light: Option<LightOf>,
     /// Samples across and down a pixel.
     pub samples: u32,
     /// Files of spheres, in the order of their ids.
     pub clouds: Vec<CloudFile>,
-    /// Bytes of the objects in memory, without what a kernel makes of them.
+    /// Bytes of the objects in memory, without the records of a kernel.
     pub bytes_scene: u64,
     /// Bytes of the objects on the device, by kernel.
     pub bytes_device: BTreeMap<&'static str, u64>,
-    /// The hierarchy over many spheres; `None` where they are few.
+    /// The hierarchy over many spheres; `None` if there are few.
     pub hierarchy: Option<Built>,
     /// The cost of a picture; `None` without a camera.
     pub picture: Option<PictureCost>,
@@ -59,14 +58,14 @@ impl Display for ObjectCounts {
     }
 }
 
-/// What lights the objects.
+/// The light of a scene.
 #[derive(Clone, Debug, Serialize)]
 pub struct LightOf {
-    /// Lights.
+    /// Number of lights.
     pub lights: usize,
-    /// Suns of the sky; 0 without a sky.
+    /// Number of suns of the sky; 0 without a sky.
     pub sky_directions: u32,
-    /// Whether there is light from nowhere.
+    /// Whether there is ambient light.
     pub ambient: bool,
 }
 
@@ -83,11 +82,11 @@ impl LightOf {
 /// The hierarchy over many spheres.
 #[derive(Clone, Debug, Serialize)]
 pub struct Built {
-    /// Spheres that it doesn't hold: those close to the eye or out of range.
+    /// Number of spheres that are not in the hierarchy: close to the eye, or out of range.
     pub spheres_outside: usize,
     /// Size of the hierarchy in memory, bytes.
     pub bytes: u64,
-    /// Milliseconds that it took to build.
+    /// Time to build the hierarchy, milliseconds.
     pub ms_build: f64,
 }
 
@@ -96,35 +95,36 @@ pub struct Built {
 pub struct CloudFile {
     /// Path of the file.
     pub file: String,
-    /// How many spheres it gave.
+    /// Number of its spheres.
     pub spheres: usize,
-    /// Id of the first.
+    /// Id of its first sphere.
     pub first_id: u32,
     /// Names of the columns that are not used.
     pub unused_columns: Vec<String>,
 }
 
-/// What a picture costs.
+/// Memory for a picture.
 #[derive(Clone, Debug, Serialize)]
 pub struct PictureCost {
     /// Columns and rows.
     pub size: [u32; 2],
-    /// Centre rays.
+    /// Number of centre rays.
     pub rays: u64,
-    /// Memory for hits and writing, by format.
+    /// Memory for hits and writing, bytes, by format.
     pub bytes_memory: BTreeMap<&'static str, u64>,
-    /// Memory beside that: the objects, and the hierarchy over many spheres with what the picture and its samples see of it.
+    /// Other memory, bytes: the objects, and the hierarchy over many spheres with the nodes that the picture and its samples
+    /// see.
     pub bytes_held: u64,
 }
 
 impl Cost {
-    /// Finds what a scene costs, and what these pixels do where there is a camera. The hierarchy is built for it.
+    /// Builds the hierarchy of a scene, and returns the memory of the scene, and of these pixels if there are any.
     ///
     /// # Errors
-    /// Those of [`Prepared::renewed`].
+    /// Returns the errors of [`Prepared::renewed`] and of [`plan`].
     pub fn new(scene: &Arc<Scene>, pixels: Option<&Pixels>, control: &Control) -> Result<Cost> {
         let rays = pixels.map_or(Rays::List(Vec::new()), |pixels| Rays::Pixels(*pixels));
-        // All but one have a record an object, and need not be made to be counted.
+        // All kernels but `certified` have a record for each object, which need not be made to be counted.
         let listed = Kernel::ALL.map(|kernel| (kernel.name(), record_bytes(kernel, scene)));
         let mut bytes_device = BTreeMap::from(listed);
         let prepared =
@@ -166,7 +166,7 @@ impl PictureCost {
         for format in Format::ALL {
             match plan(format, options, samples, pixels, scene.n_objects(), available) {
                 Ok(plan) => drop(bytes_memory.insert(format.name(), plan.bytes)),
-                // A format that can't hold the picture is left out.
+                // Leaves out a format that cannot store the picture.
                 Err(Error::TooLarge(_)) => {}
                 Err(error) => return Err(error),
             }
@@ -176,7 +176,7 @@ impl PictureCost {
     }
 }
 
-/// [`PictureCost::bytes_held`]
+/// Returns [`PictureCost::bytes_held`].
 fn held_bytes(scene: &Scene, hierarchy: Option<&Hierarchy>, samples: Samples) -> u64 {
     let of_hierarchy = |hierarchy: &Hierarchy| {
         let views = if samples > Samples::ONE { 2 } else { 1 };
