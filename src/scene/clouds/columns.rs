@@ -101,8 +101,13 @@ const CENTERS: [[&str; 3]; 14] = [
     ["center_x", "center_y", "center_z"],
     ["coord_x", "coord_y", "coord_z"],
 ];
-const RADII: [&str; 3] = ["r", "radius", "radii"];
-const DIAMETERS: [&str; 2] = ["diameter", "diam"];
+/// Names of single columns, by their key of `columns`.
+const ALIASES: [(&str, &[&str]); 4] = [
+    ("radius", &["r", "radius", "radii"]),
+    ("diameter", &["diameter", "diam"]),
+    ("color", &["color", "colour", "colors", "rgb", "rgba"]),
+    ("element", &["element", "species", "symbol"]),
+];
 /// Names of the components of a colour and of alpha.
 const COLORS: [[&str; 4]; 11] = [
     ["red", "green", "blue", "alpha"],
@@ -117,13 +122,16 @@ const COLORS: [[&str; 4]; 11] = [
     ["colour_r", "colour_g", "colour_b", "colour_a"],
     ["color.r", "color.g", "color.b", "color.a"],
 ];
-/// Names of columns of whole colours.
-const WHOLE_COLORS: [&str; 5] = ["color", "colour", "colors", "rgb", "rgba"];
-const ELEMENTS: [&str; 3] = ["element", "species", "symbol"];
 /// Parts of names that are probably a radius or a colour.
 const LIKE_RADIUS: [&str; 7] =
     ["radius", "radii", "diameter", "rvir", "r_vir", "durchmesser", "rayon"];
 const LIKE_COLOR: [&str; 4] = ["color", "colour", "rgb", "farbe"];
+
+/// Returns the names of a single column, by its key of `columns`.
+fn aliases(key: &str) -> impl Iterator<Item = &'static str> {
+    let names = ALIASES.iter().find(|(other, _)| *other == key).map(|(_, names)| *names);
+    names.into_iter().flatten().copied()
+}
 
 /// Whether these names contain three coordinates.
 pub(super) fn have_center(names: &[String]) -> bool {
@@ -252,12 +260,12 @@ impl<'f> Finder<'f, '_> {
             }
             let message = format!("{} has two columns `{name}`", self.header.what);
             let names = [one, other].map(|column| &self.header.names[column]);
-            let hint = if names[0] == names[1] {
-                Hint::from("rename one of them")
-            } else {
-                let part = part_of(name).unwrap_or("x");
-                let setting = Setting::column_named(part, names[0].as_str());
-                Hint::new("choose one with {}", [setting])
+            let hint = match key_of(name).filter(|_| names[0] != names[1]) {
+                Some(key) => {
+                    let setting = Setting::column_named(key, names[0].as_str());
+                    Hint::new("choose one with {}", [setting])
+                }
+                None => Hint::from("rename one of them"),
             };
             return Err(self.wrong(message, hint).into());
         }
@@ -488,7 +496,7 @@ impl<'f> Finder<'f, '_> {
             }
             return Ok(parts);
         }
-        for name in WHOLE_COLORS {
+        for name in aliases("color") {
             if let Some(column) = self.find(name)? {
                 let may_be_packed = name.starts_with("rgb");
                 return Ok(vec![(column, Part::WholeColor { may_be_packed })]);
@@ -545,10 +553,8 @@ impl<'f> Finder<'f, '_> {
             [None, Some(column)] => return Ok(Some((column, Part::Diameter))),
             [None, None] => {}
         }
-        for (names, part, key) in
-            [(&RADII[..], Part::Radius, "radius"), (&DIAMETERS, Part::Diameter, "diameter")]
-        {
-            let found = names.iter().filter_map(|name| self.find(name).transpose());
+        for (part, key) in [(Part::Radius, "radius"), (Part::Diameter, "diameter")] {
+            let found = aliases(key).filter_map(|name| self.find(name).transpose());
             let mut found = found.collect::<Result<Vec<usize>>>()?;
             // `r` may be the red.
             found.retain(|column| !color.iter().any(|(other, _)| other == column));
@@ -643,7 +649,7 @@ impl<'f> Finder<'f, '_> {
         match self.chosen("element", choice)? {
             Some(column) => Ok(Some(column)),
             None if choice.is_some() || !self.header.has_elements => Ok(None),
-            None => ELEMENTS.iter().find_map(|name| self.find(name).transpose()).transpose(),
+            None => aliases("element").find_map(|name| self.find(name).transpose()).transpose(),
         }
     }
 
@@ -666,15 +672,16 @@ impl<'f> Finder<'f, '_> {
     }
 }
 
-/// Returns the key of `columns` for a name in a file.
-fn part_of(name: &str) -> Option<&'static str> {
+/// Returns the key of `columns` for a name in a file; `None` if no key selects columns of this name.
+fn key_of(name: &str) -> Option<&'static str> {
     let keys = ColumnKeys::INFO.keys.iter().map(|key| key.name);
+    let single = ALIASES.iter().find(|(_, names)| names.contains(&name)).map(|(key, _)| *key);
     let coordinate = CENTERS.iter().find_map(|names| names.iter().position(|other| *other == name));
     let color =
         COLORS[1..].iter().find_map(|names| names[..3].iter().position(|other| *other == name));
     keys.into_iter()
         .find(|key| *key == name)
-        .or(RADII.contains(&name).then_some("radius"))
+        .or(single)
         .or(coordinate.map(|axis| ["x", "y", "z"][axis]))
         .or(color.map(|component| ["red", "green", "blue"][component]))
 }

@@ -670,6 +670,14 @@ pub const REFUSED: &[Refused] = &[
         Settings(&["0 0 0 1 #8fb4d9", "5 0 0 2 #8fb4d9"]),
     ),
     refuses(
+        "two_diameters.csv",
+        "",
+        ["", ""],
+        "the header has two columns `diam`",
+        "choose one with `columns = { diameter = \"diam [m]\" }`",
+        Settings(&["0 0 0 1 #8fb4d9", "5 0 0 2 #8fb4d9"]),
+    ),
+    refuses(
         "same_names.csv",
         "",
         ["", ""],
