@@ -7,10 +7,12 @@ use kugelblitz::scene::{Projection, Scene};
 use serde::Serialize;
 
 use super::calculator::Calculator as _;
-use super::line::LineDetail::{Numbers, Result as ResultOnly};
-use super::line::{Derivation, Line};
-use super::numbers::decimal_f64;
-use super::step::{self, Step, number, vector};
+use super::derivation::Derivation;
+use super::derivation::LineDetail::{Numbers, Result as ResultOnly};
+use super::expression::Expression;
+use super::line::Line;
+use super::numbers::{Short, decimal_f64};
+use super::step::{Step, Tape, show};
 use super::words::Words;
 
 /// Digits of an f64 that are printed at most, as more would be digits of its binary fraction.
@@ -41,63 +43,64 @@ pub struct CameraExplanation {
 }
 
 /// Derives `o` and `d` of the first pixel's centre ray from the camera, exactly, and returns them with the derivation.
-pub(super) fn derive(
+pub(super) fn derive<'t>(
+    tape: &'t Tape,
     pixels: &Pixels,
     scene: &Scene,
     words: &Words,
     digits: usize,
-) -> (Derivation, [V3<Step>; 2], CameraExplanation) {
+) -> (Derivation, [V3<Step<'t>>; 2], CameraExplanation) {
     let Pixels { view, image_width, image_height, x, y, .. } = *pixels;
-    let mut told = Derivation::new(digits);
-    let count = |name, n: u32| number(name, Root::from(integer(n.into())));
+    let mut derivation = Derivation::new(digits);
+    let count = |name, n: u32| tape.number(name, Root::from(integer(n.into())));
     let (x, y) = (count("x", x), count("y", y));
     let (width, height) = (count("W", image_width), count("H", image_height));
     let [one, two, half] = [1.0, 2.0, 0.5].map(Step::lit);
 
     let h = match view.lens {
         Lens::Perspective => {
-            let h = number("h", Root::from(exact(view.h)));
-            told.lines.push(tangent(fov_degrees(scene, view.h), view.h, digits));
+            let h = tape.number("h", Root::from(exact(view.h)));
+            derivation.lines.push(tangent(fov_degrees(scene, view.h), view.h, digits));
             h
         }
         Lens::Orthographic => {
-            let h = number("height", Root::from(exact(2.0 * view.h))) / two;
-            told.said(["h"; 2], ["height / 2", r"\frac{\text{height}}{2}"], h);
+            let h = tape.number("height", Root::from(exact(2.0 * view.h))) / two;
+            derivation.written(["h"; 2], ["height / 2", r"\frac{\text{height}}{2}"], h);
             h
         }
     };
     let aspect = width / height;
-    told.line("", &[aspect], Numbers);
+    derivation.line("", &[aspect], Numbers);
     let u = (two * (x + half) / width - one) * h * aspect;
     let latex = r"\left(\frac{2(x + \frac{1}{2})}{W} - 1\right) h\,\frac{W}{H}";
-    told.said(["u"; 2], ["(2·(x + ½)/W − 1)·h·W/H", latex], u);
+    derivation.written(["u"; 2], ["(2·(x + ½)/W − 1)·h·W/H", latex], u);
     let v = (one - two * (y + half) / height) * h;
     let latex = r"\left(1 - \frac{2(y + \frac{1}{2})}{H}\right) h";
-    told.said(["v"; 2], ["(1 − 2·(y + ½)/H)·h", latex], v);
-    step::tell(&[u], "u");
-    step::tell(&[v], "v");
+    derivation.written(["v"; 2], ["(1 − 2·(y + ½)/H)·h", latex], v);
+    show(&[u], "u");
+    show(&[v], "v");
 
-    let of_view = |name, v: glam::DVec3| vector(name, v.to_array().map(|x| Root::from(exact(x))));
+    let of_view = |name, v: glam::DVec3| tape.vector_of_scene(name, v);
     let axes = [view.forward, view.right, view.true_up];
     let [forward, right, true_up] = [0, 1, 2].map(|axis| of_view(words.axes[axis], axes[axis]));
-    told.given_below(words.axes[0], &forward.0);
-    told.given(words.axes[1], &right.0);
-    told.given(words.axes[2], &true_up.0);
-    let across = |from: V3<Step>| from + V3([u; 3]).times(right) + V3([v; 3]).times(true_up);
+    derivation.given_below(words.axes[0], &forward.0);
+    derivation.given(words.axes[1], &right.0);
+    derivation.given(words.axes[2], &true_up.0);
+    let across = |from: V3<Step<'t>>| from + V3([u; 3]).times(right) + V3([v; 3]).times(true_up);
     let ray = match view.lens {
         Lens::Perspective => {
             let o = of_view("o", view.position);
-            told.given_below("o", &o.0);
+            derivation.given_below("o", &o.0);
             let d = across(forward);
-            told.line("d", &d.0, Numbers);
+            derivation.line("d", &d.0, Numbers);
             [o, d]
         }
         Lens::Orthographic => {
             let position = of_view("position", view.position);
-            told.given_below("position", &position.0);
+            derivation.given_below("position", &position.0);
             let o = across(position);
-            told.line("o", &o.0, Numbers);
-            told.line("d", &forward.0, ResultOnly);
+            derivation.line("o", &o.0, Numbers);
+            derivation.line("d", &forward.0, ResultOnly);
             [o, forward]
         }
     };
@@ -113,9 +116,9 @@ pub(super) fn derive(
         forward: view.forward.to_array(),
         right: view.right.to_array(),
         true_up: view.true_up.to_array(),
-        formulas: told.lines.iter().map(Line::text).collect(),
+        formulas: derivation.formulas(),
     };
-    (told, ray, camera)
+    (derivation, ray, camera)
 }
 
 /// Returns the scene's field of view if its tangent is `h`, otherwise the field of view of `h`, in degrees.
@@ -133,10 +136,14 @@ fn tangent(fov_degrees: f64, h: f64, digits: usize) -> Line {
     let mut line = Line::of("h", false);
     let fov = decimal_f64(fov_degrees);
     let h = Root::from(exact(h)).to_decimal(digits.min(F64_DIGITS));
-    line.push(|notation| (notation.choose("tan(fov / 2)", r"\tan(\text{fov} / 2)"), false));
-    let (text, latex) = (format!("tan({fov}° / 2)"), format!(r"\tan({fov}^\circ / 2)"));
-    line.push(|notation| (notation.choose(&text, &latex), false));
-    line.push(|notation| (notation.number(&h), true));
+    line.pieces.extend([
+        Expression::Written { text: "tan(fov / 2)".into(), latex: r"\tan(\text{fov} / 2)".into() },
+        Expression::Written {
+            text: format!("tan({fov}° / 2)"),
+            latex: format!(r"\tan({fov}^\circ / 2)"),
+        },
+        Expression::Number(Short { text: h, rounded: true }),
+    ]);
     line
 }
 
@@ -162,7 +169,8 @@ mod tests {
             for (x, y) in [(0, 0), (320, 178), (640, 356), (17, 203)] {
                 let pixels = Pixels { x, y, width: 1, height: 1, ..whole };
                 let scene = Scene { camera: Some(camera.clone()), ..Scene::default() };
-                let (_, [o, d], _) = derive(&pixels, &scene, Lang::English.words(), 6);
+                let tape = Tape::default();
+                let (_, [o, d], _) = derive(&tape, &pixels, &scene, Lang::English.words(), 6);
                 let ray = ExactPixels::new(&pixels).ray(x, y);
                 for axis in 0..3 {
                     let origin = Root::ratio(ray.origin()[axis].clone(), ray.world_scale());

@@ -5,7 +5,8 @@
 //! written as they are, in UTF-8.
 
 use super::Explanation;
-use super::line::{Notation, latex_of};
+use super::expression::Notation;
+use super::line::latex_of;
 
 /// The whole explanation.
 pub fn latex(explanation: &Explanation) -> String {

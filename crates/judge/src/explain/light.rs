@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::line::Derivation;
+use super::derivation::Derivation;
 use super::numbers::Exact;
 use super::words::Remark;
 

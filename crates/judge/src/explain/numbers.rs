@@ -13,6 +13,7 @@ pub const DIGITS: usize = 20;
 pub const MANY_DIGITS: usize = 60;
 
 /// A number rounded for a formula.
+#[derive(Clone, Debug)]
 pub struct Short {
     /// Six digits at most, or as many as are asked for.
     pub text: String,

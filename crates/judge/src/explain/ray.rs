@@ -17,11 +17,11 @@ use kugelblitz::shade::{Lighting, PlainPoint};
 use kugelblitz::trace::{Kernel, Rays, WorldRay};
 
 use super::camera;
-use super::line::LineDetail::{Addends, Numbers};
-use super::line::{Derivation, Line};
+use super::derivation::Derivation;
+use super::derivation::LineDetail::{Addends, Numbers};
 use super::numbers::{in_all, scaled};
 use super::shading::lighting;
-use super::step::{Step, vector};
+use super::step::{Step, Tape};
 use super::words::Words;
 use super::{CameraExplanation, ExplainStyle, ObjectExplanation, Rank, Reason, label_in};
 use crate::verify::{Near, is_clearly_missed};
@@ -142,46 +142,47 @@ impl<'a> RayNumbers<'a> {
     }
 
     /// Begins a derivation from `o` and `d`, exactly.
-    pub fn derivation(&self) -> (Derivation, [V3<Step>; 2]) {
-        let told = Derivation::new(self.digits);
+    pub fn derivation<'t>(&self, tape: &'t Tape) -> (Derivation, [V3<Step<'t>>; 2]) {
+        let derivation = Derivation::new(self.digits);
         let (s, f) = (self.exact.world_scale(), self.exact.direction_scale());
         let of = |name, v: &[Dyadic; 3], scale| {
-            vector(name, v.each_ref().map(|x| Root::ratio(x.clone(), scale)))
+            tape.vector(name, v.each_ref().map(|x| Root::ratio(x.clone(), scale)))
         };
-        (told, [of("o", self.exact.origin(), s), of("d", self.exact.direction(), f)])
+        (derivation, [of("o", self.exact.origin(), s), of("d", self.exact.direction(), f)])
     }
 
     /// Derives `o` and `d`, and returns the camera as well if the ray belongs to a pixel.
     pub fn ray(&self) -> (Derivation, Option<CameraExplanation>) {
-        let (mut told, [o, d], camera) = match self.rays {
+        let tape = Tape::default();
+        let (mut derivation, [o, d], camera) = match self.rays {
             Rays::Pixels(pixels) => {
-                let (told, ray, camera) =
-                    camera::derive(pixels, self.scene, self.words, self.digits);
-                (told, ray, Some(camera))
+                let (derivation, ray, camera) =
+                    camera::derive(&tape, pixels, self.scene, self.words, self.digits);
+                (derivation, ray, Some(camera))
             }
             Rays::List(_) => {
-                let (mut told, [o, d]) = self.derivation();
-                told.given("o", &o.0);
-                told.given("d", &d.0);
-                (told, [o, d], None)
+                let (mut derivation, [o, d]) = self.derivation(&tape);
+                derivation.given("o", &o.0);
+                derivation.given("d", &d.0);
+                (derivation, [o, d], None)
             }
         };
         let num::Ray { origin, direction, .. } = self.lecture;
-        told.rows(["o.x", "o.y", "o.z"], o.0, |axis| {
+        derivation.rows(["o.x", "o.y", "o.z"], o.0, |axis| {
             [Some(Some(origin.0[axis].into())), None, Some(Some(self.origin[axis]))]
         });
-        told.rows(["d.x", "d.y", "d.z"], d.0, |axis| {
+        derivation.rows(["d.x", "d.y", "d.z"], d.0, |axis| {
             let stable = scaled(self.stable.ray.direction.0[axis], self.exponent);
             in_all(direction.0[axis], stable, self.direction[axis])
         });
-        (told, camera)
+        (derivation, camera)
     }
 
     /// How the ray meets an object.
     pub fn object(&self, rank: &Rank) -> Option<ObjectExplanation> {
         let id = rank.id;
         let object = self.scene.object(id)?;
-        let told = match object {
+        let derivation = match object {
             Object::Sphere(sphere) => self.sphere(sphere),
             Object::Plane(plane) => self.plane(plane),
         };
@@ -190,8 +191,8 @@ impl<'a> RayNumbers<'a> {
             id,
             label: self.label(id),
             shape: object.shape(),
-            formulas: told.lines.iter().map(Line::text).collect(),
-            derivation: told,
+            formulas: derivation.formulas(),
+            derivation,
             reason: Reason::Degenerate,
             why: Vec::new(),
             gap: rank.root.is_none().then_some(gap),
@@ -202,21 +203,22 @@ impl<'a> RayNumbers<'a> {
     }
 
     fn sphere(&self, sphere: &Sphere) -> Derivation {
-        let (mut told, [o, d]) = self.derivation();
-        let c = V3(told.of_scene("c", sphere.center.to_array()));
-        let [r] = told.of_scene("r", [sphere.radius]);
+        let tape = Tape::default();
+        let (mut derivation, [o, d]) = self.derivation(&tape);
+        let c = V3(derivation.of_scene(&tape, "c", sphere.center.to_array()));
+        let [r] = derivation.of_scene(&tape, "r", [sphere.radius]);
         let exact = quadratic(o, d, c, r);
-        told.line("", &(o - c).0, Numbers);
-        told.line("a", &[exact.a], Numbers);
-        told.line("b", &[exact.b], Addends);
-        told.line("k", &[exact.k], Addends);
-        told.line("D", &[exact.discriminant], Addends);
-        told.say_sign(exact.discriminant.signum());
+        derivation.line("", &(o - c).0, Numbers);
+        derivation.line("a", &[exact.a], Numbers);
+        derivation.line("b", &[exact.b], Addends);
+        derivation.line("k", &[exact.k], Addends);
+        derivation.line("D", &[exact.discriminant], Addends);
+        derivation.state_sign(exact.discriminant.signum());
         let is_line = exact.a.signum() > 0;
         let is_met = exact.discriminant.signum() >= 0;
         let roots = (is_line && is_met).then(|| quadratic_roots(exact));
         if let Some(roots) = roots {
-            told.roots(roots);
+            derivation.roots(roots);
         }
 
         let (single, double) = (solved(&self.lecture, sphere), solved(&self.double, sphere));
@@ -231,9 +233,9 @@ impl<'a> RayNumbers<'a> {
 
         let mut row = |symbol, lecture: Option<usize>, stable, exact: Option<Step>| {
             let [single, double] = [single, double].map(|numbers| lecture.map(|i| numbers[i]));
-            told.row(symbol, [single, stable, double], exact.map(Step::value));
+            derivation.row(symbol, [single, stable, double], exact.map(Step::value));
         };
-        let (lit, discriminant) = (<Step as Real>::lit, exact.discriminant);
+        let (lit, discriminant) = (Step::lit, exact.discriminant);
         let delta = is_line.then(|| discriminant / (lit(4.0) * exact.a));
         let half = is_met.then(|| discriminant.sqrt() / lit(2.0));
         row("a", Some(0), Some(Some(scaled(ray.a, 2 * e))), Some(exact.a));
@@ -244,7 +246,7 @@ impl<'a> RayNumbers<'a> {
         row("h", None, Some(is_hit.then(|| scaled(h, e))), half);
         row("t₁", Some(4), Some(stable.map(|t| t[0])), roots.map(|roots| roots[0]));
         row("t₂", Some(5), Some(stable.map(|t| t[1])), roots.map(|roots| roots[1]));
-        told
+        derivation
     }
 
     /// A `t` of the kernel `stable`, as it reports it.
@@ -253,16 +255,17 @@ impl<'a> RayNumbers<'a> {
     }
 
     fn plane(&self, plane: &Plane) -> Derivation {
-        let (mut told, [o, d]) = self.derivation();
-        let a = V3(told.of_scene("a", plane.point.to_array()));
-        let n = V3(told.of_scene("n", plane.normal.to_array()));
+        let tape = Tape::default();
+        let (mut derivation, [o, d]) = self.derivation(&tape);
+        let a = V3(derivation.of_scene(&tape, "a", plane.point.to_array()));
+        let n = V3(derivation.of_scene(&tape, "n", plane.normal.to_array()));
         let exact = plane_quotient(o, d, a, n);
-        told.line("", &(a - o).0, Numbers);
-        told.line("", &exact[..1], Addends);
-        told.line("", &exact[1..], Addends);
+        derivation.line("", &(a - o).0, Numbers);
+        derivation.line("", &exact[..1], Addends);
+        derivation.line("", &exact[1..], Addends);
         let root = (exact[1].signum() != 0).then(|| exact[0] / exact[1]);
         if let Some(root) = root {
-            told.line("t", &[root], Numbers);
+            derivation.line("t", &[root], Numbers);
         }
 
         let (single, double) = (divided(&self.lecture, plane), divided(&self.double, plane));
@@ -270,15 +273,15 @@ impl<'a> RayNumbers<'a> {
         let slope = self.stable.ray.direction.dot(V3(of_stable.normal));
         let stable = [of_stable.n_offset(&self.stable), slope];
         let (e, of_normal) = (self.exponent, exponent_of(plane.normal));
-        told.rows(["(a−o)·n", "d·n"], exact, |i| {
+        derivation.rows(["(a−o)·n", "d·n"], exact, |i| {
             in_all(single[i], scaled(stable[i], of_normal + [0, e][i]), double[i])
         });
         let t_of_stable = self.t_of_stable(stable[0] / stable[1]);
         let t = in_all(single[0] / single[1], t_of_stable, double[0] / double[1]);
         // A quotient by 0 is an infinity or NaN: no root.
         let t = t.map(|t| t.map(|t| t.filter(|t| t.is_finite())));
-        told.row("t", t, root.map(Step::value));
-        told
+        derivation.row("t", t, root.map(Step::value));
+        derivation
     }
 
     /// `f(p)` of the object that a kernel sees, in its arithmetic: that of `lecture`, `stable` or `double`,

@@ -1,7 +1,8 @@
 //! An [`Explanation`] as what text and LaTeX have to write: of each thing what it is, what is to be said of it, and its numbers.
 
 use super::calculator::Calculator as _;
-use super::line::{Derivation, Line};
+use super::derivation::Derivation;
+use super::line::Line;
 use super::numbers::six_digits;
 use super::words::{Remark, Words};
 use super::{ChannelByte, ColorExplanation, Explanation, ObjectExplanation};

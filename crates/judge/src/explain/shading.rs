@@ -9,15 +9,15 @@ use kugelblitz::scene::{Camera, Edges, Light, Object, Plane, Scene, Source, Sphe
 use kugelblitz::shade::{ExactMean, Lamp, Lighting, PlainPoint, PlainWay};
 
 use super::calculator::Calculator as _;
+use super::derivation::Derivation;
+use super::derivation::LineDetail::{self, Numbers};
 use super::light::{
     ChannelByte, ColorExplanation, LightExplanation, LightVerdict, MeanExplanation, Shading,
     SkyExplanation,
 };
-use super::line::Derivation;
-use super::line::LineDetail::{self, Numbers};
 use super::numbers::{COLUMNS, Columns, Exact, Short, decimal_f64, enclosed, zero};
 use super::ray::{RayNumbers, off_sphere};
-use super::step::{self, number, of_scene, vector, vector_of_scene};
+use super::step::{Tape, show};
 use super::words::Remark;
 use crate::verify::{LitPoint, exact_mean, samples_of_pixel};
 
@@ -68,16 +68,16 @@ impl RayNumbers<'_> {
         let way = |lamp| ExactWay::new(self.scene, lamp, lighting, &point.lit);
         let ways = parallel::map(0..lighting.lamps.len(), way);
         let ways: Vec<ExactWay> = ways.into_iter().collect::<Option<_>>()?;
-        let mut told = Derivation::new(self.digits);
+        let (tape, mut derivation) = (Tape::default(), Derivation::new(self.digits));
         for (channel, name) in self.words.channels.into_iter().enumerate() {
-            let c = of_scene("c", self.scene.color(id).0[channel]);
-            let a = of_scene("a", lighting.ambient[channel]);
+            let c = tape.of_scene("c", self.scene.color(id).0[channel]);
+            let a = tape.of_scene("a", lighting.ambient[channel]);
             let names = [name, &format!(r"\text{{{name}}}")];
             let formula = r"c\,(a + \textstyle\sum I\,\vec{n} \cdot \vec{\omega})";
-            let sum = number("Σ", sum_of(&ways, channel));
-            told.said(names, [self.words.channel_formula, formula], c * (a + sum));
+            let sum = tape.number("Σ", sum_of(&ways, channel));
+            derivation.written(names, [self.words.channel_formula, formula], c * (a + sum));
         }
-        color.derivation.lines = told.lines;
+        color.derivation.lines = derivation.lines;
         let light = |(index, light): (usize, &Light)| {
             let way = ways.iter().find(|way| way.lamp.light == Some(index));
             let name = format!("{} {}", self.words.light, index + 1);
@@ -97,41 +97,42 @@ impl RayNumbers<'_> {
     pub fn point(&self) -> Option<(Derivation, Point<'_>)> {
         let hit = self.hit.as_ref()?;
         let lit = LitPoint::new(&self.exact, hit, &self.near);
-        let (mut told, [o, d]) = self.derivation();
-        let t = number("t", hit.root.clone());
+        let tape = Tape::default();
+        let (mut derivation, [o, d]) = self.derivation(&tape);
+        let t = tape.number("t", hit.root.clone());
         let p = o + V3([t; 3]).times(d);
-        told.line("p", &p.0, Numbers);
+        derivation.line("p", &p.0, Numbers);
         let (letter, off, outward) = match hit.object {
             Object::Sphere(&Sphere { center, radius }) => {
-                let (c, r) = (vector_of_scene("c", center), of_scene("r", radius));
-                told.line("", &(p - c).0, Numbers);
+                let (c, r) = (tape.vector_of_scene("c", center), tape.of_scene("r", radius));
+                derivation.line("", &(p - c).0, Numbers);
                 ("n", off_sphere(p - c, r), (p - c) / r)
             }
             Object::Plane(&Plane { point, normal, .. }) => {
-                let (a, n) = (vector_of_scene("a", point), vector_of_scene("n", normal));
-                told.line("", &(p - a).0, Numbers);
+                let (a, n) = (tape.vector_of_scene("a", point), tape.vector_of_scene("n", normal));
+                derivation.line("", &(p - a).0, Numbers);
                 let length = n.dot(n).sqrt();
-                step::tell(&[length], "");
+                show(&[length], "");
                 ("", (p - a).dot(n), n / length)
             }
         };
-        told.line("f(p)", &[off], Numbers);
+        derivation.line("f(p)", &[off], Numbers);
         let normal = if hit.side == Side::Back { -outward } else { outward };
-        told.line(letter, &normal.0, Numbers);
+        derivation.line(letter, &normal.0, Numbers);
 
-        told.rows(["p.x", "p.y", "p.z"], p.0, |axis| {
+        derivation.rows(["p.x", "p.y", "p.z"], p.0, |axis| {
             let origin = |kernel| if kernel == 2 { self.reference[axis] } else { 0.0 };
             let world = |kernel, plain: &PlainPoint| origin(kernel) + plain.at[axis];
             let [lecture, _, double] = self.columns(world);
             [lecture, None, double]
         });
         let residual = self.columns(|kernel, plain| self.residual(kernel, plain));
-        told.row("f(p)", residual, off.value());
-        told.rows(["n.x", "n.y", "n.z"], normal.0, |axis| {
+        derivation.row("f(p)", residual, off.value());
+        derivation.rows(["n.x", "n.y", "n.z"], normal.0, |axis| {
             self.columns(|_, plain| plain.normal[axis])
         });
         let [at, normal] = [p, normal].map(|v| v.0.map(|x| x.value()));
-        Some((told, Point { lit, at, normal }))
+        Some((derivation, Point { lit, at, normal }))
     }
 
     /// How a light falls on the point; without a way to it, it gives none.
@@ -150,45 +151,49 @@ impl RayNumbers<'_> {
             derivation: Derivation::default(),
         };
         let Some(way) = way else { return dark };
-        let (mut told, [o, d]) = self.derivation();
-        let (n, p) = (vector("n", point.normal.clone()), vector("p", point.at.clone()));
+        let tape = Tape::default();
+        let (mut derivation, [o, d]) = self.derivation(&tape);
+        let n = tape.vector("n", point.normal.clone());
+        let p = tape.vector("p", point.at.clone());
         let (w, shown) = match (source, way.lamp.origin) {
-            (Source::Point(position), _) => (vector_of_scene("l", position) - p, Numbers),
-            (Source::Sun(direction), _) => (-vector_of_scene("l", direction), LineDetail::Result),
+            (Source::Point(position), _) => (tape.vector_of_scene("l", position) - p, Numbers),
+            (Source::Sun(direction), _) => {
+                (-tape.vector_of_scene("l", direction), LineDetail::Result)
+            }
             (Source::Eye, Source::Sun(_)) => (-d, LineDetail::Result),
             (Source::Eye, _) => (o - p, Numbers),
         };
-        told.line("w", &w.0, shown);
+        derivation.line("w", &w.0, shown);
         let is_at_point = w.0.iter().all(|component| component.signum() == 0);
         let cosine = n.dot(w) / w.dot(w).sqrt();
         if !is_at_point {
-            told.line("n·ω", &[cosine], Numbers);
+            derivation.line("n·ω", &[cosine], Numbers);
         }
         let root = way.hidden_by.as_ref().map(|(root, _)| root.clone());
         if let Some(root) = &root {
-            told.given("s", &[number("s", root.clone())]);
+            derivation.given("s", &[tape.number("s", root.clone())]);
         }
         if way.verdict == LightVerdict::Counts {
-            told.line("", &(vector("I", way.strength.clone()) * cosine).0, Numbers);
+            derivation.line("", &(tape.vector("I", way.strength.clone()) * cosine).0, Numbers);
         }
 
-        told.rows(["w.x", "w.y", "w.z"], w.0, |axis| {
+        derivation.rows(["w.x", "w.y", "w.z"], w.0, |axis| {
             self.columns(|_, plain| way.plain(plain).way[axis])
         });
         let cosines = self.columns(|_, plain| way.plain(plain).cosine);
-        told.row("n·ω", cosines, way.cosine.clone());
+        derivation.row("n·ω", cosines, way.cosine.clone());
         let roots = self.columns(|_, plain| way.plain(plain).in_the_way.map(|(_, s)| s));
         if root.is_some() || roots.into_iter().any(|entry| entry.flatten().is_some()) {
-            told.row("s", roots, root);
+            derivation.row("s", roots, root);
         }
         let [red, green, blue] = way.lamp.weight;
         let shown = if red == green && green == blue { &["I·n·ω"][..] } else { &CHANNELS };
         for (channel, symbol) in shown.iter().enumerate() {
             let given = self.columns(|_, plain| way.plain(plain).given[channel]);
-            told.row(symbol, given, way.gives(channel));
+            derivation.row(symbol, given, way.gives(channel));
         }
         let (verdict, why) = (way.verdict.clone(), self.why(way, is_at_point));
-        LightExplanation { verdict, why, derivation: told, ..dark }
+        LightExplanation { verdict, why, derivation, ..dark }
     }
 
     /// Why a light counts or not, and which kernel has it otherwise.

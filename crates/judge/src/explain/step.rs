@@ -1,104 +1,134 @@
-//! The number that remembers: a formula that runs with it gives its exact value, and can be written down, in letters and with
-//! numbers put in. So the lecture's derivations are the functions that the kernels run.
+//! A number that records its formula: a formula of a kernel that runs with it yields an exact value, and the
+//! [`Expression`] of each result. So the derivations of the lecture are the functions that the kernels run.
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use kugelblitz::exact::{Root, exact};
 use kugelblitz::num::{Real, V3};
 
 use super::calculator::Calculator as _;
-use super::line::Notation;
+use super::expression::{Expression, Sign};
 use super::numbers::{MANY_DIGITS, Short};
 
-/// A number of the derivation that this thread is at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Step(u32);
+/// The numbers of a derivation, in the order of calculation.
+#[derive(Debug, Default)]
+pub struct Tape {
+    entries: RefCell<Vec<TapeEntry>>,
+}
 
-/// What a number is made by.
+/// A number of a formula.
+#[derive(Clone, Copy, Debug)]
+pub enum Step<'t> {
+    /// A constant of the formula. Two constants are combined in f64.
+    Constant(f64),
+    /// A number on a tape, by its index.
+    Recorded(&'t Tape, usize),
+}
+
+/// Operation that calculates a number from its operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Op {
+    /// Not at all.
     Given,
+    /// Not at all: it is part of the formula.
+    Constant,
     Add,
     Sub,
     Mul,
     Div,
     Neg,
     Sqrt,
-    /// The dot product of two vectors.
+    /// Dot product of two vectors.
     Dot,
 }
 
 #[derive(Clone, Debug)]
-struct Node {
+struct TapeEntry {
     op: Op,
-    operands: [Step; 2],
+    /// Indices of the operands, if the operation has any.
+    operands: [usize; 2],
     value: Root,
-    /// The letter that stands for it, if one does.
+    /// Letter of the number; empty if there is none.
     name: &'static str,
-    /// True for what has a line before: its number stands in the lines that follow.
-    is_told: bool,
+    /// Whether an earlier line shows the number, which then replaces its formula.
+    is_shown: bool,
 }
 
-thread_local! {
-    static NODES: RefCell<Vec<Node>> = const { RefCell::new(Vec::new()) };
+impl TapeEntry {
+    fn new(op: Op, operands: [usize; 2], value: Root) -> TapeEntry {
+        TapeEntry { op, operands, value, name: "", is_shown: false }
+    }
+
+    fn constant(x: f64) -> TapeEntry {
+        TapeEntry::new(Op::Constant, [0; 2], Root::from(exact(x)))
+    }
 }
 
-/// Forgets all numbers: a derivation begins.
-pub fn begin() {
-    NODES.with_borrow_mut(Vec::clear);
+impl Tape {
+    /// Records a number with a letter.
+    pub fn number(&self, name: &'static str, value: Root) -> Step<'_> {
+        let step = Step::Recorded(self, self.push(TapeEntry::new(Op::Given, [0; 2], value)));
+        show(&[step], name);
+        step
+    }
+
+    /// Records a number of the scene with a letter.
+    pub fn of_scene(&self, name: &'static str, x: f64) -> Step<'_> {
+        self.number(name, Root::from(exact(x)))
+    }
+
+    /// Records three numbers of the scene with a letter.
+    pub fn vector_of_scene(&self, name: &'static str, v: impl Into<[f64; 3]>) -> V3<Step<'_>> {
+        V3(v.into().map(|x| self.of_scene(name, x)))
+    }
+
+    /// Records three numbers with a letter.
+    pub fn vector(&self, name: &'static str, values: [Root; 3]) -> V3<Step<'_>> {
+        V3(values.map(|value| self.number(name, value)))
+    }
+
+    fn push(&self, entry: TapeEntry) -> usize {
+        let mut entries = self.entries.borrow_mut();
+        entries.push(entry);
+        entries.len() - 1
+    }
+
+    fn position(&self, is_it: impl Fn(&TapeEntry) -> bool) -> Option<usize> {
+        self.entries.borrow().iter().position(is_it)
+    }
+
+    /// Records the result of an operation, once for equal operands.
+    fn calculate(&self, op: Op, operands: [Step; 2]) -> Step<'_> {
+        let places = operands.map(|operand| match operand {
+            Step::Recorded(_, place) => place,
+            Step::Constant(x) => {
+                let constant = TapeEntry::constant(x);
+                let is_it =
+                    |entry: &TapeEntry| entry.op == Op::Constant && entry.value == constant.value;
+                self.position(is_it).unwrap_or_else(|| self.push(constant))
+            }
+        });
+        let known = self.position(|entry| entry.op == op && entry.operands == places);
+        let place = known.unwrap_or_else(|| {
+            let [x, y] = operands.map(Step::value);
+            self.push(TapeEntry::new(op, places, op.of(&x, y)))
+        });
+        Step::Recorded(self, place)
+    }
 }
 
-/// A number with a letter.
-pub fn number(name: &'static str, value: Root) -> Step {
-    let step = given(value);
-    tell(&[step], name);
-    step
-}
-
-/// A number of the scene with a letter.
-pub fn of_scene(name: &'static str, x: f64) -> Step {
-    number(name, Root::from(exact(x)))
-}
-
-/// Three numbers of the scene with a letter.
-pub fn vector_of_scene(name: &'static str, v: impl Into<[f64; 3]>) -> V3<Step> {
-    V3(v.into().map(|x| of_scene(name, x)))
-}
-
-/// Three numbers with a letter.
-pub fn vector(name: &'static str, values: [Root; 3]) -> V3<Step> {
-    V3(values.map(|value| number(name, value)))
-}
-
-/// From now on the letter, if there is one, and the number stand for these.
-pub fn tell(steps: &[Step], name: &'static str) {
-    NODES.with_borrow_mut(|nodes| {
-        for step in steps {
-            let node = &mut nodes[step.0 as usize];
-            node.is_told = true;
+/// Marks numbers as shown: from now on, their values and the letter, unless it is empty, replace their formulas.
+pub fn show(steps: &[Step], name: &'static str) {
+    for step in steps {
+        if let Step::Recorded(tape, place) = step {
+            let entry = &mut tape.entries.borrow_mut()[*place];
+            entry.is_shown = true;
             if !name.is_empty() {
-                node.name = name;
+                entry.name = name;
             }
         }
-    });
-}
-
-fn given(value: Root) -> Step {
-    put(Op::Given, [Step(u32::MAX); 2], || value)
-}
-
-/// What is calculated twice is one number.
-fn put(op: Op, operands: [Step; 2], value: impl FnOnce() -> Root) -> Step {
-    let is_it = |node: &Node| op != Op::Given && node.op == op && node.operands == operands;
-    if let Some(at) = NODES.with_borrow(|nodes| nodes.iter().position(is_it)) {
-        return Step(at as u32);
     }
-    let node = Node { op, operands, value: value(), name: "", is_told: false };
-    NODES.with_borrow_mut(|nodes| {
-        nodes.push(node);
-        Step(nodes.len() as u32 - 1)
-    })
 }
 
 impl Op {
@@ -110,98 +140,132 @@ impl Op {
             Op::Div => x.over(&y),
             Op::Neg => x.clone().negated(),
             Op::Sqrt => x.sqrt(),
-            Op::Given | Op::Dot => x.clone(),
+            Op::Given | Op::Constant | Op::Dot => x.clone(),
         }
     }
 }
 
-impl Step {
-    fn node<T>(self, of: impl FnOnce(&Node) -> T) -> T {
-        NODES.with_borrow(|nodes| of(&nodes[self.0 as usize]))
+/// Compares numbers of one tape by their places, not by their values.
+impl PartialEq for Step<'_> {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Step::Constant(x), Step::Constant(y)) => x == y,
+            (Step::Recorded(_, x), Step::Recorded(_, y)) => x == y,
+            _ => false,
+        }
+    }
+}
+
+impl<'t> Step<'t> {
+    fn entry<T>(self, of: impl FnOnce(&TapeEntry) -> T) -> T {
+        match self {
+            Step::Constant(x) => of(&TapeEntry::constant(x)),
+            Step::Recorded(tape, place) => of(&tape.entries.borrow()[place]),
+        }
     }
 
-    /// The exact number; where no square root tells it, one that nothing here tells from it.
+    /// Returns the exact number; if it is no [`Root`], one with an error that no explanation shows.
     pub fn value(self) -> Root {
-        self.node(|node| node.value.clone())
+        self.entry(|entry| entry.value.clone())
     }
 
-    /// -1, 0 or 1.
+    /// Returns the sign: -1, 0 or 1.
     pub fn signum(self) -> i32 {
-        self.node(|node| node.value.signum())
+        self.entry(|entry| entry.value.signum())
     }
 
-    fn then(self, op: Op, other: Step) -> Step {
-        put(op, [self, other], || op.of(&self.value(), other.value()))
+    fn operands(self) -> [Step<'t>; 2] {
+        match self {
+            Step::Constant(_) => [self; 2],
+            Step::Recorded(tape, _) => {
+                self.entry(|entry| entry.operands.map(|place| Step::Recorded(tape, place)))
+            }
+        }
     }
 
-    fn both(self, op: Op) -> Option<[Step; 2]> {
-        self.node(|node| (node.op == op).then_some(node.operands))
+    fn op(self) -> Op {
+        self.entry(|entry| entry.op)
     }
 
-    /// The vectors of a number that is `(a·x + b·y) + c·z`.
-    fn dot(self) -> Option<[V3<Step>; 2]> {
-        let [sum, last] = self.both(Op::Add)?;
-        let [first, second] = sum.both(Op::Add)?;
+    /// Returns the operands of this operation, if it is the one of the number.
+    fn operands_of(self, op: Op) -> Option<[Step<'t>; 2]> {
+        (self.op() == op).then(|| self.operands())
+    }
+
+    /// Returns the vectors of a number that is `(a·x + b·y) + c·z`.
+    fn dot(self) -> Option<[V3<Step<'t>>; 2]> {
+        let [sum, last] = self.operands_of(Op::Add)?;
+        let [first, second] = sum.operands_of(Op::Add)?;
         let [[a, x], [b, y], [c, z]] =
-            [first.both(Op::Mul)?, second.both(Op::Mul)?, last.both(Op::Mul)?];
+            [first.operands_of(Op::Mul)?, second.operands_of(Op::Mul)?, last.operands_of(Op::Mul)?];
         Some([V3([a, b, c]), V3([x, y, z])])
     }
 
-    /// What is added up in it.
-    pub fn addends(self) -> Vec<Step> {
-        let (op, operands) = self.node(|node| (node.op, node.operands));
-        match (self.dot(), op) {
+    /// Returns the terms of its sum.
+    pub fn addends(self) -> Vec<Step<'t>> {
+        match (self.dot(), self.op()) {
             (Some([u, v]), _) => u.times(v).0.into(),
-            (_, Op::Add | Op::Sub) => operands.into(),
-            (_, Op::Mul) => operands[1].addends(),
+            (_, Op::Add | Op::Sub) => self.operands().into(),
+            (_, Op::Mul) => self.operands()[1].addends(),
             _ => Vec::new(),
         }
     }
 }
 
 macro_rules! operators {
-    ($($trait:ident $function:ident)*) => {$(
-        impl $trait for Step {
-            type Output = Step;
-            fn $function(self, other: Step) -> Step {
-                self.then(Op::$trait, other)
+    ($($trait:ident $function:ident $sign:tt)*) => {$(
+        impl<'t> $trait for Step<'t> {
+            type Output = Step<'t>;
+            fn $function(self, other: Step<'t>) -> Step<'t> {
+                match (self, other) {
+                    (Step::Constant(x), Step::Constant(y)) => Step::Constant(x $sign y),
+                    (Step::Recorded(tape, _), _) | (_, Step::Recorded(tape, _)) => {
+                        tape.calculate(Op::$trait, [self, other])
+                    }
+                }
             }
         }
     )*};
 }
-operators! { Add add Sub sub Mul mul Div div }
+operators! { Add add + Sub sub - Mul mul * Div div / }
 
-impl Neg for Step {
-    type Output = Step;
-    fn neg(self) -> Step {
-        self.then(Op::Neg, self)
+impl<'t> Neg for Step<'t> {
+    type Output = Step<'t>;
+    fn neg(self) -> Step<'t> {
+        match self {
+            Step::Constant(x) => Step::Constant(-x),
+            Step::Recorded(tape, _) => tape.calculate(Op::Neg, [self; 2]),
+        }
     }
 }
 
-impl Real for Step {
+impl Real for Step<'_> {
     type One = f64;
     type Mask = bool;
     type Id = u32;
 
-    fn splat(x: f64) -> Step {
-        given(Root::from(exact(x)))
+    fn splat(x: f64) -> Self {
+        Step::Constant(x)
     }
     fn splat_id(id: u32) -> u32 {
         id
     }
-    fn sqrt(self) -> Step {
-        self.then(Op::Sqrt, self)
+    fn sqrt(self) -> Self {
+        match self {
+            Step::Constant(x) => Step::Constant(x.sqrt()),
+            Step::Recorded(tape, _) => tape.calculate(Op::Sqrt, [self; 2]),
+        }
     }
-    fn abs(self) -> Step {
+    fn abs(self) -> Self {
         if self.signum() < 0 { -self } else { self }
     }
-    fn lt(self, other: Step) -> bool {
+    fn lt(self, other: Self) -> bool {
         self.value() < other.value()
     }
-    fn le(self, other: Step) -> bool {
+    fn le(self, other: Self) -> bool {
         self.value() <= other.value()
     }
-    fn select(mask: bool, yes: Step, no: Step) -> Step {
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
         if mask { yes } else { no }
     }
     fn select_id(mask: bool, yes: u32, no: u32) -> u32 {
@@ -209,8 +273,8 @@ impl Real for Step {
     }
 }
 
-/// What a number or a vector is made of, and by what; in letters a scalar product is one.
-fn parts(steps: &[Step], in_letters: bool) -> (Op, [Vec<Step>; 2]) {
+/// Returns the operation and the operands of a number or a vector; in letters, a dot product is one operation.
+fn parts<'t>(steps: &[Step<'t>], in_letters: bool) -> (Op, [Vec<Step<'t>>; 2]) {
     if let [step] = steps
         && in_letters
         && let Some(vectors) = step.dot()
@@ -218,170 +282,97 @@ fn parts(steps: &[Step], in_letters: bool) -> (Op, [Vec<Step>; 2]) {
         return (Op::Dot, vectors.map(|V3(steps)| steps.to_vec()));
     }
     let part = |at: usize| {
-        let mut part: Vec<Step> =
-            steps.iter().map(|step| step.node(|node| node.operands[at])).collect();
+        let mut part: Vec<Step> = steps.iter().map(|step| step.operands()[at]).collect();
         if part.iter().all(|step| *step == part[0]) {
             part.truncate(1);
         }
         part
     };
-    (common(steps, |node| node.op).unwrap_or(Op::Given), [part(0), part(1)])
+    (common(steps, |entry| entry.op).unwrap_or(Op::Given), [part(0), part(1)])
 }
 
-/// What is said of each of these, if that is the same.
-fn common<T: PartialEq>(steps: &[Step], of: impl Fn(&Node) -> T) -> Option<T> {
-    let first = steps[0].node(&of);
-    steps.iter().all(|step| step.node(&of) == first).then_some(first)
+/// Returns a property of these numbers, if all have the same.
+fn common<T: PartialEq>(steps: &[Step], of: impl Fn(&TapeEntry) -> T) -> Option<T> {
+    let first = steps[0].entry(&of);
+    steps.iter().all(|step| step.entry(&of) == first).then_some(first)
 }
 
-/// How closely what is written holds together.
-#[derive(Clone, Copy, PartialEq, PartialOrd)]
-enum Rank {
-    Sum,
-    Product,
-    Factor,
-    Whole,
-}
-use Rank::{Factor, Product, Sum, Whole};
-
-/// The numbers that stand in an expression, rounded.
+/// The numbers in an expression, rounded.
 #[derive(Clone, Copy)]
 pub struct Rounding<'a> {
+    /// Significant digits of the numbers.
     pub digits: usize,
-    /// Numbers that stand in the expression beside what is told or given.
-    pub addends: &'a [Step],
+    /// Numbers that replace their formulas, besides those that are shown or given.
+    pub addends: &'a [Step<'a>],
 }
 
 impl Rounding<'_> {
-    fn stands(&self, step: Step) -> bool {
-        self.addends.contains(&step) || step.node(|node| node.is_told || node.op == Op::Given)
+    /// Whether the number replaces its formula.
+    fn replaces(&self, step: Step) -> bool {
+        let is_known =
+            |entry: &TapeEntry| entry.is_shown || matches!(entry.op, Op::Given | Op::Constant);
+        self.addends.contains(&step) || step.entry(is_known)
     }
 
-    /// What a calculator makes of an expression.
+    /// Returns the result of a calculator that evaluates the expression.
     pub fn calculated(&self, step: Step) -> Root {
-        if self.stands(step) {
-            let is_constant = step.node(|node| node.op == Op::Given && node.name.is_empty());
-            let digits = if is_constant { MANY_DIGITS } else { self.digits };
+        if self.replaces(step) {
+            let digits = if step.op() == Op::Constant { MANY_DIGITS } else { self.digits };
             return Root::parse(&step.value().to_decimal(digits)).unwrap_or_else(|| step.value());
         }
-        let (op, [x, y]) = step.node(|node| (node.op, node.operands));
-        op.of(&self.calculated(x), self.calculated(y))
+        let [x, y] = step.operands();
+        step.op().of(&self.calculated(x), self.calculated(y))
     }
 }
 
-/// A number or a vector as an expression, and whether a number in it is rounded: in letters, or with numbers put in.
-pub fn written(
-    notation: Notation,
-    value: &[Step],
-    numbers: Option<Rounding<'_>>,
-) -> (String, bool) {
-    let writer = Writer { notation, numbers, is_rounded: Cell::new(false) };
-    (writer.written(value), writer.is_rounded.get())
-}
-
-struct Writer<'a> {
-    notation: Notation,
-    numbers: Option<Rounding<'a>>,
-    /// True once a number was rounded.
-    is_rounded: Cell<bool>,
-}
-
-impl Writer<'_> {
-    fn written(&self, value: &[Step]) -> String {
-        self.expression(value).0
-    }
-
-    fn is_latex(&self) -> bool {
-        self.notation == Notation::Latex
-    }
-
-    /// In parentheses where it holds together less than is asked for.
-    fn within(&self, value: &[Step], rank: Rank) -> String {
-        let (text, found) = self.expression(value);
-        if found < rank { format!("({text})") } else { text }
-    }
-
-    /// A number; one that stands in letters is a constant of one digit.
-    fn number(&self, root: &Root) -> (String, Rank) {
-        let short = Short::new(root, self.numbers.map_or(1, |numbers| numbers.digits));
-        self.is_rounded.set(self.is_rounded.get() | short.rounded);
-        let is_product = self.is_latex() && short.text.contains('e');
-        let is_whole = !short.text.starts_with('-') && !is_product;
-        (self.notation.number(&short.text), if is_whole { Whole } else { Sum })
-    }
-
-    /// The number that stands for an expression, if one does.
-    fn standing(&self, value: &[Step]) -> Option<Root> {
-        let (Some(numbers), [step]) = (self.numbers, value) else { return None };
-        numbers.stands(*step).then(|| step.value())
-    }
-
-    fn expression(&self, value: &[Step]) -> (String, Rank) {
-        match (self.numbers, common(value, |node| node.name).unwrap_or_default()) {
-            (None, name) if !name.is_empty() => {
-                return (self.notation.letter(name, value.len() > 1), Whole);
-            }
-            (Some(numbers), _) if numbers.stands(value[0]) => {
-                let written: Vec<_> = value.iter().map(|step| self.number(&step.value())).collect();
-                let rank = if let [(_, rank)] = written[..] { rank } else { Whole };
-                return (self.notation.tuple(written.into_iter().map(|(text, _)| text)), rank);
-            }
-            _ => {}
+/// Returns the expression of a number or a vector: in letters, or with `numbers` put in.
+pub fn expression(value: &[Step], numbers: Option<Rounding>) -> Expression {
+    let name = common(value, |entry| entry.name).unwrap_or_default();
+    // A number in a formula in letters is a constant of one digit.
+    let short = |root: &Root| Short::new(root, numbers.map_or(1, |numbers| numbers.digits));
+    let replacement = |value: &[Step]| match (numbers, value) {
+        (Some(numbers), [step]) => numbers.replaces(*step).then(|| step.value()),
+        _ => None,
+    };
+    match numbers {
+        None if !name.is_empty() => {
+            return Expression::Letter { name, is_vector: value.len() > 1 };
         }
-        let [times, minus, square] = ["·", "−", "²"].map(|sign| self.notation.formula(sign));
-        let (op, [x, y]) = parts(value, self.numbers.is_none());
-        let (x, y) = (&*x, &*y);
-        match op {
-            Op::Given => self.number(&value[0].value()),
-            Op::Neg => match self.standing(x) {
-                Some(root) => self.number(&root.negated()),
-                None => (minus + &self.within(x, Product), Sum),
-            },
-            Op::Sqrt => (self.root(x), Whole),
-            Op::Add | Op::Sub => (self.sum(x, y, op == Op::Sub), Sum),
-            Op::Dot => (self.within(x, Factor) + &times + &self.within(y, Factor), Factor),
-            Op::Mul if x == y => (self.within(x, Whole) + &square, Factor),
-            Op::Mul => {
-                let (left, right) = (self.within(x, Product), self.within(y, Factor));
-                let times = match self.numbers {
-                    None if self.is_latex() && right.len() > 1 => r"\,",
-                    None if self.is_latex() => "",
-                    _ => &times,
-                };
-                (left + times + &right, Product)
-            }
-            Op::Div if self.is_latex() => {
-                (format!(r"\frac{{{}}}{{{}}}", self.written(x), self.written(y)), Product)
-            }
-            Op::Div => {
-                let rank = if self.standing(x).is_some() { Sum } else { Product };
-                (self.within(x, rank) + " / " + &self.within(y, Whole), Product)
-            }
+        Some(numbers) if numbers.replaces(value[0]) => {
+            let shorts = value.iter().map(|step| short(&step.value()));
+            return Expression::of_numbers(shorts.collect());
         }
+        _ => {}
     }
-
-    /// A square root; in letters that of a square is a length.
-    fn root(&self, x: &[Step]) -> String {
-        match (parts(x, self.numbers.is_none()), self.is_latex()) {
-            ((Op::Dot, [vector, _]), _) => format!("|{}|", self.written(&vector)),
-            (_, true) => format!(r"\sqrt{{{}}}", self.written(x)),
-            (_, false) => format!("√{}", self.within(x, Whole)),
-        }
-    }
-
-    /// A sum or a difference. The one with a root is that of the quadratic formula, and stands for both.
-    fn sum(&self, x: &[Step], y: &[Step], is_difference: bool) -> String {
-        let left = self.within(x, Sum);
-        let (sign, right) = match self.standing(y) {
+    let (op, [x, y]) = parts(value, numbers.is_none());
+    let one = |part: &[Step]| Box::new(expression(part, numbers));
+    let both = || Box::new([expression(&x, numbers), expression(&y, numbers)]);
+    match op {
+        Op::Given | Op::Constant => Expression::Number(short(&value[0].value())),
+        Op::Neg => match replacement(&x) {
+            Some(root) => Expression::Number(short(&root.negated())),
+            None => Expression::Negative(one(&x)),
+        },
+        // In letters, the root of a square is a length.
+        Op::Sqrt => match parts(&x, numbers.is_none()) {
+            (Op::Dot, [vector, _]) => Expression::Length(one(&vector)),
+            _ => Expression::Root(one(&x)),
+        },
+        Op::Add | Op::Sub => match replacement(&y) {
             Some(root) => {
-                let is_negative = root.signum() < 0;
-                let sign = if is_negative != is_difference { "−" } else { "+" };
-                (sign, self.number(&root.magnitude()).0)
+                let is_minus = (root.signum() < 0) != (op == Op::Sub);
+                let right = Expression::Number(short(&root.magnitude()));
+                let sign = if is_minus { Sign::Minus } else { Sign::Plus };
+                Expression::Sum(Box::new([expression(&x, numbers), right]), sign)
             }
-            None if !is_difference => ("+", self.within(y, Sum)),
-            None if parts(y, false).0 == Op::Sqrt => ("±", self.within(y, Product)),
-            None => ("−", self.within(y, Product)),
-        };
-        format!("{left} {} {right}", self.notation.formula(sign))
+            None if op == Op::Add => Expression::Sum(both(), Sign::Plus),
+            // The difference with a root is the quadratic formula, and represents both roots.
+            None if parts(&y, false).0 == Op::Sqrt => Expression::Sum(both(), Sign::PlusMinus),
+            None => Expression::Sum(both(), Sign::Minus),
+        },
+        Op::Dot => Expression::Dot(both()),
+        Op::Mul if x == y => Expression::Square(one(&x)),
+        Op::Mul => Expression::Product { factors: both(), is_in_letters: numbers.is_none() },
+        Op::Div => Expression::Quotient(both()),
     }
 }

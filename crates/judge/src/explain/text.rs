@@ -1,6 +1,7 @@
 //! An [`Explanation`] as plain text of at most [`WIDTH`] columns.
 
-use super::line::{Derivation, text_of};
+use super::derivation::Derivation;
+use super::line::text_of;
 use super::numbers::{COLUMNS, decimal_f32, decimal_f64};
 use super::section::TextSection;
 use super::words::{Remark, Words};

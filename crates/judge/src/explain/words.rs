@@ -9,7 +9,7 @@ use std::fmt;
 use kugelblitz::scene::Object;
 use serde::{Serialize, Serializer};
 
-use super::line::Notation;
+use super::expression::Notation;
 
 /// The language of an explanation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -7,7 +7,6 @@ use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::exact::Root;
 use kugelblitz::kernel::lecture::{plane_quotient, quadratic, quadratic_roots};
-use kugelblitz::num::{Real as _, V3};
 use kugelblitz::rays::{View, WorldRay};
 use kugelblitz::scene::{Framing, Object, Plane, Projection, Sphere};
 
@@ -17,7 +16,7 @@ use super::sphere::outline;
 use super::words::round_step;
 use crate::explain::DEFAULT_DIGITS;
 use crate::explain::numbers::Short;
-use crate::explain::step::{self, Step};
+use crate::explain::step::Tape;
 
 /// Rays between the edges of the picture: an even number, so that none is on the axis.
 const N_RAYS: u64 = 6;
@@ -154,11 +153,13 @@ fn told(number: &Root) -> String {
 
 /// The number that decides whether the line of a ray meets an object, `D` or `d·n`, and where it does, exactly.
 fn meeting(ray: &WorldRay, object: Object) -> (Root, Vec<Root>) {
-    step::begin();
-    let [o, d] = [ray.origin, ray.direction].map(V3::<Step>::lit);
+    let tape = Tape::default();
+    let vector = |name, v: DVec3| tape.vector_of_scene(name, v);
+    let (o, d) = (vector("o", ray.origin), vector("d", ray.direction));
     let (deciding, roots) = match object {
         Object::Sphere(sphere) => {
-            let equation = quadratic(o, d, V3::lit(sphere.center), Step::lit(sphere.radius));
+            let equation =
+                quadratic(o, d, vector("c", sphere.center), tape.of_scene("r", sphere.radius));
             let roots = match equation.discriminant.signum() {
                 -1 => Vec::new(),
                 sign => quadratic_roots(equation)[..=sign as usize].to_vec(),
@@ -166,8 +167,8 @@ fn meeting(ray: &WorldRay, object: Object) -> (Root, Vec<Root>) {
             (equation.discriminant, roots)
         }
         Object::Plane(plane) => {
-            let [numerator, denominator] =
-                plane_quotient(o, d, V3::lit(plane.point), V3::lit(plane.normal));
+            let (a, n) = (vector("a", plane.point), vector("n", plane.normal));
+            let [numerator, denominator] = plane_quotient(o, d, a, n);
             let is_met = denominator.signum() != 0;
             (denominator, is_met.then(|| numerator / denominator).into_iter().collect())
         }
