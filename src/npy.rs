@@ -1,13 +1,14 @@
 //! NumPy's `.npy` files: tables of numbers, structured arrays of hits, and the header of both.
 
+mod literal;
+
 use std::io::{self, BufReader, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use bytemuck::bytes_of;
 use exr::prelude::f16;
-use toml::Spanned;
-use toml::de::DeValue;
+use literal::{Literal, LiteralValue};
 
 use crate::error::{Error, Result};
 use crate::memory;
@@ -331,10 +332,6 @@ fn invalid(message: impl Into<String>) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, message.into())
 }
 
-fn no_table() -> io::Error {
-    invalid("its header is not that of a table of numbers")
-}
-
 impl Header {
     /// Reads the header of versions 1 to 3, and tells its length in bytes.
     ///
@@ -368,25 +365,28 @@ impl Header {
     }
 
     fn parse(text: &str) -> io::Result<Header> {
-        // In single quotes a backslash escapes what follows for NumPy, and for TOML it does not.
-        if text.contains('\\') {
-            return Err(invalid("its header has unexpected signs"));
-        }
-        let toml = toml_of(text);
-        let entries = DeValue::parse(toml.trim()).map_err(|_| no_table())?.into_inner();
+        let header = literal::parse(text)?;
+        let LiteralValue::Dict(entries) = &header.value else {
+            return Err(header.wrong("a dictionary"));
+        };
         let entry = |name: &str| {
-            let entry = entries.get(name).map(Spanned::get_ref);
+            let entry = entries.iter().find(|(key, _)| key == name);
+            let entry = entry.map(|(_, literal)| literal);
             entry.ok_or_else(|| invalid(format!("its header lacks `{name}`")))
         };
         let descr = entry("descr")?;
         let (mut cells, mut at) = (Vec::new(), Some(0));
         add_cells(&mut cells, "", descr, &mut at)?;
+        let order = entry("fortran_order")?;
+        let LiteralValue::Bool(is_fortran) = order.value else {
+            return Err(order.wrong("`True` or `False`"));
+        };
         Ok(Header {
             cells,
             element_bytes: at.filter(|n| *n > 0),
-            is_structured: descr.is_array(),
+            is_structured: matches!(descr.value, LiteralValue::Sequence(_)),
             shape: shape_of(entry("shape")?)?,
-            is_fortran: entry("fortran_order")?.as_bool().ok_or_else(no_table)?,
+            is_fortran,
         })
     }
 
@@ -400,35 +400,23 @@ impl Header {
     }
 }
 
-/// TOML that says what a header does: it has the same texts, numbers and lists, with other signs around.
-fn toml_of(python: &str) -> String {
-    let mut quote = None;
-    let sign = |sign| {
-        match (quote, sign) {
-            (None, '\'' | '"') => quote = Some(sign),
-            (None, '(') => return '[',
-            (None, ')') => return ']',
-            (None, ':') => return '=',
-            (None, 'T' | 'F') => return sign.to_ascii_lowercase(),
-            (Some(open), _) if open == sign => quote = None,
-            _ => {}
-        }
-        sign
+/// Returns the sizes along the axes of an array or of a field.
+fn shape_of(shape: &Literal) -> io::Result<Vec<u64>> {
+    let size = |size: &Literal| match size.value {
+        LiteralValue::Int(n) => u64::try_from(n).map_err(|_| size.wrong("a size from 0 to 10¹⁸")),
+        _ => Err(size.wrong("a size, which is a whole number")),
     };
-    python.chars().map(sign).collect()
-}
-
-/// The numbers along each axis.
-fn shape_of(value: &DeValue) -> io::Result<Vec<u64>> {
-    let number = |axis: &Spanned<DeValue>| match axis.get_ref() {
-        DeValue::Integer(n) => u64::from_str_radix(n.as_str(), n.radix()).ok(),
-        _ => None,
-    };
-    let axes = value.as_array().and_then(|axes| axes.iter().map(number).collect());
-    let axes: Vec<u64> = axes.ok_or_else(no_table)?;
+    let axes: Vec<u64> = shape
+        .items("a tuple of sizes, such as (1000, 4)")?
+        .iter()
+        .map(size)
+        .collect::<io::Result<_>>()?;
     // An axis of nothing makes no product smaller.
     let product = axes.iter().try_fold(1, |product: u64, n| product.checked_mul(*n.max(&1)));
-    product.filter(|product| *product < MAX_NUMBERS).map(|_| axes).ok_or_else(no_table)
+    match product.filter(|product| *product < MAX_NUMBERS) {
+        Some(_) => Ok(axes),
+        None => Err(shape.wrong("a shape of fewer than 10¹⁸ numbers")),
+    }
 }
 
 /// Adds the numbers of a type to those of a record. `at` counts the bytes before it while they have a fixed
@@ -436,28 +424,29 @@ fn shape_of(value: &DeValue) -> io::Result<Vec<u64>> {
 fn add_cells(
     cells: &mut Vec<Cell>,
     field: &str,
-    descr: &DeValue,
+    descr: &Literal,
     at: &mut Option<usize>,
 ) -> io::Result<()> {
-    if let Some(type_name) = descr.as_str() {
-        let (cell, n_bytes) = Cell::parse(type_name, field, at.unwrap_or_default())?;
+    if let LiteralValue::Text(type_name) = &descr.value {
+        let (cell, n_bytes) = Cell::parse(type_name, field, at.unwrap_or_default())
+            .ok_or_else(|| descr.wrong("a type such as '<f8'"))?;
         cells.push(cell);
         let sum = at.zip(n_bytes).and_then(|(before, n_bytes)| before.checked_add(n_bytes));
         // Cells of no bytes are counted, too.
         *at = sum.filter(|n| (*n).max(cells.len()) <= MAX_RECORD_BYTES);
         return Ok(());
     }
-    for inner in descr.as_array().ok_or_else(no_table)?.iter() {
-        let parts = inner.get_ref().as_array().ok_or_else(no_table)?;
-        let parts: Vec<&DeValue> = parts.iter().map(Spanned::get_ref).collect();
-        let (DeValue::String(name), descr, shape) = (match parts[..] {
+    for inner in descr.items("a type such as '<f8', or a list of fields")? {
+        let expected = "a field, such as ('x', '<f8') or ('normal', '<f4', (3,))";
+        let (name, descr, shape) = match inner.items(expected)? {
             [name, descr] => (name, descr, Vec::new()),
             [name, descr, shape] => (name, descr, shape_of(shape)?),
-            _ => return Err(no_table()),
-        }) else {
-            return Err(no_table());
+            _ => return Err(inner.wrong(expected)),
         };
-        let full = if field.is_empty() { name.to_string() } else { format!("{field}.{name}") };
+        let LiteralValue::Text(name) = &name.value else {
+            return Err(name.wrong("the name of a field"));
+        };
+        let full = if field.is_empty() { name.clone() } else { format!("{field}.{name}") };
         let first = cells.len();
         for _ in 0..shape.iter().product() {
             let before = *at;
@@ -481,13 +470,13 @@ fn add_cells(
 }
 
 impl Cell {
-    /// Reads `<f8` and the like; its bytes are `None` where they differ from one to the next.
-    fn parse(name: &str, field: &str, offset: usize) -> io::Result<(Cell, Option<usize>)> {
-        let wrong = || invalid(format!("invalid type string: '{name}'"));
-        let (order, rest) = name.split_at_checked(1).ok_or_else(wrong)?;
-        let (code, rest) = rest.split_at_checked(1).ok_or_else(wrong)?;
+    /// Parses `<f8` and the like; the number of bytes is `None` if it differs from one element to the next. Returns `None` for
+    /// any other text.
+    fn parse(name: &str, field: &str, offset: usize) -> Option<(Cell, Option<usize>)> {
+        let (order, rest) = name.split_at_checked(1)?;
+        let (code, rest) = rest.split_at_checked(1)?;
         if !["<", ">", "|"].contains(&order) {
-            return Err(wrong());
+            return None;
         }
         // Units of time stand behind.
         let n: Option<usize> = rest.split('[').next().and_then(|digits| digits.parse().ok());
@@ -508,7 +497,7 @@ impl Cell {
             offset,
             is_big_endian: order == ">",
         };
-        Ok((cell, n_bytes))
+        Some((cell, n_bytes))
     }
 
     /// The name of its field, followed by `:0`, `:1` and so on in a field of several numbers.
@@ -557,5 +546,177 @@ impl Cell {
             (Kind::Int, _) => bits as i64 as f64,
             (Kind::Bool | Kind::Uint, _) => bits as f64,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    /// Returns the numbers of a file of these elements, one row after the other.
+    fn numbers_of(descr: &str, shape: &[u64], data: &[u8]) -> Vec<f64> {
+        let file = [header(descr, shape), data.to_vec()].concat();
+        let array = Array::new(&file[..], Some(file.len() as u64), "a.npy".as_ref(), "numbers");
+        let array = array.unwrap();
+        let is_structured = array.header.is_structured;
+        let array =
+            if is_structured { array.records() } else { array.numbers(|_| true, "numbers") };
+        let array = array.unwrap();
+        let cells: Vec<(usize, usize)> = (0..array.header.cells.len()).map(|i| (i, i)).collect();
+        let mut numbers = vec![f64::NAN; array.n_rows() * cells.len()];
+        array.read(&cells, |row, cell, number| numbers[row * cells.len() + cell] = number).unwrap();
+        numbers
+    }
+
+    #[test]
+    fn each_dtype_is_read_back() {
+        /// Adds the bytes of numbers of a type in both orders, with the numbers as f64.
+        macro_rules! of_type {
+            ($all:ident, $name:literal, $type:ty, $($number:expr),*) => {{
+                let numbers: Vec<$type> = vec![$($number),*];
+                let expected: Vec<f64> = numbers.iter().map(|&number| f64::from(number)).collect();
+                let [little, big]: [Vec<u8>; 2] = [
+                    numbers.iter().flat_map(|number| number.to_le_bytes()).collect(),
+                    numbers.iter().flat_map(|number| number.to_be_bytes()).collect(),
+                ];
+                $all.push((format!("<{}", $name), little, expected.clone()));
+                $all.push((format!(">{}", $name), big, expected));
+            }};
+        }
+        let mut all: Vec<(String, Vec<u8>, Vec<f64>)> = vec![
+            ("|b1".into(), vec![0, 1], vec![0.0, 1.0]),
+            ("|u1".into(), vec![0, 255], vec![0.0, 255.0]),
+            ("|i1".into(), vec![127, 128], vec![127.0, -128.0]),
+            ("<i8".into(), (-3i64).to_le_bytes().repeat(2), vec![-3.0; 2]),
+            (">i8".into(), i64::MIN.to_be_bytes().repeat(2), vec![-(2f64.powi(63)); 2]),
+            ("<u8".into(), u64::MAX.to_le_bytes().repeat(2), vec![2f64.powi(64); 2]),
+        ];
+        of_type!(all, "u2", u16, 0x0102, u16::MAX);
+        of_type!(all, "i2", i16, 0x0102, i16::MIN);
+        of_type!(all, "u4", u32, 0x0102_0304, u32::MAX);
+        of_type!(all, "i4", i32, 0x0102_0304, i32::MIN);
+        of_type!(all, "f2", f16, f16::from_f32(0.1), f16::from_f32(-65504.0));
+        of_type!(all, "f4", f32, 0.1, f32::MIN);
+        of_type!(all, "f8", f64, 0.1, f64::MIN);
+        for (dtype, data, expected) in all {
+            assert_eq!(numbers_of(&format!("'{dtype}'"), &[2, 1], &data), expected, "{dtype}");
+            assert_eq!(
+                numbers_of(&format!("[('q', '{dtype}')]"), &[2], &data),
+                expected,
+                "{dtype}"
+            );
+            let of_two = numbers_of(&format!("[('q', '{dtype}', (2,))]"), &[1], &data);
+            assert_eq!(of_two, expected, "{dtype}");
+        }
+    }
+
+    #[test]
+    fn each_record_of_hits_is_read_back() {
+        for (rgb, alpha, level) in [(false, false, false), (true, false, true), (true, true, false)]
+        {
+            let layout = Record { rgb, alpha, level };
+            let file = layout.header(&[3, 5]);
+            assert_eq!(file.len() % 64, 0);
+            let (found, n_bytes) = Header::read(&mut &file[..]).unwrap();
+            assert_eq!(n_bytes, file.len() as u64);
+            assert_eq!(
+                (found.element_bytes, &found.shape[..]),
+                (Some(layout.bytes()), &[3, 5][..])
+            );
+            assert!(found.is_structured && !found.is_fortran);
+            let fields: usize = layout.fields().map(|(_, _, n, _)| n).sum();
+            assert_eq!(found.cells.len(), fields);
+            assert_eq!(found.cells[2].name(), "normal:0");
+        }
+    }
+
+    #[test]
+    fn errors_of_headers_name_the_place() {
+        for (text, expected) in [
+            ("[1]", ", character 1: expected a dictionary, found (1)"),
+            ("{'shape': ()}", " lacks `descr`"),
+            ("{'descr': '<f8', 'fortran_order': False}", " lacks `shape`"),
+            ("{'descr': 'f8'}", ", character 11: expected a type such as '<f8', found `'f8'`"),
+            (
+                "{'descr': 8}",
+                ", character 11: expected a type such as '<f8', or a list of fields, found `8`",
+            ),
+            (
+                "{'descr': [('x',)]}",
+                ", character 12: expected a field, such as ('x', '<f8') or ('normal', '<f4', (3,)), found ('x')",
+            ),
+            ("{'descr': [(1, '<f8')]}", ", character 13: expected the name of a field, found `1`"),
+            (
+                "{'descr': '<f8', 'fortran_order': 0, 'shape': (3,)}",
+                ", character 35: expected `True` or `False`, found `0`",
+            ),
+            (
+                "{'descr': '<f8', 'fortran_order': True, 'shape': (3)}",
+                ", character 50: expected a tuple of sizes, such as (1000, 4), found `3`",
+            ),
+            (
+                "{'descr': '<f8', 'fortran_order': True, 'shape': (3, '4')}",
+                ", character 54: expected a size, which is a whole number, found `'4'`",
+            ),
+            (
+                "{'descr': '<f8', 'fortran_order': True, 'shape': (3000000000, 3000000000)}",
+                ", character 50: expected a shape of fewer than 10¹⁸ numbers, found (3000000000, 3000000000)",
+            ),
+        ] {
+            let error = Header::parse(text).err().unwrap().to_string();
+            assert_eq!(error, format!("its header{expected}"), "{text}");
+        }
+    }
+
+    #[test]
+    fn no_damaged_header_panics() {
+        let mut rng = ChaCha8Rng::seed_from_u64(20_260_219);
+        let headers = [
+            header("'<f8'", &[1000, 4]),
+            Record { rgb: true, alpha: true, level: true }.header(&[2, 3]),
+            header(
+                "[('a b', [('x', '>i2', (2, 2)), ('', '|V3')]), ('t', '<M8[ns]'), ('u', '<U7')]",
+                &[9],
+            ),
+        ];
+        let signs: Vec<char> = "'\"\\()[]{},: LTFxuU-0179é\n".chars().collect();
+        let (mut n_read, mut n_refused) = (0, 0);
+        for case in 0..20_000 {
+            let whole = &headers[case % headers.len()];
+            let mut text: Vec<char> = whole[10..].iter().copied().map(char::from).collect();
+            for _ in 0..rng.random_range(1..4) {
+                let at = rng.random_range(0..text.len());
+                let sign = signs[rng.random_range(0..signs.len())];
+                match rng.random_range(0..5) {
+                    0 => text[at] = sign,
+                    1 => text.insert(at, sign),
+                    2 => drop(text.remove(at)),
+                    3 => drop(text.splice(at..at, [sign; 40])),
+                    _ => text.truncate(at + 3),
+                }
+            }
+            let text: String = text.into_iter().collect();
+            match Header::parse(&text) {
+                Ok(header) => {
+                    assert!(header.element_bytes.is_none_or(|n| n <= MAX_RECORD_BYTES), "{text}");
+                    n_read += 1;
+                }
+                Err(error) => {
+                    let message = error.to_string();
+                    let is_placed = message.starts_with("its header, character ")
+                        && message.contains(": expected ")
+                        && message.contains(", found ");
+                    assert!(
+                        is_placed || message.starts_with("its header lacks `"),
+                        "{message}\n{text}"
+                    );
+                    n_refused += 1;
+                }
+            }
+        }
+        assert!(n_read > 1000 && n_refused > 1000, "{n_read} were read, {n_refused} were not");
     }
 }
