@@ -1,6 +1,6 @@
 //! `kugelblitz judge`
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
@@ -24,7 +24,7 @@ use crate::complain::option;
 use crate::head::{Done, On};
 use crate::options::number;
 use crate::output::shell_quoted;
-use crate::picture::{CameraArgs, DataArgs, PictureArgs};
+use crate::picture::{CameraArgs, DataArgs, GivenOptions, PictureArgs};
 use crate::progress::Progress;
 use crate::render::size;
 use crate::{Run, device, wrong_usage};
@@ -38,6 +38,8 @@ use crate::{Run, device, wrong_usage};
 /// --allow.
 #[derive(Args)]
 pub struct JudgeArgs {
+    #[command(flatten)]
+    given: GivenOptions,
     /// Scene file (TOML), or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is standard input
     pub scene: PathBuf,
     /// The other renderer's picture or hits
@@ -164,7 +166,7 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<Done<Summary>> {
     let picture = file.zip(judged.picture());
     let file =
         picture.map(|(file, (size, colors))| write_picture(file, size, &colors)).transpose()?;
-    let worst = judged.worst(args.worst, |ray| Some(explain(&args.scene, &judged.case.rays, ray)));
+    let worst = judged.worst(args.worst, |ray| Some(explain(args, &judged.case.rays, ray)));
     let what = judged.pixels().map_or(count(n, "ray"), size);
     let head = format!(
         "{}: {what}, {} against exact arithmetic on {} ({})\n\n",
@@ -235,8 +237,8 @@ fn scene_and_rays(args: &JudgeArgs, image: &Image, run: &Run) -> Result<(Arc<Sce
 }
 
 /// The command that shows why a ray sees what it sees.
-fn explain(scene: &Path, rays: &Rays, ray: usize) -> String {
-    let scene = shell_quoted(scene) + &PictureArgs::as_given();
+fn explain(args: &JudgeArgs, rays: &Rays, ray: usize) -> String {
+    let scene = format!("{}{}", shell_quoted(&args.scene), args.given);
     match rays {
         Rays::Pixels(pixels) => {
             let (x, y) = pixels.xy(ray);

@@ -2,10 +2,11 @@
 
 use std::collections::HashSet;
 use std::ffi::OsStr;
+use std::fmt::{self, Display, Formatter};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use clap::{Args, Command, CommandFactory};
+use clap::{ArgMatches, Args, Command, FromArgMatches, Id};
 use glam::DVec3;
 use kugelblitz::error::{Message, Setting};
 use kugelblitz::output::{self, OutputFile};
@@ -21,7 +22,6 @@ use kugelblitz::scene::{
 use kugelblitz::words::joined;
 use kugelblitz::{Error, Result};
 
-use crate::args::Cli;
 use crate::options::{check_size, number, parser_of, samples_parser};
 use crate::output::{is_stdout, print, refuse_overwriting, text_quoted};
 use crate::progress::Progress;
@@ -230,21 +230,55 @@ impl PictureArgs {
         }
         wrong_usage("options of what the picture shows need a SCENE; name its file")
     }
+}
 
-    /// The options of the camera and of data in this command line, for that of another command.
-    pub fn as_given() -> String {
-        let options = DataArgs::augment_args(CameraArgs::augment_args(Command::default()));
-        let line = Cli::command().get_matches();
-        let written = options.get_arguments().flat_map(|option| {
-            let given = line.subcommand().and_then(|(_, of_command)| {
-                of_command.try_get_raw(option.get_id().as_str()).ok().flatten()
-            });
-            let name = option.get_long().unwrap_or_default();
-            let written =
+/// Options of [`CameraArgs`] and [`DataArgs`] as they were given, for the command line of another command.
+///
+/// Place it before these two in a command: reading their values removes the texts.
+#[derive(Clone, Default)]
+pub struct GivenOptions {
+    text: String,
+}
+
+impl FromArgMatches for GivenOptions {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<GivenOptions, clap::Error> {
+        let group = |name| matches.try_get_many::<Id>(name).ok().flatten();
+        let mut options: Vec<&Id> = Vec::new();
+        for id in ["CameraArgs", "DataArgs"].into_iter().filter_map(group).flatten() {
+            // A group has an option as often as it was given.
+            if !options.contains(&id) {
+                options.push(id);
+            }
+        }
+        let option = |id: &Id| {
+            let name = id.as_str().replace('_', "-");
+            let values = matches.try_get_raw(id.as_str()).ok().flatten();
+            let value =
                 move |value: &OsStr| format!(" --{name}={}", text_quoted(&value.to_string_lossy()));
-            given.into_iter().flatten().map(written)
-        });
-        written.collect()
+            values.into_iter().flatten().map(value)
+        };
+        Ok(GivenOptions { text: options.into_iter().flat_map(option).collect() })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = GivenOptions::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+impl Args for GivenOptions {
+    fn augment_args(command: Command) -> Command {
+        command
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        command
+    }
+}
+
+impl Display for GivenOptions {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
     }
 }
 

@@ -2,6 +2,7 @@
 //! CPU stands in `tests/answers`.
 
 use std::fs;
+use std::process::Command;
 
 use kugelblitz::trace::Kernel;
 use kugelblitz_tests::{gpu, runs};
@@ -142,5 +143,47 @@ fn verify_compares_devices_and_what_is_exact() {
         assert_eq!(kernels[0].get("colors").is_some(), *scene == lit);
         let text = run(&["verify", scene, "--size", size], 0);
         assert!(text.text().contains("GPU") && text.text().contains("kept"), "{}", text.text());
+    }
+}
+
+/// `judge` prints commands that explain its rays with its own options of the camera and of data, however they were written.
+#[test]
+fn printed_commands_explain_what_was_judged() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = "a,b,c,my size,it's\n0,0,0,1,1\n1,2,3,0.5,2\n-2,1,0,0.75,3\n";
+    fs::write(folder.path().join("-three.csv"), table).unwrap();
+    let in_folder = |args: &[&str]| {
+        let mut command = program(args);
+        command.current_dir(&folder);
+        command
+    };
+    let data = ["--columns", "x=a,y=b", "--columns=z=c,radius=my size", "--color-by", "it's"];
+    let render = ["render", "./-three.csv", "--size", "32x18", "-o", "a.exr", "-q", "--device=cpu"];
+    ends(in_folder(&[&render[..], &data].concat()), 0);
+    for look in [
+        &["--view", "-x", "--up=-z", "--margin=0.2", "--fov", "25"][..],
+        &["--position=-9,1,2", "--look-at", "-2,1,0", "--height", "3"],
+    ] {
+        let options = [&data[..], look, &["--device=cpu"]].concat();
+        let judge = ["judge", "./-three.csv", "--against", "a.exr", "-q"];
+        let judged = ends(in_folder(&[&judge[..], &options].concat()), 6);
+        let lines = judged.text().lines();
+        let commands: Vec<&str> = lines
+            .filter_map(|line| line.find("kugelblitz explain").map(|at| &line[at..]))
+            .collect();
+        assert!(commands.len() > 1, "{}", judged.text());
+        for line in commands {
+            let mut shell = Command::new("bash");
+            let script = "kugelblitz() { \"$0\" \"$@\" --device cpu --json; }; eval \"$1\"";
+            shell.args(["-c", script, env!("CARGO_BIN_EXE_kugelblitz"), line]).current_dir(&folder);
+            let printed = ends(shell, 0).json();
+            let pixel = line.split(" --pixel ").nth(1).unwrap().split(' ').next().unwrap();
+            let explain = ["explain", "./-three.csv", "--json", "--size=32x18", "--pixel", pixel];
+            let wanted = ends(in_folder(&[&explain[..], &options].concat()), 0).json();
+            assert_eq!(printed["explanation"], wanted["explanation"], "{line}");
+            let elsewhere = [&explain[..], &data, &["--view", "z", "--device=cpu"]].concat();
+            let elsewhere = ends(in_folder(&elsewhere), 0).json();
+            assert_ne!(printed["explanation"], elsewhere["explanation"], "{line}");
+        }
     }
 }
