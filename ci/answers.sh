@@ -31,7 +31,6 @@ def answer(command, folder, environment):
     text = volatile.sub(r'"\1": …', text.replace(folder, ""))
     # A failure shows what may be a picture.
     text = re.sub(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", lambda found: f"\\x{ord(found[0]):02x}", text)
-    text = re.sub(r"^warning: The machine was noisy.*\n", "", text, flags=re.M)
     text = re.sub(r"\b\d[\d.]* (µs|ms|s)\b", "N s", text)
     text = re.sub(r"(?<!at most )(?<!than )\b\d[\d.]* (MB|GB|KB|kB|MiB|GiB)\b", "N MiB", text)
     text = re.sub(r"\bthere (is|are) `.*", "there is …", text)

@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
 # Measures speed against error on this machine and puts the result into docs/report/, which the guide shows.
 #
-#   ci/report.sh              docs/report/lavapipe.{html,md,svg}; docs/report/peers.md, where other
+#   ci/report.sh              docs/report/lavapipe.{html,md,svg} at a moderate size; docs/report/peers.md, if other
 #                             renderers are installed
 #   ci/report.sh NAME [ARG…]  docs/report/NAME.{html,md,svg}; ARG go to `kugelblitz report`
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 name=${1:-lavapipe}
-[ $# -eq 0 ] || shift
+if [ $# -eq 0 ]; then set -- --size 640x360 --samples 16384; else shift; fi
 commit=$(git rev-parse --short=12 HEAD)
 git diff --quiet HEAD -- Cargo.toml Cargo.lock .cargo crates src shaders scenes || commit="$commit and changes"
 

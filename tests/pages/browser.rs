@@ -4,8 +4,8 @@ use std::fs;
 use std::process::{Command, Stdio};
 
 use base64::Engine;
-use kugelblitz_report::page;
-use kugelblitz_tests::made_report::whole_report;
+use kugelblitz_report::html;
+use kugelblitz_tests::made_report::report;
 
 const INSTALL: &str = "Chromium is missing: apt-get install chromium, or ci/setup.sh --tests";
 
@@ -27,7 +27,7 @@ const marks = [...d.querySelectorAll('.plot g > title')]
   .map(title => title.parentElement).filter(e => e.getClientRects().length);
 const titles = [0, marks.length >> 1, marks.length - 1].filter(i => marks[i]).map(i => {
   // The middle of its shape, for a title has no place.
-  const shape = marks[i].querySelector('circle, rect, polygon');
+  const shape = marks[i].querySelector('path:not(.line)');
   shape.scrollIntoView({block: 'center'});
   const r = shape.getBoundingClientRect();
   const below = d.elementFromPoint(r.x + r.width / 2, r.y + r.height / 2);
@@ -117,7 +117,7 @@ fn faults(html: &str, width: u32, theme: &str) -> Vec<String> {
 
 #[test]
 fn a_browser_shows_the_report_on_telephones_and_desktops() {
-    let whole = page::html(&whole_report());
+    let whole = html::html(&report());
     for width in [360, 400, 1280] {
         for theme in ["light", "dark"] {
             assert_eq!(faults(&whole, width, theme), [""; 0], "{width} px, {theme}");
@@ -129,7 +129,7 @@ fn a_browser_shows_the_report_on_telephones_and_desktops() {
         ("<main>", "<main><div style=\"width:500px\">wide</div>", "light", "scrolls sideways"),
         ("<main>", "<main><script>alert(1)</script>", "light", "console: "),
         ("<title>", "<desc>", "light", "0 marks with a tooltip"),
-        ("<g class=\"paper\"", "<g display=\"none\" class=\"paper\"", "light", "no tooltip"),
+        (".plot .line{", ".plot g{pointer-events:none}.plot .line{", "light", "no tooltip"),
         ("prefers-color-scheme:dark", "prefers-color-scheme:none", "dark", "dark theme: the page"),
         (".plot{display:block;", ".plot{display:none;", "light", "no plot is shown"),
         ("width:100%;min-width:46rem;", "width:100%;", "light", "letters of"),

@@ -300,22 +300,19 @@ pub struct ExplainArgs {
 
 /// Measure speed against error: every kernel on every device
 ///
-/// Without scenes: the lecture's and a hard set, and how error and time grow with distance, offset
-/// and number of objects. Errors are against exact arithmetic and the same in every run; times are
-/// medians of repeated runs with their range.
+/// Without scenes: the lecture's and a hard set, error against distance, time against number of
+/// spheres, and shadows with and without an epsilon. Errors are against exact arithmetic and the same
+/// in every run; times are medians of repeated runs with their range.
 #[derive(Args)]
 pub struct ReportArgs {
     /// Scene files (TOML), or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is standard input [default:
     /// the built-in scenes]
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
-    /// Also write a page (.html), all figures (.json), a short table (.md), or the main plot (.svg);
-    /// can be given several times
+    /// Also write a page (.html), all figures (.json), the tables (.md), or the plots (.svg); can be
+    /// given several times
     #[arg(short, long, value_name = "OUT")]
     pub output: Vec<PathBuf>,
-    /// An earlier report's .json to compare with: times that changed beyond noise are marked
-    #[arg(long, value_name = "OLD.json")]
-    pub baseline: Option<PathBuf>,
     /// Only this device: auto, gpu, cpu, or a part of an adapter's name [default: all]
     #[arg(long, value_name = "DEVICE", value_parser = DeviceChoice::parse)]
     pub device: Option<DeviceChoice>,
@@ -328,7 +325,7 @@ pub struct ReportArgs {
     /// Pixels of each picture to compare with exact arithmetic, drawn at random [default: 65536]
     #[arg(long, value_name = "N", value_parser = parse_number)]
     pub samples: Option<NonZeroUsize>,
-    /// Seed of the random draw, and of the scenes that grow
+    /// Seed of the random draw, and of the generated scenes
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
     /// Rounds of three timed runs each; shaders are compiled anew in each [default: 3]

@@ -110,13 +110,8 @@ pub const EXAMPLES: &[(&str, &str, &str)] = &[
     ),
     (
         "kugelblitz-report",
-        "kugelblitz report scenes/figure2.toml --size 160x90 -o before.json -o report.html",
+        "kugelblitz report scenes/figure2.toml --size 160x90 -o report.json -o report.html",
         "Measures speed against error, as a page and with all figures.",
-    ),
-    (
-        "kugelblitz-report",
-        "kugelblitz report scenes/figure2.toml --size 160x90 --baseline before.json",
-        "Measures again and marks what changed beyond noise.",
     ),
     (
         "kugelblitz-view",

@@ -6,15 +6,14 @@ use std::sync::Arc;
 
 use kugelblitz::device::Device;
 use kugelblitz::gpu::{AdapterFacts, Gpu};
-use kugelblitz::input;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::read_scene_text;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result, memory};
 use kugelblitz_report::{
-    AdapterArithmetic, Baseline, Benchmark, Class, Earlier, Environment, Missing, Report,
-    ReportScene, Settings, Work, default_cases, page, plot, text,
+    AdapterArithmetic, Benchmark, Environment, Report, ReportScene, SceneClass, Settings,
+    Unmeasured, Work, default_cases, html, markdown, plots, text,
 };
 
 use crate::args::ReportArgs;
@@ -23,15 +22,13 @@ use crate::progress::Progress;
 use crate::quiet::{self, quietly};
 use crate::{Run, arguments, device, version, wrong_usage};
 
-/// Measures and shows.
+/// Measures, prints tables and writes files.
 pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
     let settings = settings(args);
     let cases = cases(args, settings.size, run)?;
     let clouds = cases.iter().flat_map(|case| &case.scene.clouds).map(|cloud| &cloud.path);
-    let inputs = args.scenes.iter().chain(&args.baseline).chain(clouds);
-    output::refuse_overwriting(&args.output, inputs)?;
-    let earlier = earlier(args, &settings)?;
-    // Early, so that a folder that isn't there is told before the work and not after it.
+    output::refuse_overwriting(&args.output, args.scenes.iter().chain(clouds))?;
+    // Early, so that a missing folder is an error before the work and not after it.
     let begin = |path: &PathBuf| Ok((OutputFile::create(path, false)?, form(path)?));
     let outputs = args.output.iter().map(begin).collect::<Result<Vec<_>>>()?;
     let mut missing = Vec::new();
@@ -49,7 +46,7 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
         for &kernel in kernels {
             match why_not(kernel, device)? {
                 None => benchmarks.push(Benchmark { kernel, device: device.clone() }),
-                Some(why) => missing.push(Missing {
+                Some(why) => missing.push(Unmeasured {
                     what: format!("{} on {}", kernel.name(), device.label()),
                     why,
                 }),
@@ -62,45 +59,31 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<Done<Report>> {
     let measure = || work.measure(environment);
     let mut report = Progress::start(run, work.n_rays()).during(measure)?;
     report.missing.extend(missing);
-    report.baseline = earlier.map(|(file, earlier)| Baseline::new(file, &earlier, &report));
 
     let write = |(file, form): (OutputFile, Form)| file.filled(&form(&report)?);
     let files = outputs.into_iter().map(write).collect::<Result<_>>()?;
-    if let Some(warning) = report.noise.warning().filter(|_| run.talk.json) {
-        run.warn(&warning);
-    }
     let words = text::terminal(&report);
     Ok(Done { files, ..Done::in_words(report, words) })
 }
 
-/// A form in which a report can be written.
+/// Renderer of a report.
 type Form = fn(&Report) -> Result<Vec<u8>>;
 
-/// The form that a file's name tells.
+/// Returns the renderer for a file's extension.
 fn form(path: &Path) -> Result<Form> {
     Ok(match path.extension().and_then(|ending| ending.to_str()) {
-        Some("html") => |report| Ok(page::html(report).into_bytes()),
+        Some("html") => |report| Ok(html::html(report).into_bytes()),
         Some("json") => |report| summary(Some("report"), Some(report), None),
-        Some("md") => |report| Ok(text::markdown(report).into_bytes()),
-        Some("svg") => |report| Ok(plot::plane(report).svg().into_bytes()),
+        Some("md") => |report| Ok(markdown::markdown(report).into_bytes()),
+        Some("svg") => |report| Ok(plots::svg(report).into_bytes()),
         _ => {
             return wrong_usage(format!(
-                "{}: the name's ending tells the form: .html (a page), .json (all figures), .md \
-                 (a short table) or .svg (the main plot)",
+                "{}: expected a file name that ends in .html (a page), .json (all figures), .md \
+                 (tables) or .svg (plots)",
                 path.shown()
             ));
         }
     })
-}
-
-/// The report of --baseline, with its name.
-fn earlier(args: &ReportArgs, settings: &Settings) -> Result<Option<(String, Earlier)>> {
-    let Some(path) = &args.baseline else { return Ok(None) };
-    let advice = "give what `kugelblitz report -o NAME.json` wrote";
-    let text = input::read_text(path, "a report", advice)?;
-    let wrong = |message| Error::Input { path: path.clone(), message };
-    let earlier = Earlier::parse(&text, settings).map_err(wrong)?;
-    Ok(Some((path.display().to_string(), earlier)))
 }
 
 fn command_line() -> String {
@@ -120,7 +103,7 @@ fn cases(args: &ReportArgs, size: [u32; 2], run: &Run) -> Result<Vec<ReportScene
         // A pipe can be read only once, and data have no comments.
         let text =
             if path.is_file() { read_scene_text(path).unwrap_or_default() } else { String::new() };
-        let mut case = ReportScene::new(scene, &text, path, Class::Given)?;
+        let mut case = ReportScene::new(scene, &text, path, SceneClass::Given)?;
         if args.scenes.iter().filter(|other| other.file_stem() == path.file_stem()).count() > 1 {
             case.name = path.to_string_lossy().into_owned();
         }
@@ -130,33 +113,33 @@ fn cases(args: &ReportArgs, size: [u32; 2], run: &Run) -> Result<Vec<ReportScene
 }
 
 fn settings(args: &ReportArgs) -> Settings {
-    let usual = Settings::default();
+    let default = Settings::default();
     let is_built_in = args.scenes.is_empty();
     Settings {
-        size: args.size.unwrap_or(usual.size),
-        samples: args.samples.map_or(usual.samples, NonZeroUsize::get),
+        size: args.size.unwrap_or(default.size),
+        samples: args.samples.map_or(default.samples, NonZeroUsize::get),
         seed: args.seed,
-        rounds: args.rounds.map_or(usual.rounds, NonZeroUsize::get),
-        sweeps: is_built_in,
-        clouds: if is_built_in { usual.clouds } else { Vec::new() },
-        ..usual
+        rounds: args.rounds.map_or(default.rounds, NonZeroUsize::get),
+        distances: if is_built_in { default.distances } else { Vec::new() },
+        spheres: if is_built_in { default.spheres } else { Vec::new() },
+        ..default
     }
 }
 
 /// The devices that --device names; without it every adapter, the best first, and the CPU.
-fn devices(args: &ReportArgs, missing: &mut Vec<Missing>, run: &Run) -> Result<Vec<Device>> {
+fn devices(args: &ReportArgs, missing: &mut Vec<Unmeasured>, run: &Run) -> Result<Vec<Device>> {
     if let Some(choice) = &args.device {
         return Ok(vec![device::open(choice, None, run)?]);
     }
     if let Err(Error::TooLarge(why)) = memory::require_device() {
-        missing.push(Missing { what: "Vulkan devices".into(), why: why.text });
+        missing.push(Unmeasured { what: "Vulkan devices".into(), why: why.text });
         return Ok(vec![Device::Cpu]);
     }
     let (opened, noise) = quietly(Gpu::open_all);
     quiet::show(&noise, run.talk.verbose);
     let mut devices = Vec::new();
     if opened.is_empty() {
-        missing.push(Missing {
+        missing.push(Unmeasured {
             what: "Vulkan devices".into(),
             why: "there is none; Debian's package mesa-vulkan-drivers brings one in software"
                 .into(),
@@ -165,7 +148,7 @@ fn devices(args: &ReportArgs, missing: &mut Vec<Missing>, run: &Run) -> Result<V
     for (AdapterFacts { name, .. }, opened) in opened {
         match opened {
             Ok(gpu) => devices.push(Device::Gpu(Arc::new(gpu))),
-            Err(error) => missing.push(Missing { what: name, why: error.to_string() }),
+            Err(error) => missing.push(Unmeasured { what: name, why: error.to_string() }),
         }
     }
     devices.push(Device::Cpu);

@@ -1,51 +1,50 @@
-//! The machine and the program that a report's figures are of.
+//! Machine and program of a report.
 
 use std::time::SystemTime;
 
 use kugelblitz::Result;
 use kugelblitz::gpu::{AdapterFacts, Arithmetic, Gpu};
+use kugelblitz::words::count;
 use serde::Serialize;
 
-use super::figures::count;
-
-/// The machine and the program.
+/// Machine and program.
 #[derive(Clone, Debug, Serialize)]
 pub struct Environment {
-    /// The program's version.
+    /// Version of the program.
     pub version: String,
-    /// The commit that it was built from, where the build was told.
+    /// Commit of the program, if the build knew it.
     pub commit: Option<String>,
     /// Date and time of the start, UTC, as in `2026-11-21T07:00:00Z`.
     pub date: String,
-    /// The command line.
+    /// Command line.
     pub command: String,
-    /// The host's operating system.
+    /// Operating system.
     pub system: String,
-    /// The host's CPU.
+    /// Name of the CPU.
     pub host_cpu: String,
-    /// The CPU's logical cores.
+    /// Number of logical cores.
     pub n_cores: usize,
-    /// The adapters, the best first.
+    /// Adapters, the best first.
     pub adapters: Vec<AdapterArithmetic>,
 }
 
-/// An adapter and what its arithmetic really does.
+/// Adapter with its measured arithmetic.
 #[derive(Clone, Debug, Serialize)]
 pub struct AdapterArithmetic {
-    /// The adapter's own account of itself.
+    /// Name, driver and limits.
     #[serde(flatten)]
     pub facts: AdapterFacts,
-    /// The self-test's findings in f32.
+    /// Measured arithmetic in f32.
     pub arithmetic_f32: Arithmetic,
-    /// The self-test's findings in f64; `None` where the device has none.
+    /// Measured arithmetic in f64; `None` without f64.
     pub arithmetic_f64: Option<Arithmetic>,
 }
 
 impl AdapterArithmetic {
-    /// Measures what the device's arithmetic does.
+    /// Measures the arithmetic of a device.
     ///
     /// # Errors
-    /// Those of [`Gpu::arithmetic`].
+    /// Returns the errors of [`Gpu::arithmetic`].
     pub fn of(gpu: &Gpu) -> Result<AdapterArithmetic> {
         Ok(AdapterArithmetic {
             facts: gpu.facts.clone(),
@@ -56,8 +55,7 @@ impl AdapterArithmetic {
 }
 
 impl Environment {
-    /// Describes this machine, now. `command` is what the user typed; `commit` is what the program was
-    /// built from.
+    /// Describes this machine. `command` is the command line, `commit` the commit of the program.
     pub fn collect(
         command: String,
         commit: Option<&str>,
@@ -77,34 +75,26 @@ impl Environment {
         }
     }
 
-    /// Each fact in words, with its name.
-    pub(super) fn named_lines(&self) -> Vec<(&'static str, String)> {
-        let program = program(&self.version, self.commit.as_deref());
+    /// Returns the facts with their names.
+    pub(crate) fn facts(&self) -> Vec<(&'static str, String)> {
+        let commit = self.commit.iter().map(|commit| format!(", commit {commit}"));
         let cores = count(self.n_cores, "core");
-        let mut lines = vec![
-            ("Program", program),
+        let mut facts = vec![
+            ("Program", format!("Kugelblitz {}{}", self.version, commit.collect::<String>())),
             ("Command", self.command.clone()),
-            ("Begun", self.date.clone()),
+            ("Date", self.date.clone()),
             ("CPU", format!("{}, {cores}, {}", self.host_cpu, self.system)),
         ];
         for AdapterArithmetic { facts: adapter, arithmetic_f32, arithmetic_f64 } in &self.adapters {
             let f64 = arithmetic_f64.as_ref().map_or("none".to_string(), ToString::to_string);
-            lines.extend([
+            facts.extend([
                 ("Adapter", format!("{} ({}), {}", adapter.name, adapter.kind, adapter.driver)),
                 ("f32, measured", arithmetic_f32.to_string()),
                 ("f64, measured", f64),
                 ("Kernel certified", arithmetic_f32.filter_in_words().to_string()),
             ]);
         }
-        lines
-    }
-}
-
-/// `Kugelblitz 0.1.0, commit 9fc4bae1c0de`
-pub fn program(version: &str, commit: Option<&str>) -> String {
-    match commit {
-        Some(commit) => format!("Kugelblitz {version}, commit {commit}"),
-        None => format!("Kugelblitz {version}"),
+        facts
     }
 }
 

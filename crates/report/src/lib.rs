@@ -1,84 +1,73 @@
-//! Speed against error: what each kernel costs on each device, and how wrong it is.
+//! Speed against error: the time of each kernel on each device, and its error against exact arithmetic.
 //!
-//! [`Work::measure`] makes a list of [`Row`]s; [`text`], [`page`] and [`plot`] are views of them. All
-//! errors are against exact arithmetic; all times are of the run that made the report.
+//! [`Work::measure`] makes a [`Report`]. [`text`], [`markdown`], [`plots`] and [`html`] render it.
 
-use std::collections::BTreeMap;
+use serde::Serialize;
 
-use serde::{Deserialize, Deserializer, Serialize};
-
-mod answer;
-mod baseline;
+mod chart;
 mod environment;
-mod figures;
-mod light;
+mod generated;
+pub mod html;
+pub mod markdown;
 mod measure;
-mod noise;
-mod order;
-pub mod page;
-mod pictures;
-pub mod plot;
-mod print;
+pub mod plots;
 mod scenes;
-mod sweep;
-mod tables;
+mod shadows;
+mod stats;
+mod table;
 pub mod text;
+mod theme;
 
-pub use baseline::{Baseline, Change, Earlier, TimeVerdict, WrongIds};
 pub use environment::{AdapterArithmetic, Environment};
-pub use light::LIGHT_SIZE;
 pub use measure::{Benchmark, Work};
-pub use noise::Noise;
-pub use pictures::ErrorPicture;
-pub use scenes::{Class, ReportScene, default_cases};
-pub use sweep::{CLOUD_SIZE, SWEEPS, Sweep};
+pub use scenes::{ReportScene, SceneClass, default_cases};
+pub use stats::{ErrorQuantiles, RayErrors, TimeSpread};
 
-/// The version of a report's fields in `docs/json.md`.
-pub const SCHEMA: u32 = 2;
+use kugelblitz::trace::StageCounts;
 
-/// Everything that one run of `kugelblitz report` found.
+/// Version of the fields of a report in `docs/json.md`.
+pub const SCHEMA: u32 = 3;
+
+/// Results of one run of `kugelblitz report`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// The machine and the program.
+    /// Machine and program.
     pub environment: Environment,
-    /// How much was measured.
+    /// Amount of work.
     pub settings: Settings,
-    /// The scenes that were measured.
+    /// Measured scenes.
     pub scenes: Vec<ReportScene>,
-    /// All numbers.
-    pub rows: Vec<Row>,
-    /// All that could not be measured, and why.
-    pub missing: Vec<Missing>,
-    /// How much the times spread.
-    pub noise: Noise,
-    /// What changed since an earlier report, where one is given.
-    pub baseline: Option<Baseline>,
-    /// Pictures of chosen scenes with their errors.
-    #[serde(skip)]
-    pub pictures: Vec<ErrorPicture>,
+    /// Scenes of a class taken together.
+    pub classes: Vec<ClassRow>,
+    /// Time and error of each scene.
+    pub rays: Vec<SceneRow>,
+    /// Error against the distance of a sphere.
+    pub distance: Vec<DistanceRow>,
+    /// Time against the number of spheres.
+    pub spheres: Vec<SpheresRow>,
+    /// Shadows with and without an epsilon.
+    pub shadows: Vec<ShadowRow>,
+    /// Everything that could not be measured.
+    pub missing: Vec<Unmeasured>,
 }
 
-/// How much is measured.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// Amount of work of a report.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Settings {
-    /// Size of the pictures that are timed and whose pixels are compared.
+    /// Width and height of each picture, pixels.
     pub size: [u32; 2],
-    /// Most pixels of a picture that are compared with exact arithmetic; drawn at random where the
-    /// picture has more.
+    /// Maximum number of pixels of a picture to compare with exact arithmetic, drawn at random.
     pub samples: usize,
-    /// Seed of that draw and of the sweeps' scenes and rays.
+    /// Seed of this draw, and of the generated scenes and rays.
     pub seed: u64,
-    /// How often everything is measured anew, tracer and shader included. Drifts of the machine
-    /// show between rounds.
+    /// Number of rounds. Each builds all tracers again, so that drifts of the machine show between rounds.
     pub rounds: usize,
-    /// Timed runs in each round, after a first picture that counts apart.
+    /// Timed runs in each round, after one that is not timed.
     pub runs: usize,
-    /// Size of the error pictures.
-    pub picture_size: [u32; 2],
-    /// True where the sweeps are measured.
-    pub sweeps: bool,
-    /// Numbers of spheres of the clouds that are measured.
-    pub clouds: Vec<u64>,
+    /// Distances of a sphere of radius 1 from the camera.
+    pub distances: Vec<f64>,
+    /// Numbers of spheres to time.
+    pub spheres: Vec<u64>,
 }
 
 impl Default for Settings {
@@ -89,224 +78,110 @@ impl Default for Settings {
             seed: 0,
             rounds: 3,
             runs: 3,
-            picture_size: [320, 180],
-            sweeps: true,
-            clouds: vec![10_000, 100_000, 1_000_000],
+            distances: (1..=12).map(|k| 10f64.powf(f64::from(k) / 2.0)).collect(),
+            spheres: vec![1, 4, 16, 64, 256, 10_000, 100_000, 1_000_000],
         }
     }
 }
 
-/// One kernel on one device, measured in one thing.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Row {
-    /// What the row is of. No other row of a report has the same.
-    #[serde(flatten)]
-    pub key: RowKey,
-    /// Quantities that were measured several times or of several rays.
-    pub numbers: BTreeMap<Metric, Spread>,
-    /// Quantities that were counted.
-    pub counts: BTreeMap<Count, u64>,
-}
-
-/// What a row is of.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RowKey {
-    /// The thing that was measured.
-    #[serde(flatten)]
-    pub of: Of,
-    /// The kernel's name.
-    pub kernel: String,
-    /// The adapter's name, or `CPU`.
+/// A kernel on a device.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct KernelOnDevice {
+    /// Name of the kernel.
+    pub kernel: &'static str,
+    /// Name of the adapter, or `CPU`.
     pub device: String,
-    /// How far from a surface shadow rays start, world units; `None` for a kernel that needs none, and
-    /// where no light is measured.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+}
+
+/// Time and error of a kernel on a device, over all scenes of a class.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ClassRow {
+    /// Class of the scenes.
+    pub class: SceneClass,
+    /// Kernel and device.
+    #[serde(flatten)]
+    pub of: KernelOnDevice,
+    /// Number of scenes.
+    pub scenes: usize,
+    /// Sums of counts, and the largest of the scenes' quantiles.
+    #[serde(flatten)]
+    pub errors: RayErrors,
+    /// Geometric means of the scenes' medians, minima and maxima, nanoseconds per ray.
+    pub ns_per_ray: TimeSpread,
+}
+
+/// Time and error of a kernel on a device in one scene.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SceneRow {
+    /// Name of the scene.
+    pub scene: String,
+    /// Class of the scene.
+    pub class: SceneClass,
+    /// Kernel and device.
+    #[serde(flatten)]
+    pub of: KernelOnDevice,
+    /// Errors of the compared rays.
+    #[serde(flatten)]
+    pub errors: RayErrors,
+    /// Rays of the whole picture, by the stage that decided them.
+    pub decided: StageCounts,
+    /// Time to find the visible object of each pixel in all stages, without the read-back, nanoseconds per ray.
+    pub ns_per_ray: TimeSpread,
+}
+
+/// Error of a kernel on a device for a sphere at a distance.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DistanceRow {
+    /// Distance of the centre from the camera, radii.
+    pub distance: f64,
+    /// Kernel and device.
+    #[serde(flatten)]
+    pub of: KernelOnDevice,
+    /// Errors of the rays.
+    #[serde(flatten)]
+    pub errors: RayErrors,
+}
+
+/// Time of a kernel on a device for a number of spheres.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SpheresRow {
+    /// Number of spheres.
+    pub spheres: u64,
+    /// Kernel and device.
+    #[serde(flatten)]
+    pub of: KernelOnDevice,
+    /// Time to find the visible object of each pixel, as in [`SceneRow::ns_per_ray`].
+    pub ns_per_ray: TimeSpread,
+    /// Time to build the hierarchy over the spheres, milliseconds; 0 without one.
+    pub build_ms: TimeSpread,
+}
+
+/// Wrong shadows of a kernel with an epsilon in one scene.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ShadowRow {
+    /// Name of the scene.
+    pub scene: String,
+    /// Name of the kernel. The CPU computes the shadows of all kernels.
+    pub kernel: &'static str,
+    /// Distance from the surface at which shadow rays start, world units; `None` for a kernel without an epsilon.
     pub epsilon: Option<f64>,
-}
-
-/// The thing that a row measures.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "of", rename_all = "lowercase")]
-pub enum Of {
-    /// Rays of a scene's picture.
-    Scene {
-        /// The scene's name.
-        scene: String,
-        /// The scene's sort.
-        class: Class,
-    },
-    /// The scenes of a class taken together: all errors, and the geometric means of times.
-    Class {
-        /// The sort of scenes.
-        class: Class,
-    },
-    /// A point of one of the [`SWEEPS`].
-    Sweep {
-        /// The sweep's name.
-        sweep: String,
-        /// The quantity that is swept.
-        x: f64,
-    },
-    /// A picture of many spheres.
-    Cloud {
-        /// How many.
-        spheres: u64,
-    },
-    /// Light and shadow of a scene.
-    Light {
-        /// The scene's name.
-        scene: String,
-    },
-}
-
-/// A quantity with a [`Spread`]. "Ids" is a picture's need: which object each pixel shows. "Surface" adds
-/// `t` and the normal of each hit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Metric {
-    /// Error of `t` in f32 steps at the exact `t`, where the object is right.
-    TUlp,
-    /// Error of `t` relative to the exact one, where the object is right.
-    TRelative,
-    /// Angle to the exact normal in degrees, where the object is right.
-    NormalDegrees,
-    /// All stages of tracing ids but the read-back, nanoseconds a ray.
-    TraceNsPerRay,
-    /// All stages of tracing ids, `t` and normals but the read-back, nanoseconds a ray.
-    SurfaceNsPerRay,
-    /// The compute passes alone by the device's own clock, ids, nanoseconds a ray.
-    DeviceNsPerRay,
-    /// From the device into memory, ids, milliseconds a picture.
-    ReadbackMs,
-    /// Putting the shader together and compiling it, milliseconds. Drivers keep compiled shaders
-    /// on disk, so the largest is of the first time ever and the least of a cache.
-    CompileMs,
-    /// The first picture after that, all stages, milliseconds.
-    FirstPictureMs,
-    /// Building the hierarchy over the spheres, milliseconds.
-    BuildMs,
-    /// All stages of tracing a picture's ids and the read-back, milliseconds.
-    PictureMs,
-}
-
-/// A quantity that is counted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Count {
-    /// Scenes of a class that were measured.
-    Scenes,
-    /// Rays compared.
-    Rays,
-    /// Rays that hit an object where there is none.
-    FalseHits,
-    /// Rays that miss an object that is there.
-    FalseMisses,
-    /// Rays that hit another object than the visible one.
-    WrongObject,
-    /// Rays of the whole picture that f32 decided.
-    F32,
-    /// Rays of the whole picture that f64 decided.
-    F64,
-    /// Rays of the whole picture that exact arithmetic decided.
-    Exact,
-    /// Bytes on the device for scene and results.
-    BytesDevice,
-    /// Pixels whose light was compared.
-    Pixels,
-    /// Pixels times lights: for each, a light counts or does not.
-    Verdicts,
-    /// Lights that count and are left out: acne.
-    FalseShadows,
-    /// Lights that don't count and are let in.
-    Leaks,
+    /// Number of compared pixels.
+    pub pixels: u64,
+    /// Compared pixels times lights.
+    pub shadow_rays: u64,
+    /// Lights that reach the pixel and are left out (shadow acne).
+    pub false_shadows: u64,
+    /// Lights that do not reach the pixel and are counted (light leaks).
+    pub leaks: u64,
     /// Pixels with a wrong byte.
-    WrongBytes,
-    /// Pixels with a byte that is off by more than 8 levels.
-    FarBytes,
-}
-
-impl Row {
-    /// A quantity's values; `None` where it was not measured.
-    pub fn number(&self, metric: Metric) -> Option<Spread> {
-        self.numbers.get(&metric).copied()
-    }
-
-    /// A count; 0 where nothing was counted.
-    pub fn count(&self, count: Count) -> u64 {
-        self.counts.get(&count).copied().unwrap_or(0)
-    }
-
-    /// The time of ids, if a logarithmic axis has a place for it.
-    fn time(&self) -> Option<Spread> {
-        let is_drawable = |time: &Spread| time.median > 0.0 && time.median.is_finite();
-        self.number(Metric::TraceNsPerRay).filter(is_drawable)
-    }
-
-    /// Rays with a wrong id.
-    pub fn wrong_ids(&self) -> u64 {
-        let wrong = [Count::FalseHits, Count::FalseMisses, Count::WrongObject];
-        wrong.iter().map(|&count| self.count(count)).sum()
-    }
-
-    /// Share of rays with a wrong id, 0 to 1.
-    pub fn wrong_share(&self) -> f64 {
-        self.wrong_ids() as f64 / self.count(Count::Rays).max(1) as f64
-    }
-
-    /// Lights that are wrongly in shadow or not.
-    pub fn wrong_shadows(&self) -> u64 {
-        self.count(Count::FalseShadows) + self.count(Count::Leaks)
-    }
-}
-
-/// Middle, nearly worst and outermost of several values.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Spread {
-    /// Middle value.
-    #[serde(deserialize_with = "number_or_infinity")]
-    pub median: f64,
-    /// 99.9 % of the values are not larger.
-    #[serde(deserialize_with = "number_or_infinity")]
-    pub p999: f64,
-    /// Least value.
-    #[serde(deserialize_with = "number_or_infinity")]
-    pub min: f64,
-    /// Largest value.
-    #[serde(deserialize_with = "number_or_infinity")]
-    pub max: f64,
-    /// Number of values.
-    pub n: usize,
-}
-
-/// JSON has no infinity; there it is `null`.
-fn number_or_infinity<'de, D: Deserializer<'de>>(json: D) -> std::result::Result<f64, D::Error> {
-    Ok(Option::deserialize(json)?.unwrap_or(f64::INFINITY))
-}
-
-impl Spread {
-    /// The spread of some values, none of them NaN; `None` for none.
-    pub fn of(mut values: Vec<f64>) -> Option<Spread> {
-        values.sort_unstable_by(f64::total_cmp);
-        let n = values.len();
-        let (&min, &max) = (values.first()?, values.last()?);
-        let median = (values[(n - 1) / 2] + values[n / 2]) / 2.0;
-        // Nearest rank: the smallest value that at least this share does not exceed.
-        let p999 = values[((0.999 * n as f64).ceil() as usize).clamp(1, n) - 1];
-        Some(Spread { median, p999, min, max, n })
-    }
-
-    /// The range as a share of the median; `None` of less than two values.
-    pub fn relative_range(&self) -> Option<f64> {
-        let share = (self.max - self.min) / self.median;
-        (self.n > 1).then_some(if self.max > self.min { share } else { 0.0 })
-    }
+    pub wrong_pixels: u64,
 }
 
 /// Something that could not be measured.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Missing {
-    /// A device, a kernel on a device, a cloud.
+pub struct Unmeasured {
+    /// Device, kernel on a device, or number of spheres.
     pub what: String,
-    /// Why.
+    /// Reason.
     pub why: String,
 }

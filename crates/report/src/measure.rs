@@ -1,8 +1,6 @@
-//! Runs benchmarks on subjects: errors once, times in rounds.
+//! Measures times in rounds, and errors once.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Duration;
 
 use kugelblitz::control::Control;
 use kugelblitz::device::{Device, Made};
@@ -11,45 +9,39 @@ use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::render::hits_bytes;
 use kugelblitz::scene::{Camera, Scene};
-use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants};
 use kugelblitz::{Error, Result};
-use kugelblitz_judge::compare::{RayDifferences, RayError};
-use kugelblitz_judge::verify::{SAMPLE_BYTES, Truth, ray_errors, sample};
+use kugelblitz_judge::verify::{SAMPLE_BYTES, Truth, sample};
 
-use super::Metric::*;
+use super::generated::{DISTANCE_RAYS, MOST_TESTED, sphere_at_distance, spheres_in_cube};
 use super::{
-    Class, Count, Environment, Metric, Missing, Noise, Of, Report, ReportScene, Row, RowKey,
-    Settings, Spread,
+    ClassRow, DistanceRow, Environment, KernelOnDevice, RayErrors, Report, ReportScene, SceneClass,
+    SceneRow, Settings, SpheresRow, TimeSpread, Unmeasured,
 };
 
-/// A picture's need.
+/// The visible object of each pixel.
 pub const IDS: Wants = Wants { surface: false, level: false };
 
-/// The need of depth and shading.
-pub const SURFACE: Wants = Wants { surface: true, level: false };
+/// The visible object with `t` and the normal.
+const SURFACE: Wants = Wants { surface: true, level: false };
 
 /// A kernel on a device, to be measured.
 pub struct Benchmark {
-    /// The kernel.
+    /// Kernel.
     pub kernel: Kernel,
-    /// The device.
+    /// Device.
     pub device: Device,
 }
 
 impl Benchmark {
-    /// The adapter's name, or `CPU`.
-    pub fn device_name(&self) -> &str {
-        self.device.facts().map_or("CPU", |facts| &facts.name)
+    /// Returns the names of kernel and device.
+    pub fn names(&self) -> KernelOnDevice {
+        let device = self.device.facts().map_or("CPU", |facts| &facts.name);
+        KernelOnDevice { kernel: self.kernel.name(), device: device.into() }
     }
 
-    /// What a row of it is of, where there is no epsilon.
-    pub fn key(&self, of: Of) -> RowKey {
-        let (kernel, device) = (self.kernel.name().into(), self.device_name().into());
-        RowKey { of, kernel, device, epsilon: None }
-    }
-
-    /// A new tracer for `scene` and `rays`, its shader compiled anew.
-    pub(super) fn tracer(&self, scene: &Arc<Scene>, rays: &Rays, wants: Wants) -> Result<Made> {
+    /// Builds a new tracer, with a shader that is compiled again.
+    fn tracer(&self, scene: &Arc<Scene>, rays: &Rays, wants: Wants) -> Result<Made> {
         let prepared = Arc::new(Prepared::new(Arc::clone(scene), self.kernel, rays)?);
         if let Device::Gpu(gpu) = &self.device {
             gpu.forget_programs();
@@ -58,177 +50,181 @@ impl Benchmark {
     }
 }
 
-/// What a report is to measure.
+/// Work of a report.
 #[derive(Clone, Copy)]
 pub struct Work<'a> {
-    /// The scenes.
+    /// Scenes.
     pub cases: &'a [ReportScene],
-    /// What is run on them. Benchmarks of one device stand together, the best device first.
+    /// Kernels on devices.
     pub benchmarks: &'a [Benchmark],
-    /// How much is measured.
+    /// Amount of work.
     pub settings: &'a Settings,
-    /// Counts the rays, and interrupts.
+    /// Counts rays, and interrupts.
     pub control: &'a Control,
 }
 
-/// Makes a scene and rays through it, which take memory.
-pub type Make<'a> = Box<dyn Fn() -> Result<(Arc<Scene>, Rays)> + 'a>;
-
-/// What is timed, and which times of it are measured.
-pub type Times = &'static [(Wants, &'static [Metric])];
-
-/// Rays through a scene, and what is measured of them.
-pub struct Subject<'a> {
-    pub of: Of,
-    pub make: Make<'a>,
-    pub n_rays: u64,
-    /// Most rays that are compared with exact arithmetic.
-    pub n_compared: usize,
-    pub times: Times,
-    pub benchmarks: Vec<&'a Benchmark>,
+/// Workload of a measurement.
+#[derive(Clone, Copy)]
+enum Workload<'a> {
+    /// Picture of a scene.
+    Scene(&'a ReportScene),
+    /// Sphere at a distance.
+    Distance(f64),
+    /// Picture of so many spheres.
+    Spheres(u64),
 }
 
-impl Subject<'_> {
-    /// Rays that [`Work::measured`] traces or compares, as [`Control::rays_done`] counts them.
-    pub fn n_traced(&self, settings: &Settings) -> u64 {
-        let n_timed = self.times.len() * settings.rounds * (1 + settings.runs);
-        let n_pictures = n_timed + usize::from(self.n_compared > 0);
-        let n_traced = self.n_rays * (n_pictures * self.benchmarks.len()) as u64;
-        if n_traced > 0 { n_traced + self.n_rays.min(self.n_compared as u64) } else { 0 }
-    }
-}
-
-/// What was measured of a benchmark in a subject.
+/// Measurements of a kernel on a device.
 struct Measured<'a> {
-    of: Of,
+    workload: Workload<'a>,
     benchmark: &'a Benchmark,
-    counts: BTreeMap<Count, u64>,
-    values: BTreeMap<Metric, Vec<f64>>,
+    errors: RayErrors,
+    decided: StageCounts,
+    ns_per_ray: Vec<f64>,
+    build_ms: Vec<f64>,
 }
-
-/// The times of a scene's picture.
-const SCENE_TIMES: Times = &[
-    (IDS, &[TraceNsPerRay, DeviceNsPerRay, ReadbackMs, CompileMs, FirstPictureMs]),
-    (SURFACE, &[SurfaceNsPerRay]),
-];
 
 impl<'a> Work<'a> {
-    /// Measures it all. The control counts [`Work::n_rays`] rays.
+    /// Measures everything. The control counts [`Work::n_rays`] rays.
     ///
     /// # Errors
-    /// Those of tracing; [`Error::Interrupted`].
+    /// Returns [`Error::TooLarge`] if the pictures do not fit into memory, the errors of tracing, and
+    /// [`Error::Interrupted`].
     pub fn measure(self, environment: Environment) -> Result<Report> {
-        let (mut rows, missing) = self.ray_rows()?;
-        rows.extend(self.light_rows()?);
-        Ok(Report {
+        self.refuse_what_cannot_fit()?;
+        let mut report = Report {
             environment,
             settings: self.settings.clone(),
             scenes: self.cases.to_vec(),
-            missing,
-            noise: Noise::of(&rows),
-            baseline: None,
-            pictures: [self.pictures(&rows)?, self.light_pictures(&rows)?].concat(),
-            rows,
-        })
-    }
-
-    /// Rays that [`Work::measure`] traces, lights or compares, but for those of the few pictures.
-    pub fn n_rays(self) -> u64 {
-        let subjects = self.scenes().into_iter().chain(self.made());
-        let n_traced = subjects.map(|subject| subject.n_traced(self.settings));
-        n_traced.sum::<u64>() + self.n_light_rays()
-    }
-
-    /// The benchmarks of the device that stands first.
-    pub(super) fn of_first_device(&self) -> &'a [Benchmark] {
-        let mut devices = self.benchmarks.chunk_by(|a, b| a.device_name() == b.device_name());
-        devices.next().unwrap_or_default()
-    }
-
-    /// The scenes whose rays are measured.
-    pub(super) fn timed(&self) -> impl Iterator<Item = &'a ReportScene> + use<'a> {
-        self.cases.iter().filter(|case| case.class != Class::Lit)
-    }
-
-    /// The rays of each scene's picture.
-    fn scenes(self) -> Vec<Subject<'a>> {
-        let Settings { size, samples, .. } = *self.settings;
-        let subject = |case: &'a ReportScene| Subject {
-            of: Of::Scene { scene: case.name.clone(), class: case.class },
-            make: Box::new(move || {
-                Ok((Arc::clone(&case.scene), Rays::Pixels(picture(case, size)?)))
-            }),
-            n_rays: n_pixels(size),
-            n_compared: samples,
-            times: SCENE_TIMES,
-            benchmarks: self.benchmarks.iter().collect(),
+            classes: Vec::new(),
+            rays: Vec::new(),
+            distance: Vec::new(),
+            spheres: Vec::new(),
+            shadows: Vec::new(),
+            missing: Vec::new(),
         };
-        self.timed().map(subject).collect()
+        for measured in self.measured(&mut report.missing)? {
+            let Measured { workload, benchmark, errors, decided, ns_per_ray, build_ms } = measured;
+            let (of, ns_per_ray) = (benchmark.names(), TimeSpread::new(ns_per_ray));
+            match workload {
+                Workload::Scene(case) => {
+                    let (scene, class) = (case.name.clone(), case.class);
+                    report.rays.push(SceneRow { scene, class, of, errors, decided, ns_per_ray });
+                }
+                Workload::Distance(distance) => {
+                    report.distance.push(DistanceRow { distance, of, errors });
+                }
+                Workload::Spheres(spheres) => {
+                    let build_ms = TimeSpread::new(build_ms);
+                    report.spheres.push(SpheresRow { spheres, of, ns_per_ray, build_ms });
+                }
+            }
+        }
+        report.classes = self.classes(&report.rays);
+        report.shadows = self.shadows()?;
+        Ok(report)
+    }
+
+    /// Returns the number of rays that [`Work::measure`] traces or compares, including shadow rays.
+    pub fn n_rays(self) -> u64 {
+        let of_workload = |workload: Workload| {
+            let n_pictures = self.n_compared(workload).min(1) as usize
+                + usize::from(workload.is_timed())
+                    * self.settings.rounds
+                    * (1 + self.settings.runs);
+            let n_benchmarks = self.benchmarks_of(workload).count();
+            let n_traced = self.n_rays_of(workload) * (n_pictures * n_benchmarks) as u64;
+            if n_benchmarks > 0 { n_traced + self.n_compared(workload) } else { 0 }
+        };
+        self.workloads().map(of_workload).sum::<u64>() + self.n_shadow_rays()
     }
 
     fn refuse_what_cannot_fit(&self) -> Result<()> {
         let [width, height] = self.settings.size;
         let n_rays = n_pixels([width, height]);
-        // Any ray may be among the undecided.
+        // Each ray may be undecided.
         let hits = hits_bytes(n_rays, SURFACE) + n_rays * size_of::<u32>() as u64;
         let samples = n_rays.min(self.settings.samples as u64) * SAMPLE_BYTES;
         let what = format!("measuring pictures of {width}x{height} pixels");
         memory::require(what, hits + samples, "measure a smaller --size, or fewer --samples")
     }
 
-    /// All rows of rays: the scenes, their classes, and what is made for the report; and what did not fit.
-    ///
-    /// # Errors
-    /// Those of tracing; [`Error::Interrupted`].
-    fn ray_rows(self) -> Result<(Vec<Row>, Vec<Missing>)> {
-        self.refuse_what_cannot_fit()?;
-        let mut missing = Vec::new();
-        let scenes = self.measured(&self.scenes(), &mut missing)?;
-        let classes = self.class_rows(&scenes);
-        let mut rows: Vec<Row> = scenes.into_iter().map(Measured::row).chain(classes).collect();
-        // One after the other: the errors of each are many numbers.
-        for subject in self.made() {
-            rows.extend(self.measured(&[subject], &mut missing)?.into_iter().map(Measured::row));
-        }
-        Ok((rows, missing))
+    fn workloads(self) -> impl Iterator<Item = Workload<'a>> {
+        let Settings { distances, spheres, .. } = self.settings;
+        let traced = self.cases.iter().filter(|case| case.class != SceneClass::Lit);
+        let distances = distances.iter().map(|&distance| Workload::Distance(distance));
+        let spheres = spheres.iter().map(|&n| Workload::Spheres(n));
+        traced.map(Workload::Scene).chain(distances).chain(spheres)
     }
 
-    /// Each benchmark of each subject that fits: the errors in the first round, the times in all.
-    fn measured(
-        &self,
-        subjects: &[Subject<'a>],
-        missing: &mut Vec<Missing>,
-    ) -> Result<Vec<Measured<'a>>> {
-        let unmeasured = |subject: &Subject<'a>| -> Vec<Measured> {
-            let nothing = |&benchmark| Measured {
-                of: subject.of.clone(),
+    /// Returns the benchmarks that take part. Only `certified` has a hierarchy, which many spheres need.
+    fn benchmarks_of(self, workload: Workload) -> impl Iterator<Item = &'a Benchmark> {
+        let is_many = matches!(workload, Workload::Spheres(n) if n > MOST_TESTED);
+        self.benchmarks.iter().filter(move |of| !is_many || of.kernel == Kernel::Certified)
+    }
+
+    fn n_rays_of(&self, workload: Workload) -> u64 {
+        match workload {
+            Workload::Distance(_) => DISTANCE_RAYS as u64,
+            _ => n_pixels(self.settings.size),
+        }
+    }
+
+    /// Returns the number of rays to compare with exact arithmetic.
+    fn n_compared(&self, workload: Workload) -> u64 {
+        match workload {
+            Workload::Scene(_) => n_pixels(self.settings.size).min(self.settings.samples as u64),
+            Workload::Distance(_) => DISTANCE_RAYS as u64,
+            Workload::Spheres(_) => 0,
+        }
+    }
+
+    /// Generates the scene and the rays. They exist only while they are measured, to save memory.
+    fn scene_and_rays(&self, workload: Workload) -> Result<(Arc<Scene>, Rays)> {
+        let Settings { size, seed, .. } = *self.settings;
+        Ok(match workload {
+            Workload::Scene(case) => {
+                (Arc::clone(&case.scene), Rays::Pixels(pixels_of(case.camera()?, size)))
+            }
+            Workload::Distance(distance) => sphere_at_distance(distance, seed),
+            Workload::Spheres(n) => spheres_in_cube(n, seed, size, self.control)?,
+        })
+    }
+
+    /// Measures each benchmark of each workload: errors in the first round, times in all.
+    fn measured(self, missing: &mut Vec<Unmeasured>) -> Result<Vec<Measured<'a>>> {
+        let unmeasured = |workload| {
+            let of_benchmark = |benchmark| Measured {
+                workload,
                 benchmark,
-                counts: BTreeMap::new(),
-                values: BTreeMap::new(),
+                errors: RayErrors::default(),
+                decided: StageCounts::default(),
+                ns_per_ray: Vec::new(),
+                build_ms: Vec::new(),
             };
-            subject.benchmarks.iter().map(nothing).collect()
+            (workload, self.benchmarks_of(workload).map(of_benchmark).collect())
         };
-        let mut all: Vec<_> = subjects.iter().map(unmeasured).collect();
+        let mut all: Vec<(Workload, Vec<Measured>)> = self.workloads().map(unmeasured).collect();
         for round in 0..self.settings.rounds {
-            for (subject, measured) in subjects.iter().zip(&mut all) {
-                let is_over = round > 0 && subject.times.is_empty();
-                if is_over || measured.is_empty() {
+            for (workload, measured) in &mut all {
+                if measured.is_empty() || round > 0 && !workload.is_timed() {
                     continue;
                 }
-                let (scene, rays) = (subject.make)()?;
-                let truth = (round == 0 && subject.n_compared > 0).then(|| {
-                    let index = sample(rays.len(), subject.n_compared, self.settings.seed);
+                let (scene, rays) = self.scene_and_rays(*workload)?;
+                let n_compared = if round == 0 { self.n_compared(*workload) } else { 0 };
+                let truth = (n_compared > 0).then(|| {
+                    let index = sample(rays.len(), n_compared as usize, self.settings.seed);
                     Truth::of_rays(&scene, &rays, index, self.control)
                 });
                 let truth = truth.transpose()?;
                 for mut own in std::mem::take(measured) {
-                    match self.add_round(&mut own, (&scene, &rays), subject.times, truth.as_ref()) {
-                        Err(Error::TooLarge(why)) if !matches!(own.of, Of::Scene { .. }) => {
-                            let device = own.benchmark.device_name();
-                            let what = format!("{} on {device}", own.of.name());
-                            missing.push(Missing { what, why: why.text });
+                    match (self.add_round(&mut own, &scene, &rays, truth.as_ref()), *workload) {
+                        (Err(Error::TooLarge(why)), Workload::Spheres(n)) => {
+                            let KernelOnDevice { kernel, device } = own.benchmark.names();
+                            let what = format!("{n} spheres, {kernel} on {device}");
+                            missing.push(Unmeasured { what, why: why.text });
                         }
-                        added => {
+                        (added, _) => {
                             added?;
                             measured.push(own);
                         }
@@ -236,165 +232,75 @@ impl<'a> Work<'a> {
                 }
             }
         }
-        Ok(all.into_iter().flatten().collect())
+        Ok(all.into_iter().flat_map(|(_, measured)| measured).collect())
     }
 
-    /// Adds a round of a benchmark: the errors where the truth is there, and these times.
+    /// Adds a round of a benchmark: errors if the truth is known, and times.
     fn add_round(
         &self,
         measured: &mut Measured,
-        (scene, rays): (&Arc<Scene>, &Rays),
-        times: Times,
+        scene: &Arc<Scene>,
+        rays: &Rays,
         truth: Option<&Truth>,
     ) -> Result<()> {
-        let benchmark = measured.benchmark;
         let mut hits = Hits::default();
         if let Some(truth) = truth {
-            let mut tracer = benchmark.tracer(scene, rays, SURFACE)?.tracer;
+            let mut tracer = measured.benchmark.tracer(scene, rays, SURFACE)?.tracer;
             tracer.trace(rays, self.control, &mut hits)?;
-            measured.add_errors(&hits, truth);
+            measured.errors = RayErrors::new(&hits, truth);
+            measured.decided = hits.counts;
         }
-        for (wants, metrics) in times {
-            let mut made = benchmark.tracer(scene, rays, *wants)?;
-            if metrics.contains(&DeviceNsPerRay)
-                && let Some(backend) = made.tracer.backend()
-            {
-                backend.use_clock();
-            }
-            let trace = |_| made.tracer.trace(rays, self.control, &mut hits);
-            let timings = (0..=self.settings.runs).map(trace).collect::<Result<Vec<_>>>()?;
-            let (first, runs) = timings.split_at(1);
-            let ns = |time: Duration| 1e9 * time.as_secs_f64() / rays.len() as f64;
-            for &metric in *metrics {
-                let value = |timing: &Timing| {
-                    Some(match metric {
-                        BuildMs => ms(made.tracer.prepared().build_time()),
-                        CompileMs => ms(made.compile),
-                        FirstPictureMs | PictureMs => ms(timing.deciding() + timing.readback),
-                        ReadbackMs => ms(timing.readback),
-                        DeviceNsPerRay => ns(timing.on_device?),
-                        _ => ns(timing.deciding()),
-                    })
-                };
-                let is_once = matches!(metric, BuildMs | CompileMs | FirstPictureMs);
-                let timings = if is_once { first } else { runs };
-                let values = timings.iter().filter_map(value);
-                measured.values.entry(metric).or_default().extend(values);
-            }
-            // Of other subjects they don't repeat: tiles of many objects are as large as time allows.
-            if *wants == IDS && matches!(measured.of, Of::Scene { .. }) {
-                measured.counts.insert(Count::BytesDevice, made.tracer.bytes_device());
+        if measured.workload.is_timed() {
+            let mut tracer = measured.benchmark.tracer(scene, rays, IDS)?.tracer;
+            measured.build_ms.push(1e3 * tracer.prepared().build_time().as_secs_f64());
+            tracer.trace(rays, self.control, &mut hits)?;
+            for _ in 0..self.settings.runs {
+                let time = tracer.trace(rays, self.control, &mut hits)?.deciding();
+                measured.ns_per_ray.push(1e9 * time.as_secs_f64() / rays.len() as f64);
             }
         }
         Ok(())
     }
 
-    /// The errors of each class put together, and the means of its times.
-    fn class_rows(&self, scenes: &[Measured]) -> Vec<Row> {
-        let mut rows = Vec::new();
-        for class in Class::ALL {
-            for benchmark in self.benchmarks {
-                let is_own = |scene: &&Measured| {
-                    matches!(scene.of, Of::Scene { class: own, .. } if own == class)
-                        && std::ptr::eq(scene.benchmark, benchmark)
-                };
-                let own: Vec<_> = scenes.iter().filter(is_own).collect();
+    /// Returns the scenes of each class taken together.
+    fn classes(&self, rows: &[SceneRow]) -> Vec<ClassRow> {
+        let mut classes = Vec::new();
+        for class in SceneClass::TRACED {
+            for of in self.benchmarks.iter().map(Benchmark::names) {
+                let own: Vec<_> =
+                    rows.iter().filter(|row| row.class == class && row.of == of).collect();
                 if own.is_empty() {
                     continue;
                 }
-                let mut counts = BTreeMap::from([(Count::Scenes, own.len() as u64)]);
-                own.iter().for_each(|scene| add(&mut counts, scene.counts.clone()));
-                counts.remove(&Count::BytesDevice);
-                let values = |metric| own.iter().filter_map(move |scene| scene.values.get(&metric));
-                let error = |metric| {
-                    Some((metric, Spread::of(values(metric).flatten().copied().collect())?))
-                };
-                let time = |metric| {
-                    let times = values(metric).filter_map(|times| Spread::of(times.clone()));
-                    Some((metric, geometric_mean(&times.collect::<Vec<_>>())?))
-                };
-                let errors = [TUlp, TRelative, NormalDegrees].into_iter().filter_map(error);
-                let times = [TraceNsPerRay, SurfaceNsPerRay].into_iter().filter_map(time);
-                let numbers = errors.chain(times).collect();
-                rows.push(Row { key: benchmark.key(Of::Class { class }), numbers, counts });
+                let mut errors = RayErrors::default();
+                own.iter().for_each(|row| errors.add(&row.errors));
+                let times: Vec<_> = own.iter().map(|row| row.ns_per_ray).collect();
+                let ns_per_ray = TimeSpread::geometric_mean(&times);
+                classes.push(ClassRow { class, of, scenes: own.len(), errors, ns_per_ray });
             }
         }
-        rows
+        classes
     }
 }
 
-impl Measured<'_> {
-    /// Adds the errors of a result against the truth about some of its rays.
-    fn add_errors(&mut self, hits: &Hits, truth: &Truth) {
-        let mut found = RayDifferences::default();
-        for (ray, error) in ray_errors(hits, truth).enumerate() {
-            found.see(ray, &error);
-            if let RayError::Right { id: 1.., t, normal } = error {
-                let errors = [
-                    (TUlp, t.map(|t| t.ulp)),
-                    (TRelative, t.map(|t| t.relative)),
-                    (NormalDegrees, normal.map(|normal| normal.degrees)),
-                ];
-                for (metric, error) in errors {
-                    self.values.entry(metric).or_default().extend(error);
-                }
-            }
-        }
-        let counts = [
-            (Count::Rays, found.rays),
-            (Count::FalseHits, found.false_hits),
-            (Count::FalseMisses, found.false_misses),
-            (Count::WrongObject, found.wrong_object),
-            (Count::F32, hits.counts.f32),
-            (Count::F64, hits.counts.f64),
-            (Count::Exact, hits.counts.exact),
-        ];
-        add(&mut self.counts, counts);
-    }
-
-    fn row(self) -> Row {
-        let spread = |(metric, values)| Some((metric, Spread::of(values)?));
-        let numbers = self.values.into_iter().filter_map(spread).collect();
-        Row { key: self.benchmark.key(self.of), numbers, counts: self.counts }
+impl Workload<'_> {
+    fn is_timed(self) -> bool {
+        !matches!(self, Workload::Distance(_))
     }
 }
 
-/// Adds counts to those that are there.
-pub fn add(counts: &mut BTreeMap<Count, u64>, more: impl IntoIterator<Item = (Count, u64)>) {
-    more.into_iter().for_each(|(count, n)| *counts.entry(count).or_default() += n);
+impl ReportScene {
+    pub(crate) fn camera(&self) -> Result<&Camera> {
+        self.scene.require_camera(self.name.as_ref())
+    }
 }
 
-/// All pixels of a case's picture of a size.
-pub fn picture(case: &ReportScene, size: [u32; 2]) -> Result<Pixels> {
-    Ok(pixels_of(case.scene.require_camera(case.name.as_ref())?, size))
-}
-
-/// All pixels of a picture that a camera takes.
+/// Returns all pixels of a picture.
 pub fn pixels_of(camera: &Camera, [width, height]: [u32; 2]) -> Pixels {
     Pixels::whole(View::new(camera), width, height)
 }
 
-/// Pixels of a picture.
+/// Returns the number of pixels of a picture.
 pub fn n_pixels([width, height]: [u32; 2]) -> u64 {
     u64::from(width) * u64::from(height)
-}
-
-/// Geometric means of medians, 99.9th percentiles, least and largest values, each for itself; `None` of nothing.
-fn geometric_mean(spreads: &[Spread]) -> Option<Spread> {
-    let mean = |part: fn(&Spread) -> f64| {
-        let logarithms: f64 = spreads.iter().map(|spread| part(spread).ln()).sum();
-        (logarithms / spreads.len() as f64).exp()
-    };
-    (!spreads.is_empty()).then(|| Spread {
-        median: mean(|spread| spread.median),
-        p999: mean(|spread| spread.p999),
-        min: mean(|spread| spread.min),
-        max: mean(|spread| spread.max),
-        n: spreads.iter().map(|spread| spread.n).sum(),
-    })
-}
-
-/// A time in milliseconds.
-fn ms(time: Duration) -> f64 {
-    1e3 * time.as_secs_f64()
 }

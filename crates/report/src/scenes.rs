@@ -1,67 +1,73 @@
-//! The scenes of a report.
+//! Scenes of a report.
 
 use std::path::Path;
 use std::sync::Arc;
 
 use kugelblitz::Result;
 use kugelblitz::scene::{SHIPPED_SCENES, Scene, parse_scene};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-/// Sort of a scene, by which results are put together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+/// Class of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Class {
-    /// The lecture's figures.
+pub enum SceneClass {
+    /// Figures of the lecture.
     Lecture,
-    /// Where f32 has a hard time.
+    /// Scenes that are hard for f32.
     Hard,
-    /// Where shadows are hard to tell. Their light is measured, not their rays.
+    /// Scenes with hard shadows. Only their shadows are measured.
     Lit,
-    /// Named on the command line.
+    /// Scenes from the command line.
     Given,
 }
 
-impl Class {
-    /// In the order of a report.
-    pub(super) const ALL: [Class; 4] = [Class::Lecture, Class::Hard, Class::Lit, Class::Given];
+impl SceneClass {
+    /// Classes whose rays are measured, in the order of a report.
+    pub(crate) const TRACED: [SceneClass; 3] =
+        [SceneClass::Lecture, SceneClass::Hard, SceneClass::Given];
 
-    /// In a table or a legend.
+    /// Returns the name for tables and plots.
     pub fn name(self) -> &'static str {
         match self {
-            Class::Lecture => "lecture's scenes",
-            Class::Hard => "hard scenes",
-            Class::Lit => "lit scenes",
-            Class::Given => "given scenes",
+            SceneClass::Lecture => "lecture's scenes",
+            SceneClass::Hard => "hard scenes",
+            SceneClass::Lit => "lit scenes",
+            SceneClass::Given => "given scenes",
         }
     }
 }
 
-/// A scene to be measured, and what a report says of it beside its numbers.
+/// A scene to measure.
 #[derive(Clone, Debug, Serialize)]
 pub struct ReportScene {
-    /// The file's name without folder and ending.
+    /// File name without folder and extension.
     pub name: String,
-    /// Sort of the scene.
-    pub class: Class,
-    /// The file's first comment: what it shows.
+    /// Class of the scene.
+    pub class: SceneClass,
+    /// First comment of the file, which describes the scene.
     pub about: String,
-    /// Spheres in it.
+    /// Number of spheres.
     pub n_spheres: usize,
-    /// Planes in it.
+    /// Number of planes.
     pub n_planes: usize,
-    /// Lights in it, without a sky.
+    /// Number of lights, without a sky.
     pub n_lights: usize,
-    /// The scene; it has a camera.
+    /// Scene with a camera.
     #[serde(skip)]
     pub scene: Arc<Scene>,
 }
 
 impl ReportScene {
-    /// A case of a scene; `text` is that of its file, empty for data, and `path` is for its name and for messages.
+    /// Creates a case; `text` is the content of the scene file, empty for data, and `path` gives the name.
     ///
     /// # Errors
-    /// [`Error::Scene`](kugelblitz::Error::Scene) without a camera.
-    pub fn new(scene: Arc<Scene>, text: &str, path: &Path, class: Class) -> Result<ReportScene> {
+    /// Returns [`Error::Scene`](kugelblitz::Error::Scene) without a camera.
+    pub fn new(
+        scene: Arc<Scene>,
+        text: &str,
+        path: &Path,
+        class: SceneClass,
+    ) -> Result<ReportScene> {
         scene.require_camera(path)?;
         let comment = text.lines().next().and_then(|line| line.strip_prefix('#'));
         Ok(ReportScene {
@@ -76,18 +82,18 @@ impl ReportScene {
     }
 }
 
-/// The scenes of a report that names none: the lecture's, the hard ones, and those that are hard to light.
+/// Returns the default scenes: the lecture's, the hard ones, and those with hard shadows.
 ///
 /// # Errors
-/// As [`ReportScene::new`]; they are part of the program.
+/// Returns the errors of [`ReportScene::new`].
 pub fn default_cases() -> Result<Vec<ReportScene>> {
     let case = |&(path, text): &(&'static str, &str)| {
         let class = match path.rsplit_once('/') {
-            None => Class::Lecture,
-            Some(("hard", _)) => Class::Hard,
+            None => SceneClass::Lecture,
+            Some(("hard", _)) => SceneClass::Hard,
             // The lecture's scenes with light are measured without it.
             Some(("lit", _)) => return None,
-            Some(_) => Class::Lit,
+            Some(_) => SceneClass::Lit,
         };
         let path = Path::new(path);
         let scene = parse_scene(text, path);

@@ -1,108 +1,48 @@
-//! A [`Report`] as text: for a terminal, and its summary in Markdown.
+//! A [`Report`] as text for a terminal.
 
-use kugelblitz::plain::plain_document;
-use kugelblitz_judge::markup;
+use kugelblitz_judge::markup::wrapped;
 
-use super::answer::{answer, price};
-use super::environment::program;
-use super::figures::{count, list, plain};
-use super::print::{self, WIDTH, markdown_text};
-use super::tables::{self, Table};
-use super::{AdapterArithmetic, Baseline, CLOUD_SIZE, LIGHT_SIZE, Report, SWEEPS, Settings};
+use super::Report;
+use super::table::{Table, facts, name, tables};
 
-/// The whole report but the pictures and each scene's own figures, at most 110 columns wide.
+/// Columns of a terminal that text takes at most.
+const WIDTH: usize = 110;
+
+/// Returns facts, tables, and everything that was not measured.
 pub fn terminal(report: &Report) -> String {
-    let mut words = vec![answer(report)];
-    words.extend(price(report));
-    words.extend(report.noise.warning());
-    let since = report.baseline.iter().flat_map(Baseline::in_words);
-    words.extend(since.map(|words| plain(&words)));
-    let mut parts = vec![environment(report)];
-    parts.extend(words.iter().map(|words| wrapped(words, "")));
-    let mut add = |title: &str, table: Table| {
-        if !table.is_empty() {
-            parts.push(wrapped(title, "  ") + &print::terminal(&table));
-        }
-    };
-    if let Some(baseline) = &report.baseline {
-        tables::since(baseline, report).into_iter().for_each(|(title, table)| add(title, table));
-    }
-    add("How wrong", tables::class_errors(report));
-    add("How fast", tables::class_costs(report));
-    add("Many spheres", tables::clouds(report));
-    add("Light: wrong shadows, and pixels with wrong bytes", tables::light(report));
-    let title = "Scenes: share of wrong ids, and nanoseconds a ray (ids)";
-    add(title, tables::overview(report));
-    for sweep in &SWEEPS {
-        let title = format!("Sweep “{}”: {}; x: {}", sweep.name, sweep.title, sweep.x_label);
-        add(&title, tables::sweep(report, sweep));
-    }
-    if !report.missing.is_empty() {
-        let lines = report.missing.iter().map(|missing| {
-            wrapped(&format!("- {}: {}", plain(&missing.what), plain(&missing.why)), "  ")
-        });
-        parts.push(format!("Not measured\n{}", lines.collect::<String>()));
-    }
-    plain_document(&parts.join("\n"))
-}
-
-/// The classes in a short table, light in another, many spheres in a third, each with what it was measured
-/// on; then what changed since an earlier report.
-pub fn markdown(report: &Report) -> String {
-    let measured = measured_on(report);
     let mut text = String::new();
-    for (table, [width, height]) in [
-        (tables::summary(report), report.settings.size),
-        (tables::light(report), LIGHT_SIZE),
-        (tables::clouds(report), CLOUD_SIZE),
-    ] {
-        if !table.is_empty() {
-            let table = print::markdown(&table);
-            text += &format!("\n{table}\nMeasured at {width} × {height} {measured}\n");
-        }
-    }
-    if let Some(warning) = report.noise.warning() {
-        text += &format!("\n{warning}\n");
-    }
-    if let Some(baseline) = &report.baseline {
-        text += &format!("\n{}\n", markdown_text(&baseline.in_words().join(" ")));
-        for (_, table) in tables::since(baseline, report) {
-            if !table.is_empty() {
-                text += &format!("\n{}", print::markdown(&table));
-            }
-        }
-    }
-    plain_document(text.trim_start())
-}
-
-fn measured_on(Report { environment, .. }: &Report) -> String {
-    let adapter = |AdapterArithmetic { facts, .. }: &AdapterArithmetic| {
-        format!("{} ({})", facts.name, facts.driver)
+    let mut add = |line: &str| {
+        wrapped(line, WIDTH, "", "  ").iter().for_each(|line| text += &format!("{line}\n"));
     };
-    let host = format!("{}, {}", environment.host_cpu, count(environment.n_cores, "core"));
-    let machines: Vec<String> =
-        environment.adapters.iter().map(adapter).chain([host]).map(|m| markdown_text(&m)).collect();
-    let program = program(&environment.version, environment.commit.as_deref());
-    format!("on {} by {}, {}.", list(&machines), markdown_text(&program), environment.date)
+    facts(report).iter().for_each(|(what, fact)| add(&format!("{what}: {fact}")));
+    for missing in &report.missing {
+        add(&name(&format!("Not measured: {}: {}", missing.what, missing.why)));
+    }
+    let tables = tables(report);
+    text + &tables
+        .iter()
+        .map(|table| format!("\n{}\n{}", table.title, aligned(table)))
+        .collect::<String>()
 }
 
-fn environment(report: &Report) -> String {
-    let Settings { size: [width, height], samples, seed, rounds, runs, .. } = report.settings;
-    let facts = report.environment.named_lines();
-    let facts = facts.iter().map(|(what, fact)| wrapped(&plain(&format!("{what}: {fact}")), "  "));
-    let settings = format!(
-        "{width} × {height} pixels; up to {} of each picture against exact arithmetic (seed {}); \
-         {} of {} after a first picture",
-        samples,
-        seed,
-        count(rounds, "round"),
-        count(runs, "run"),
-    );
-    facts.chain([wrapped(&settings, "  ")]).collect()
-}
-
-/// Lines of at most a terminal's width; all but the first begin with `indent`.
-fn wrapped(text: &str, indent: &str) -> String {
-    let lines = markup::wrapped(text, WIDTH, "", indent);
-    lines.iter().map(|line| format!("{line}\n")).collect()
+/// Returns the lines of a table, names to the left and figures to the right.
+fn aligned(table: &Table) -> String {
+    let heads = [
+        table.columns.iter().map(|column| &column.over).collect::<Vec<_>>(),
+        table.columns.iter().map(|column| &column.name).collect(),
+    ];
+    let rows = table.rows.iter().map(|row| row.iter().collect());
+    let lines: Vec<Vec<&String>> = heads.into_iter().chain(rows).collect();
+    let length = |line: &Vec<&String>, at: usize| line[at].chars().count();
+    let width = |at| lines.iter().map(|line| length(line, at)).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..table.columns.len()).map(width).collect();
+    let cell = |(at, text): (usize, &&String)| match widths[at] {
+        width if at < table.n_names => format!("{text:<width$}"),
+        width => format!("{text:>width$}"),
+    };
+    let line = |line: &Vec<&String>| {
+        let cells: Vec<String> = line.iter().enumerate().map(cell).collect();
+        format!("{}\n", cells.join("  ").trim_end())
+    };
+    lines.iter().map(line).filter(|line| line != "\n").collect()
 }

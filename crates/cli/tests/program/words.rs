@@ -79,7 +79,6 @@ fn paths_are_shown_one_way() {
         ("crates/cli/src/head.rs", 2),
         ("crates/cli/src/judge.rs", 1),
         ("crates/cli/src/new.rs", 1),
-        ("crates/cli/src/report.rs", 1),
         ("crates/judge/src/cost.rs", 1),
         ("src/picture/read/mod.rs", 1),
     ];
