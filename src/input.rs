@@ -8,8 +8,8 @@ use crate::error::{Error, Result};
 use crate::memory;
 use crate::plain::Shown;
 
-/// Maximum number of bytes of an input that is read as a whole: of any text, such as a scene or a report, and of input
-/// of unknown length, such as a pipe. Input of known length that is not text may be as large as the memory.
+/// Maximum number of bytes of an input that is read as a whole: a text, such as a scene or a list of digests, and an input of unknown
+/// length, such as a pipe. A binary file of known length may be as large as the memory.
 pub const MAX_BYTES: u64 = 64 << 20;
 
 /// Longest line of a text that is read line by line, bytes.

@@ -258,8 +258,6 @@ pub struct Timing {
     pub decide: Duration,
     /// From the device into [`Hits`].
     pub readback: Duration,
-    /// The part of `trace` that the device's own clock counts, where it was asked to.
-    pub on_device: Option<Duration>,
 }
 
 impl Timing {
@@ -286,8 +284,5 @@ impl Timing {
         self.refine += other.refine;
         self.decide += other.decide;
         self.readback += other.readback;
-        if let Some(more) = other.on_device {
-            *self.on_device.get_or_insert_default() += more;
-        }
     }
 }

@@ -64,9 +64,6 @@ pub trait Backend: Send {
     /// Bytes held on the device for the scene.
     fn bytes(&self) -> u64;
 
-    /// Asks for [`Timing::on_device`] from now on; a device without a clock leaves it out.
-    fn use_clock(&mut self) {}
-
     /// Lights from now on every picture that the device can light, even if the CPU would be faster. Does nothing by default.
     fn force_light(&mut self) {}
 }

@@ -135,7 +135,7 @@ impl CertifiedLight {
             codes.extend_from_slice(bytemuck::cast_slice(arrays[0]))
         };
         let rays = Rays::Pixels(*pixels);
-        self.pass.run(prepared, &rays, control, None, &mut take)?;
+        self.pass.run(prepared, &rays, control, &mut take)?;
         Ok(codes)
     }
 }

@@ -1,7 +1,6 @@
 //! The Vulkan backend. Only this folder knows `wgpu` and `naga`.
 
 mod adapter;
-mod clock;
 mod compile;
 mod device;
 mod drivers;

@@ -72,9 +72,7 @@ impl Gpu {
     ) -> Result<Gpu> {
         let max_storage_buffers = limits.max_storage_buffers_per_shader_stage;
         let facts = AdapterFacts { max_storage_buffers, ..facts };
-        let wanted = wgpu::Features::PASSTHROUGH_SHADERS
-            | wgpu::Features::SHADER_F64
-            | wgpu::Features::TIMESTAMP_QUERY;
+        let wanted = wgpu::Features::PASSTHROUGH_SHADERS | wgpu::Features::SHADER_F64;
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("kugelblitz"),
             required_features: adapter.features() & wanted,

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::clock::Clock;
 use super::layout::{Layout, Params, RayRecord};
 use super::open::Gpu;
 use super::pipeline::{Named, Program};
@@ -82,7 +81,7 @@ impl Pass {
             gpu: Arc::clone(gpu),
         };
         let room = pass.make_room(64)?;
-        let encoder = room.dispatch(gpu, &pass.program, [1, 1], None);
+        let encoder = room.dispatch(gpu, &pass.program, [1, 1]);
         let submission = gpu.submit(encoder.finish());
         pass.room = Some(room);
         gpu.wait(Some(submission)).map_err(|reason| pass.lost(1, &reason))?;
@@ -102,8 +101,7 @@ impl Pass {
             + self.room.as_ref().map_or(0, Room::bytes)
     }
 
-    /// Runs the shader for rays that the scene is prepared for, or for pixels of whose samples it is. A clock gives
-    /// [`Timing::on_device`].
+    /// Runs the shader for rays that the scene is prepared for, or for pixels of whose samples it is.
     ///
     /// # Errors
     /// [`Error::Usage`] for other rays, [`Error::Device`] when the device fails or takes too long, [`Error::Interrupted`].
@@ -112,7 +110,6 @@ impl Pass {
         prepared: &Prepared,
         rays: &Rays,
         control: &Control,
-        clock: Option<&Clock>,
         take: Take,
     ) -> Result<Timing> {
         match rays {
@@ -130,7 +127,7 @@ impl Pass {
                 Some(room) => room,
                 None => self.make_room(tile.n_rays)?,
             };
-            timing.add(self.run_tile(prepared, rays, &tile, &room, clock, take)?);
+            timing.add(self.run_tile(prepared, rays, &tile, &room, take)?);
             self.room = Some(room);
             self.tile_size.adapt(tile.n_rays, start.elapsed());
             first += tile.n_rays;
@@ -144,7 +141,6 @@ impl Pass {
         rays: &Rays,
         tile: &DeviceTile,
         room: &Room,
-        clock: Option<&Clock>,
         take: Take,
     ) -> Result<Timing> {
         let start = Instant::now();
@@ -157,12 +153,11 @@ impl Pass {
             }
             self.gpu.queue.write_buffer(buffer, 0, &bytes);
         }
-        let encoder = room.dispatch(&self.gpu, &self.program, tile.workgroups(), clock);
+        let encoder = room.dispatch(&self.gpu, &self.program, tile.workgroups());
         let (n, take) = (tile.n_rays, &mut |arrays: &[&[u8]]| take(tile, arrays));
         let made = room.read(&self.gpu, encoder, n, |reason| self.lost(n, reason), take)?;
         let (trace, readback) = (made - start, made.elapsed());
-        let on_device = clock.map(|clock| clock.read(&self.gpu)).transpose()?;
-        Ok(Timing { trace, readback, on_device, ..Timing::default() })
+        Ok(Timing { trace, readback, ..Timing::default() })
     }
 
     fn lost(&self, n_rays: usize, reason: &str) -> Error {

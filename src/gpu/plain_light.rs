@@ -111,6 +111,6 @@ impl PlainLight {
             }
             FloatType::F64 => lights.extend_from_slice(bytemuck::cast_slice(arrays[0])),
         };
-        self.pass.run(prepared, &rays, control, None, &mut take).map(drop)
+        self.pass.run(prepared, &rays, control, &mut take).map(drop)
     }
 }

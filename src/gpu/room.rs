@@ -2,7 +2,6 @@
 
 use std::time::Instant;
 
-use super::clock::Clock;
 use super::open::Gpu;
 use super::pipeline::{Named, Program, whole};
 use crate::error::{Error, Result};
@@ -53,25 +52,16 @@ impl Room {
     }
 
     /// Commands that run the shader.
-    pub fn dispatch(
-        &self,
-        gpu: &Gpu,
-        program: &Program,
-        [x, y]: [u32; 2],
-        clock: Option<&Clock>,
-    ) -> wgpu::CommandEncoder {
+    pub fn dispatch(&self, gpu: &Gpu, program: &Program, [x, y]: [u32; 2]) -> wgpu::CommandEncoder {
         let mut encoder = gpu.encoder();
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: None,
-            timestamp_writes: clock.map(Clock::around_pass),
+            timestamp_writes: None,
         });
         pass.set_pipeline(&program.pipeline);
         pass.set_bind_group(0, &self.bind_group, &[]);
         pass.dispatch_workgroups(x, y, 1);
         drop(pass);
-        if let Some(clock) = clock {
-            clock.stop(&mut encoder);
-        }
         encoder
     }
 

@@ -295,7 +295,7 @@ fn on_device<F: SampledFloat>(gpu: &Gpu, samples: &[Sample<F>]) -> Result<Vec<Ou
         Error::Device(format!("`{}` did not finish its self-test: {reason}", gpu.facts.name).into())
     };
     let mut outcomes = Vec::new();
-    let encoder = room.dispatch(gpu, &program, groups, None);
+    let encoder = room.dispatch(gpu, &program, groups);
     room.read(gpu, encoder, samples.len(), unfinished, &mut |arrays| {
         let results: Vec<[F; N_RESULTS]> = bytemuck::pod_collect_to_vec(arrays[0]);
         let words: Vec<[u32; N_WORDS]> = bytemuck::pod_collect_to_vec(arrays[1]);

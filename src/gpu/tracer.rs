@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::clock::Clock;
 use super::compile::MOST_TURNS_IN_SOFTWARE;
 use super::hierarchy::{DeviceHierarchy, upload_hierarchy};
 use super::light::CertifiedLight;
@@ -39,7 +38,6 @@ pub struct GpuTracer {
     /// Whether the device can't take the kernel's stage: its arithmetic doesn't suit the proof of `certified`, there
     /// is no way to the rays' many spheres, or it would stop on the way through a long list of them.
     leaves_to_cpu: bool,
-    clock: Option<Clock>,
     /// See [`Backend::force_light`].
     is_light_forced: bool,
     /// Lights what rays of a kernel without a proof hit, made when that is first needed.
@@ -77,7 +75,6 @@ impl GpuTracer {
             objects,
             hierarchy,
             leaves_to_cpu,
-            clock: None,
             is_light_forced: false,
             plain_light: None,
             light: None,
@@ -161,8 +158,7 @@ impl Backend for GpuTracer {
             Some(pass) => pass,
             None => self.make_pass()?,
         };
-        let (pass, clock) = (self.pass.insert(pass), self.clock.as_ref());
-        pass.run(&self.prepared, rays, control, clock, &mut take).map(Some)
+        self.pass.insert(pass).run(&self.prepared, rays, control, &mut take).map(Some)
     }
 
     fn light_plainly(
@@ -224,7 +220,7 @@ impl Backend for GpuTracer {
         if prepared.shader_key(self.wants) != self.key {
             let new = GpuTracer::new(Arc::clone(&self.gpu), Arc::clone(prepared), self.wants)?;
             let is_light_forced = self.is_light_forced;
-            *self = GpuTracer { clock: self.clock.take(), is_light_forced, ..new };
+            *self = GpuTracer { is_light_forced, ..new };
             return Ok(());
         }
         check_limits(&self.gpu, prepared)?;
@@ -252,10 +248,6 @@ impl Backend for GpuTracer {
             + self.pass.as_ref().map_or(0, Pass::bytes)
             + self.plain_light.as_ref().map_or(0, PlainLight::bytes)
             + self.light.as_ref().map_or(0, CertifiedLight::bytes)
-    }
-
-    fn use_clock(&mut self) {
-        self.clock = Clock::new(&self.gpu);
     }
 
     fn force_light(&mut self) {

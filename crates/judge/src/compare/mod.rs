@@ -12,7 +12,7 @@ mod rays;
 pub(crate) use allowed::short;
 pub use allowed::{Allowed, Tolerance, Unit};
 pub(crate) use paint::between;
-pub use paint::{FALSE_HIT, FALSE_MISS, RAMP, WRONG_OBJECT, error_picture, graded};
+pub use paint::error_picture;
 pub use pictures::{ChannelDifference, PictureDifference, PictureSide, compare_pictures};
 pub use rays::{
     ErrorSpread, ErrorStats, NormalError, RayDifferences, RayError, RayResult, TError, compare,

@@ -8,17 +8,17 @@ use super::{NormalError, PictureDifference, RayError};
 
 /// A hit where there is nothing. This colour and the next two are far from each other and from those of
 /// other errors with each colour blindness.
-pub const FALSE_HIT: [u8; 3] = [0xc2, 0x2b, 0x00];
+const FALSE_HIT: [u8; 3] = [0xc2, 0x2b, 0x00];
 /// No object where there is one.
-pub const FALSE_MISS: [u8; 3] = [0xff, 0x93, 0x30];
+const FALSE_MISS: [u8; 3] = [0xff, 0x93, 0x30];
 /// Another object.
-pub const WRONG_OBJECT: [u8; 3] = [0xff, 0xe0, 0x4a];
+const WRONG_OBJECT: [u8; 3] = [0xff, 0xe0, 0x4a];
 
 /// The right background, and the right background at a silhouette.
 const BACKGROUND: [[u8; 3]; 2] = [[0x0c, 0x0e, 0x12], [0x1a, 0x1d, 0x23]];
 
 /// The right object without any error worth showing, and a large error of `t` or of a normal.
-pub const RAMP: [[u8; 3]; 2] = [[0x1e, 0x24, 0x2c], [0x7f, 0xc4, 0xff]];
+const RAMP: [[u8; 3]; 2] = [[0x1e, 0x24, 0x2c], [0x7f, 0xc4, 0xff]];
 
 /// The first of [`RAMP`], and the same at a silhouette.
 const RIGHT: [[u8; 3]; 2] = [RAMP[0], [0x31, 0x3a, 0x45]];
@@ -83,11 +83,6 @@ impl PictureDifference {
         };
         self.of_pixels.iter().enumerate().map(color).collect()
     }
-}
-
-/// The colour of an error: with the range from the first of [`RAMP`] to the second.
-pub fn graded(error: f64, range: [f64; 2]) -> [u8; 3] {
-    between(RAMP[0], RAMP[1], share(error, range))
 }
 
 /// Where `x` lies in a range, by its logarithm: 0 to 1.
