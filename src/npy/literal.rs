@@ -8,7 +8,7 @@ use crate::plain::Shown;
 /// A literal and its place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Literal {
-    /// Its first character in the header, counted from 1.
+    /// Column of the first character in the header, from 1.
     pub place: usize,
     pub value: LiteralValue,
 }
