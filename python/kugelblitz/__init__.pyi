@@ -122,8 +122,6 @@ class Camera:
         """A camera that has all spheres of a scene in its picture, as near as can be."""
     def turntable(self, n: int) -> list[Camera]:
         """Cameras that go once around the point that is looked at, in `n` equal steps."""
-    def path(self, path: _Path) -> list[Camera]:
-        """The cameras of a path in a .csv file; what it does not name is as in this camera."""
     @property
     def position(self) -> list[float]: ...
     @property

@@ -1,7 +1,7 @@
 //! The camera.
 
 use std::iter;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use kugelblitz::frames;
 use kugelblitz::scene::schema::{CameraKeys, Section};
@@ -89,13 +89,6 @@ impl Camera {
             return wrong_value(format!("n: {n}, but a film has 1 to {most} frames"));
         }
         Ok(all(frames::turntable(&self.of_scene, n)))
-    }
-
-    /// The cameras of a path in a .csv file: each line is a frame.
-    /// The header names x, y, z and perhaps look_at_x …, up_x …, fov or height; what it does not name is as in
-    /// this camera.
-    fn path(&self, py: Python<'_>, path: PathBuf) -> PyResult<Vec<Camera>> {
-        work::run(py, |_| frames::read_path(&path, &self.of_scene)).map(all)
     }
 
     /// The eye, or the middle of an orthographic picture; world units.

@@ -284,8 +284,6 @@ def test_films(run, tmp_path):
     run("render", SCENES / "figure1.toml", "--size=96x54", "--turntable=3", "-o", tmp_path / "film.png")
     for number, camera in enumerate(figure.camera.turntable(3), 1):
         assert kb.compare(figure.render(camera).rgb8, tmp_path / f"film-{number:04}.png")
-    (tmp_path / "path.csv").write_text("x,y,z\n0,1,6\n1,1,6\n")
-    assert [camera.position for camera in figure.camera.path(tmp_path / "path.csv")] == [[0, 1, 6], [1, 1, 6]]
 
 
 def test_colours_by_numbers(tmp_path):

@@ -340,7 +340,7 @@ def test_what_is_masked_has_no_value():
 
 
 def test_errors_speak_of_arguments(tmp_path, camera, ball):
-    for call, name in [(kb.Scene.open, "no.toml"), (camera.path, "no.csv"), (kb.read, "no.png")]:
+    for call, name in [(kb.Scene.open, "no.toml"), (kb.read, "no.png")]:
         with pytest.raises(FileNotFoundError) as caught:
             call(tmp_path / name)
         assert caught.value.errno == errno.ENOENT and name in caught.value.filename

@@ -24,8 +24,8 @@ const DEVICES: [(&str, &str); 3] = [
     ("m0,-5l5,9h-10z", "2 3"),
 ];
 
-/// Returns the mapping of values to pixels, and the ticks with their labels. Zero lies at the start of the axis, where no
-/// other value is, and infinity at its end.
+/// Returns the mapping of values to pixels, and the ticks with their labels. Zero has the start of the axis
+/// for itself, and infinity its end.
 fn axis(
     values: impl Iterator<Item = f64>,
     [from, to]: [f64; 2],

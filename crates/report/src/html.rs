@@ -8,7 +8,7 @@ use super::plots::{Chart, charts};
 use super::table::{Table, facts, tables};
 use super::{Report, theme};
 
-/// Style of the page. Its colours are those of the plots.
+/// Style of the page, with the colours of the plots.
 const STYLE: &str = include_str!("page.css");
 
 /// The page may load only its own style.

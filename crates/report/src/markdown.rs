@@ -37,7 +37,7 @@ fn section(table: &Table) -> String {
     )
 }
 
-/// Returns text that Markdown shows as it is.
+/// Escapes a text for Markdown.
 fn escaped(text: &str) -> String {
     let escaped = |c: char| match c {
         '<' => "&lt;".to_string(),

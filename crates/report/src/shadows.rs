@@ -1,6 +1,6 @@
 //! Shadows with and without an epsilon, against exact arithmetic.
 //!
-//! Each light of a scene has a picture of its own, in which it is the only light and everything is white: a pixel that is
+//! Each light of a scene gets its own picture, in which it is the only light and everything is white: a pixel that is
 //! not black is lit by it. So shadows and colours of all kernels come from the same code.
 
 use std::sync::Arc;

@@ -185,7 +185,7 @@ pub fn facts(report: &Report) -> Vec<(&'static str, String)> {
 }
 
 impl Report {
-    /// Returns the name of a device without its parentheses, if no other device has the same.
+    /// Returns the name of a device without its parentheses, if it is unique.
     pub(crate) fn short(&self, device: &str) -> String {
         let short = |device: &str| device.split(" (").next().unwrap_or_default().to_string();
         let adapters = self.environment.adapters.iter().map(|adapter| &adapter.facts.name);

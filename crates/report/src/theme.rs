@@ -3,8 +3,8 @@
 
 use kugelblitz_judge::markup::{Shade, for_light_and_dark};
 
-/// Colours of all classes: first the neutral ones, then those of the kernels, which are the same in all plots. Kernels without
-/// a proof in f32 have warm colours. All can be told apart with each of the three colour blindnesses (in Machado's
+/// Colours of all classes: first the neutral ones, then one for each kernel, the same in all plots. Kernels without
+/// a proof in f32 have warm colours. All differ for each of the three colour blindnesses (in Machado's
 /// simulation at least 0.14 apart in Oklab), and have a contrast of at least 3 on paper.
 const SHADES: [Shade; 9] = [
     ("ink", "#1b2027", "#e8eaee"),
