@@ -105,7 +105,7 @@ time_all() {
     time_one "figure 1, ids" scenes/figure1.toml x.png
     time_one "figure 1, ids, t and normals" scenes/figure1.toml x.npy
     for n in 10000 100000 1000000; do
-        "$program" generate cloud --distribution uniform --count "$n" --seed 1 --quiet \
+        "$program" generate --distribution uniform --count "$n" --seed 1 --quiet \
             -o "$scratch/$n.npy" --scene "$scratch/$n.toml"
         time_one "$n spheres, ids" "$scratch/$n.toml" x.png
         time_one "$n spheres, ids, t and normals" "$scratch/$n.toml" x.npy

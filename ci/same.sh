@@ -102,7 +102,10 @@ def cloud(kind, count, which):
     file = folder / f"{which}-{kind}-{count}.toml"
     if not file.exists():
         words = ["--distribution", kind, "--count", count, "-o", f"{data}"]
-        run(programs[0], ["generate", "cloud", "-q", *words, "--scene", f"{file}"], None)
+        # A program before `compare A SCENE` has one more word.
+        has_word = subprocess.run([programs[0], "generate", "cloud", "--help"], capture_output=True).returncode == 0
+        command = ["generate", "cloud"] if has_word else ["generate"]
+        run(programs[0], [*command, "-q", *words, "--scene", f"{file}"], None)
         # The clouds of a program that knows the key are in bytes.
         if has_space[which] and not has_space[0]:
             file.write_text(file.read_text() + SPACE)

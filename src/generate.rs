@@ -90,7 +90,7 @@ pub fn write_scene(file: &mut OutputFile, cloud: &Path, recipe: &Recipe) -> Resu
     };
     let Recipe { distribution, count, seed } = recipe;
     let text = format!(
-        "# kugelblitz generate cloud --distribution {} --count {count} --seed {seed}\n{}",
+        "# kugelblitz generate --distribution {} --count {count} --seed {seed}\n{}",
         distribution.name(),
         scene.document()
     );

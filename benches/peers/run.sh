@@ -27,7 +27,7 @@ g++ -O3 -march=native -fno-math-errno -fno-trapping-math -std=c++17 "$here/embre
     -o "$folder/embree_spheres" -lembree3 -lpthread
 if [ "$what" = speed ]; then
     for count in "${counts[@]}"; do
-        "$kugelblitz" generate cloud --count "$count" --seed 1 -o "$folder/cloud_$count.npy" \
+        "$kugelblitz" generate --count "$count" --seed 1 -o "$folder/cloud_$count.npy" \
             --scene "$folder/cloud_$count.toml" -q
     done
     (cd "$folder" && "$python" "$here/../../examples/drum.py")

@@ -110,7 +110,7 @@ windows() {
     "$wine" kugelblitz.exe "${picture[@]}" --device cpu
     same_picture picture.png
     "$wine" kugelblitz.exe digest --check digests.txt -q --device cpu
-    "$wine" kugelblitz.exe generate cloud --count 1000 -o cloud.npy
+    "$wine" kugelblitz.exe generate --count 1000 -o cloud.npy
     "$wine" kugelblitz.exe render cloud.npy -o cloud.png --device cpu
     "$wine" kugelblitz.exe verify figure1 --size 160x90 --device cpu
     "$wine" kugelblitz.exe render nosuch.toml -o no.png && die "drew a scene that does not exist"

@@ -20,12 +20,13 @@ from ._kugelblitz import (
 
 __all__ = [
     "Camera",
+    "Comparison",
     "DeviceError",
     "Difference",
     "Drawing",
     "Explanation",
+    "HitDifference",
     "Hits",
-    "Judgement",
     "NoAdapterError",
     "Picture",
     "Scene",
@@ -46,10 +47,11 @@ generate = Scene.generate
 
 # Modules that need numpy, imported on first use: the command `kugelblitz` starts without it.
 _MODULES = {
+    "Comparison": "_verdicts",
     "Difference": "_verdicts",
     "Drawing": "_drawings",
+    "HitDifference": "_verdicts",
     "Hits": "_hits",
-    "Judgement": "_verdicts",
     "Tinted": "_drawings",
     "Verdict": "_verdicts",
     "Verification": "_verdicts",

@@ -1,6 +1,6 @@
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, Protocol, TypedDict, final
+from typing import Any, Literal, Protocol, TypedDict, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,17 +8,18 @@ from typing_extensions import Required
 
 from ._drawings import Drawing, Tinted
 from ._hits import Hits
-from ._verdicts import Difference, Judgement, Verdict, Verification
+from ._verdicts import Comparison, Difference, HitDifference, Verdict, Verification
 
 __version__: str
 __all__ = [
     "Camera",
+    "Comparison",
     "DeviceError",
     "Difference",
     "Drawing",
     "Explanation",
+    "HitDifference",
     "Hits",
-    "Judgement",
     "NoAdapterError",
     "Picture",
     "Scene",
@@ -337,34 +338,6 @@ class Scene:
         digits: int = 6,
         device: str = "cpu",
     ) -> Explanation: ...
-    def judge(
-        self,
-        camera_or_rays: Camera | tuple[ArrayLike, ArrayLike] | None = None,
-        *,
-        id: ArrayLike | None = None,
-        t: ArrayLike | None = None,
-        distance: ArrayLike | None = None,
-        zbuffer: ArrayLike | None = None,
-        normal: ArrayLike | None = None,
-        color: ArrayLike | None = None,
-        against: _Path | Picture | NDArray[Any] | None = None,
-        size: _Size | None = None,
-        crop: _Crop | None = None,
-        id_offset: int = 0,
-        no_hit: int | None = None,
-        background: float | None = None,
-        scale: float = 1.0,
-        near: float | None = None,
-        far: float | None = None,
-        normals: Literal["facing", "outward", "either"] = "facing",
-        normal_space: Literal["world", "camera"] = "world",
-        color_tolerance: int = 1,
-        rows_from_below: bool = False,
-        allow: str | None = None,
-        worst: int = 3,
-        device: str = "auto",
-        progress: _Progress = None,
-    ) -> Judgement: ...
     def verify(
         self,
         camera: Camera | None = None,
@@ -404,8 +377,59 @@ class Scene:
 def adapters() -> list[dict[str, Any]]:
     """The Vulkan adapters of this machine, the best first."""
 
+@overload
 def compare(
-    a: _Path | Picture | ArrayLike, b: _Path | Picture | ArrayLike, *, allow: str = ""
+    a: Scene,
+    b: Scene,
+    *,
+    camera: Camera | None = None,
+    size: _Size | None = None,
+    crop: _Crop | None = None,
+    samples: int | None = None,
+    transform: str | Sequence[str] | None = None,
+    allow: str | None = "",
+    device: str = "auto",
+) -> Difference: ...
+@overload
+def compare(
+    a: Scene,
+    b: _Path | Picture | ArrayLike | Mapping[str, ArrayLike],
+    *,
+    camera: Camera | None = None,
+    rays: tuple[ArrayLike, ArrayLike] | None = None,
+    size: _Size | None = None,
+    crop: _Crop | None = None,
+    samples: int | None = None,
+    transform: str | Sequence[str] | None = None,
+    allow: str | None = "",
+    worst: int = 3,
+    device: str = "auto",
+    progress: _Progress = None,
+) -> Comparison: ...
+@overload
+def compare(
+    a: _Path | Picture | ArrayLike | Mapping[str, ArrayLike],
+    b: Scene,
+    *,
+    camera: Camera | None = None,
+    rays: tuple[ArrayLike, ArrayLike] | None = None,
+    size: _Size | None = None,
+    crop: _Crop | None = None,
+    samples: int | None = None,
+    transform: str | Sequence[str] | None = None,
+    allow: str | None = "",
+    worst: int = 3,
+    device: str = "auto",
+    progress: _Progress = None,
+) -> Comparison:
+    """Compares a picture or hits with the exact ones of a scene."""
+@overload
+def compare(
+    a: _Path | Picture | ArrayLike,
+    b: _Path | Picture | ArrayLike,
+    *,
+    transform: str | Sequence[str] | None = None,
+    allow: str | None = "",
 ) -> Difference:
     """Compares two pictures channel by channel."""
 

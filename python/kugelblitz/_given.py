@@ -6,7 +6,7 @@
 import io
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from operator import getitem
 from typing import Any, SupportsIndex
 
@@ -257,7 +257,7 @@ def numbers(color_by: Any) -> tuple[str, NDArray[np.float64]]:
 
 
 #: What the library calls the fields of arrays that have other names in pictures and arguments.
-FIELDS = {"rgb8": "rgb", "color": "rgb", "zbuffer": "Z"}
+FIELDS = {"rgb8": "rgb"}
 
 #: What an array is called in errors, and its field; and the array.
 Part = tuple[str, str, Any]
@@ -302,20 +302,18 @@ def npy(parts: list[Part]) -> bytes:
     return file.getvalue()
 
 
-#: What arguments tell of rays, by the names of the command line.
-QUANTITIES = {name: name for name in ["id", "distance", "zbuffer", "normal", "color"]} | {"t": "depth"}
+#: Quantities of the command line by the keys of dictionaries.
+QUANTITIES = {"id": "id", "t": "depth", "distance": "distance", "normal": "normal", "rgb": "color"}
 
 
-def claims(against: Any = None, **given: Any) -> tuple[tuple[Any, Picture | None], list[str]]:
-    """What others claim, as :func:`picture` has it, and what of it is told."""
-    told = {name: quantity for name, quantity in QUANTITIES.items() if given.get(name) is not None}
-    if against is not None:
-        if told:
-            raise ValueError("against: it has all claims; leave the other arrays out")
-        return picture("against", against), []
-    if not told:
-        raise TypeError("there is nothing to be judged: give id=, t=, distance=, zbuffer=, normal=, color= or against=")
-    return (npy([(name, name, given[name]) for name in told]), None), [*told.values()]
+def foreign(given: Any) -> tuple[tuple[Any, Picture | None], list[str]]:
+    """Returns what is compared with a scene, as :func:`picture` has it, and its quantities if they are known."""
+    if not isinstance(given, Mapping):
+        return picture("a", given), []
+    unknown = [key for key in given if key not in QUANTITIES]
+    if unknown or not given:
+        raise ValueError(f"a: {', '.join(map(str, unknown)) or 'nothing'} is given; give arrays as {', '.join(QUANTITIES)}")
+    return (npy([(f'a["{name}"]', name, array) for name, array in given.items()]), None), [QUANTITIES[name] for name in given]
 
 
 def named(given: Any, n: int) -> list[tuple[int, str]]:

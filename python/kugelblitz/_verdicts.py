@@ -74,6 +74,11 @@ class Difference(Verdict):
     _of: _kugelblitz.Compared
 
     @property
+    def explained_by(self) -> str | None:
+        """Transforms of the first picture that explain the differences, if there are such."""
+        return _transforms(self._summary)
+
+    @property
     def n_pixels(self) -> int:
         """Pixels that were compared; 0 where the sizes differ."""
         return self._summary["pixels"]
@@ -109,15 +114,20 @@ class Difference(Verdict):
 
 
 @final
-class Judgement(Verdict):
-    """What became of results of others: how many are wrong, which, and what is right there."""
+class HitDifference(Verdict):
+    """How hits differ from the exact ones: how many are wrong, which, and what is right there."""
 
-    _of: _kugelblitz.Judged
+    _of: _kugelblitz.ComparedHits
 
     @property
-    def hint(self) -> str | None:
-        """Arguments with which far more of it would be right, where there are such."""
-        return self._summary["hint"]
+    def explained_by(self) -> str | None:
+        """Transforms that explain the errors, if there are such, as ``compare(…, transform=…)`` takes them."""
+        return _transforms(self._summary)
+
+    @property
+    def by_object(self) -> list[dict[str, Any]]:
+        """Objects with wrong rays, most wrong first: ``id``, ``name``, ``rays``, ``wrong_ids`` and others."""
+        return self.to_dict()["by_object"]
 
     @property
     def allowed(self) -> str:
@@ -192,7 +202,44 @@ class Judgement(Verdict):
             raise TypeError("at: give the index of a ray, or (column, row) of a picture") from None
         if 0 <= column < n and 0 <= row * n + column < whole["rays"]:
             return row * n + column
-        raise ValueError(f"at: {at} is none of the {whole['rays']} that were judged")
+        raise ValueError(f"at: {at} is none of the {whole['rays']} that were compared")
 
     def _praise(self) -> str:
         return f"all {self.n_rays} are as they may be"
+
+
+@final
+class Comparison(Verdict):
+    """A picture or hits, compared with a scene."""
+
+    _of: tuple[HitDifference | None, Difference | None]
+
+    @property
+    def hits(self) -> HitDifference | None:
+        """Ids, t and normals; None without them."""
+        return self._of[0]
+
+    @property
+    def colors(self) -> Difference | None:
+        """The colours; None without them."""
+        return self._of[1]
+
+    @property
+    def explained_by(self) -> str | None:
+        """Transforms that explain the errors, if there are such."""
+        parts = [part.explained_by for part in self._of if part is not None]
+        return next((part for part in parts if part is not None), None)
+
+    @property
+    def picture(self) -> Tinted | None:
+        """The errors as colours, of hits if there are any."""
+        part = self.colors if self.hits is None else self.hits
+        return None if part is None else part.picture
+
+    def _praise(self) -> str:
+        return "all is within the allowed errors"
+
+
+def _transforms(summary: dict[str, Any]) -> str | None:
+    found = summary["explained_by"]
+    return None if found is None else found["transforms"]

@@ -3,13 +3,13 @@
 Messages say which ray or pixel is wrong, what is right there, and why.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import Camera, Difference, Explanation, Judgement, Picture, Scene, compare
+from . import Camera, Difference, Explanation, HitDifference, Picture, Scene, compare
 
 #: What ``allow`` says of colours; the rest of it is of ids, depths and normals.
 OF_COLORS = ("levels", "ulp", "difference", "pixels")
@@ -24,14 +24,14 @@ def assert_hits(
     rays: tuple[ArrayLike, ArrayLike] | ArrayLike,
     *,
     allow: str | None = None,
-    **conventions: Any,
+    transform: str | Sequence[str] | None = None,
 ) -> None:
     """Fails unless hits of rays are the exact ones.
 
     ``hits`` is what :meth:`kugelblitz.Scene.trace` gives, another structured array with ``id`` and perhaps ``t`` and
     ``normal``, or a dictionary of arrays with those keys. ``rays`` is (origins, directions), or an array of shape
-    (N, 6). ``allow`` says what may be wrong, as ``kugelblitz judge --allow`` takes it: ``"ids=0.1%,t=1e-5"``.
-    ``conventions`` are those of :meth:`kugelblitz.Scene.judge`, such as ``id_offset=1``.
+    (N, 6). ``allow`` sets the limits of allowed errors, as ``kugelblitz compare --allow`` takes them: ``"ids=0.1%,t=1e-5"``.
+    ``transform`` names other conventions, as ``kugelblitz compare --transform`` does: ``"ids+1"``.
     """
     __tracebackhide__ = True
     if not isinstance(rays, tuple):
@@ -39,8 +39,7 @@ def assert_hits(
         if array.ndim != 2 or array.shape[1] != 6:
             raise ValueError(f"rays: the shape is {array.shape}; give (origins, directions), or an array of (N, 6)")
         rays = array[:, :3], array[:, 3:]
-    claims: dict[str, Any] = dict(hits) if isinstance(hits, Mapping) else {"against": hits}
-    _require(scene.judge(rays, **claims, allow=allow, **conventions), "hits")
+    _require(compare(hits, scene, rays=rays, allow=allow, transform=transform).hits, "hits")
 
 
 def assert_picture(
@@ -65,14 +64,16 @@ def assert_picture(
     __tracebackhide__ = True
     of_colors, of_hits = _split(allow)
     if isinstance(array, Picture):
-        _require(scene.judge(camera, against=array, crop=crop, allow=of_hits), "pixels")
+        hits = {"id": array.id, "t": array.t, "normal": array.normal}
+        _require(compare(hits, scene, camera=camera, crop=crop, allow=of_hits).hits, "pixels")
         array, of_hits = array.rgb8, None
     array = np.asarray(array)
     if array.dtype.names:
         has_colors = "rgb" in array.dtype.names
         if of_colors and not has_colors:
             raise ValueError(f"allow: {of_colors!r} is of colours, but the array has no rgb")
-        _require(scene.judge(camera, against=array, crop=crop, allow=of_hits), "pixels")
+        hits = {field: array[field] for field in array.dtype.names if field != "rgb"}
+        _require(compare(hits, scene, camera=camera, crop=crop, allow=of_hits).hits, "pixels")
         if not has_colors:
             return
         array, of_hits = array["rgb"], None
@@ -124,13 +125,10 @@ def _about_colors(
         name = scene.name(id) if id else None
         sees = f"object {id}" + (f" “{name}”" if name else "") if id else "the background"
         lines.append(f"  {left + x},{top + y}: is {_color(array[y, x])}; exact: {_color(right[y, x])}, {sees}")
-    for convention, other in [
-        ("the first row were the top one", array[::-1]),
-        ("columns began on the left", array[:, ::-1]),
-        ("the channels were red, green, blue", array[..., ::-1]),
-    ]:
-        if len(compare(other, right, allow=allow).beyond) < len(beyond) / 2:
-            lines.append(f"  far more of it would be right if {convention}")
+    if difference.explained_by:
+        lines.append(f"  with transform={difference.explained_by!r} nearly all of it is right")
+    elif len(compare(array[..., ::-1], right, allow=allow).beyond) < len(beyond) / 2:
+        lines.append("  far more of it would be right if the channels were red, green, blue")
     y, x = divmod(int(worst[0]), exact.width)
     size = (exact.width, exact.height) if crop is None else None
     why = scene.explain(camera, (left + x, top + y), size=size, samples=samples)
@@ -144,15 +142,15 @@ def _color(color: NDArray[Any]) -> str:
     return "(" + ", ".join(f"{channel:.9g}" for channel in color) + ")"
 
 
-def _require(judgement: Judgement, what: str) -> None:
+def _require(hits: HitDifference | None, what: str) -> None:
     __tracebackhide__ = True
-    if judgement:
+    if hits is None or hits:
         return
-    lines = [f"{what} are not the exact ones: {'; '.join(judgement.broken)}", str(judgement)]
-    wrong = judgement.worst
+    lines = [f"{what} are not the exact ones: {'; '.join(hits.broken)}", str(hits)]
+    wrong = hits.worst
     if wrong:
         at = wrong[0]["ray"]
-        lines += ["why:", *_why(judgement.explain(at))]
+        lines += ["why:", *_why(hits.explain(at))]
     raise AssertionError("\n".join(lines))
 
 

@@ -44,8 +44,8 @@ directions = rng.normal(0, 1, (N_RAYS, 3)) - origins
 
 for dtype in [np.float64, np.float32]:
     id, t = trace(spheres, origins, directions, dtype)
-    judgement = scene.judge((origins, directions), id=id, t=t)
-    print(dtype.__name__, judgement, sep="\n")
+    comparison = kb.compare({"id": id, "t": t}, scene, rays=(origins, directions))
+    print(dtype.__name__, comparison, sep="\n")
 
 # %% [markdown]
 # Both find the right spheres but for rays that graze one; their `t` is off by a few steps. In a test one says what is

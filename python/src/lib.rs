@@ -5,12 +5,12 @@
 mod argument;
 mod camera;
 mod command;
+mod compare;
 mod drawing;
 mod error;
 mod explain;
 mod given;
 mod image;
-mod judge;
 mod pickle;
 mod picture;
 mod place;
@@ -18,7 +18,6 @@ mod process;
 mod scene;
 mod session;
 mod table;
-mod verdict;
 mod work;
 
 use pyo3::prelude::*;
@@ -29,18 +28,17 @@ mod _kugelblitz {
     use super::{
         camera::Camera,
         command::run_command,
+        compare::{Compared, ComparedHits, compare},
         drawing::{figure, png, write},
         error::{DeviceError, NoAdapterError, SceneError},
         explain::Explanation,
         given::linear_from_srgb,
         image::{info, read, require},
-        judge::Judged,
         pickle::scene_of_state,
         picture::Picture,
         place::adapters,
         scene::Scene,
         table::linear_color,
-        verdict::{Compared, compare},
     };
 
     use pyo3::prelude::*;

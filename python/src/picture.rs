@@ -105,6 +105,16 @@ impl Picture {
         Image { format: "picture", whole, first: [x.into(), y.into()], ..image }
     }
 
+    /// Returns the pixels that the picture shows.
+    pub fn pixels(&self) -> Pixels {
+        self.pixels
+    }
+
+    /// Returns the number of samples across and down a pixel.
+    pub fn n_samples(&self) -> kugelblitz::scene::Samples {
+        self.style.n_samples
+    }
+
     /// How it becomes a file.
     fn plan(&self, format: Format, options: PictureOptions) -> PyResult<Plan> {
         let (n_samples, n_objects) = (self.style.n_samples, self.scene.get().of.n_objects());

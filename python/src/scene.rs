@@ -30,17 +30,16 @@ use crate::argument::{
     Crop, Pixel, Samples, Size, camera_of, named, one_ray, pixels_of, pixels_of_camera, rays_of,
 };
 use crate::camera::{Camera, FRAMING, framing};
+use crate::compare::verdict;
 use crate::drawing::{drawing, tinted};
 use crate::error::{self, exception, wrong_value};
 use crate::explain::{Explanation, explained};
 use crate::given::{COLORS, OF_SCENE, OF_SPHERES, change, named_map, spheres_of};
-use crate::judge;
 use crate::pickle::{State, state_of};
 use crate::picture::Picture;
 use crate::place;
 use crate::session::Sessions;
 use crate::table::{Given, Keywords, Object, keys_of, section, to_python};
-use crate::verdict::verdict;
 use crate::work::{self, Steps};
 
 /// Spheres, planes and their light.
@@ -359,7 +358,7 @@ impl Scene {
     }
 
     /// What the scene holds and what a picture of it takes: a dictionary with the keys of
-    /// `kugelblitz check --json`.
+    /// `kugelblitz info --json`.
     #[pyo3(signature = (camera = None, size = None))]
     fn check<'py>(
         &self,
@@ -425,34 +424,6 @@ impl Scene {
         explained(py, &scene, &ray, all, lang, digits, device)
     }
 
-    /// Holds results of others against exact arithmetic: arrays of a picture (height, width) of a camera, or of
-    /// rays, (N,).
-    ///
-    /// `camera_or_rays` is a `Camera`, the scene's own where none is given, or (origins, directions). Of the
-    /// results any of `id`, `t` (depth along the view axis, or the ray's parameter), `distance`, `zbuffer` (with
-    /// `near` and `far`), `normal` and `color` (bytes in sRGB, or linear floats, of unlit objects); or all of
-    /// them as `against`: a structured array, `Hits`, a `Picture` or a file. `id_offset` is added to ids to make
-    /// them count from 1, `no_hit` is the id of the background, `background` its depth, `scale` the length of a
-    /// unit of depth; `normals` are "facing", "outward" or "either", in the axes of the "world" or the "camera"
-    /// (`normal_space`). `allow` is what may be wrong, e.g. "ids=0.01%,silhouettes=5%,t=2ulp,normal=0.1"; without
-    /// it what `certified` itself promises. `worst` errors of each kind are shown.
-    #[pyo3(
-        signature = (camera_or_rays = None, **keys),
-        text_signature = "($self, camera_or_rays=None, *, id=None, t=None, distance=None, zbuffer=None, \
-                          normal=None, color=None, against=None, size=None, crop=None, id_offset=0, \
-                          no_hit=None, background=None, scale=1.0, near=None, far=None, \
-                          normals='facing', normal_space='world', color_tolerance=1, \
-                          rows_from_below=False, allow=None, worst=3, device='auto', progress=None)"
-    )]
-    fn judge<'py>(
-        &self,
-        py: Python<'py>,
-        camera_or_rays: Given<'py>,
-        keys: Option<Bound<'py, PyDict>>,
-    ) -> Object<'py> {
-        judge::judge(py, self, camera_or_rays, keys)
-    }
-
     /// Holds a kernel's picture, on a device and on the CPU, against exact arithmetic at `samples` pixels, drawn
     /// by `seed`: as many as take some seconds where no number is given. `kernel` may be "all".
     #[pyo3(signature = (
@@ -516,7 +487,7 @@ impl Scene {
     }
 
     /// What a picture shows beside colours, as colours for the eye: "depth", "normal", "id", "discriminant",
-    /// "error", "side", "stage" and others.
+    /// "error", "stage" and others.
     #[pyo3(signature = (
         what, camera = None, size = None, *, crop = None, device = "auto", kernel = "certified",
         progress = None

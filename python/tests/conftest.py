@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def cloud(n, seed=1, **options):
-    """Spheres in the unit cube, as `kugelblitz generate cloud` scales them."""
+    """Spheres in the unit cube, as `kugelblitz generate` scales them."""
     centers = np.random.default_rng(seed).random((n, 3))
     return kb.Scene(centers, radius=0.3 * n ** (-1 / 3), **options)
 

@@ -12,7 +12,7 @@ import kugelblitz as kb
 import numpy as np
 
 #: What a wrong argument may raise; SceneError is a ValueError.
-DOCUMENTED = (ValueError, TypeError, OverflowError, MemoryError, kb.NoAdapterError)
+DOCUMENTED = (FileNotFoundError, ValueError, TypeError, OverflowError, MemoryError, kb.NoAdapterError)
 
 #: Valid arguments of each call, as Python.
 SPHERES = "np.array([[0, 0, 0, 1], [0.5, 0.25, 1, 0.75], [3, 0, 0, 2.0]])"
@@ -73,14 +73,11 @@ CALLS = {
         "lang": "'en'",
         "digits": "6",
     },
-    "judge": {
-        "camera_or_rays": f"({', '.join(RAYS)})",
-        "id": "np.array([2, 2, 0])",
-        "t": "np.array([3.5, 3.3125, inf])",
-        "normal": "np.array([[-0.625, -0.375, 0.625], [-0.375, 0.25, 0.875], [0, 0, 0]])",
-        "id_offset": "0",
-        "scale": "1.0",
-        "normals": "'facing'",
+    "compare": {
+        "a": "{'id': np.array([2, 2, 0]), 't': np.array([3.5, 3.3125, inf])}",
+        "b": f"kb.Scene({SPHERES})",
+        "rays": f"({', '.join(RAYS)})",
+        "transform": "'ids+1'",
         "allow": "'ids=any,t=any'",
         "worst": "3",
         "device": "'cpu'",
@@ -242,14 +239,14 @@ def line(name, given):
     """The case as it is pasted after `import numpy as np, kugelblitz as kb; from fuzz import *`."""
     arguments = ", ".join(f"{key}={value}" for key, value in given.items())
     call = name.partition(" ")[0]
-    of = f"kb.{call}" if call[0].isupper() else f"kb.Scene({SPHERES}).{call}"
+    of = f"kb.{call}" if call[0].isupper() or call == "compare" else f"kb.Scene({SPHERES}).{call}"
     return f"{of}({arguments})"
 
 
 #: What stands for a result.
 TELL = {
     "explain": str,
-    "judge": lambda judgement: repr(judgement.to_dict()) + str(judgement.wrong.tolist()),
+    "compare": lambda comparison: repr(comparison.to_dict()),
     "Camera.frame": repr,
     "Scene.generate": lambda scene: scene.spheres.tobytes(),
     "Scene by numbers": lambda scene: scene.colors.tobytes(),
@@ -303,7 +300,7 @@ def names_the_argument(error, given, mutated):
     if sys.version_info < (3, 11):
         return True
     keys = [*mutated, *given, *(key.replace("_", "-") for key in mutated), "keyword", "positional"]
-    return "progress" in mutated or isinstance(error, UnicodeError) or any(key in text for key in keys)
+    return "progress" in mutated or isinstance(error, (UnicodeError, FileNotFoundError)) or any(key in text for key in keys)
 
 
 def main():

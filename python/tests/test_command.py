@@ -20,7 +20,7 @@ def done(*command, **environment):
 
 @pytest.mark.parametrize("arguments", [
     ["--version"], ["render", "--help"], ["render", "nosuch.toml", "-o", "no.png"], ["rendr"],
-    ["check", "figure1", "--json"], ["check", "nosuch.toml", "--json"], ["explain", "figure5", "--pixel", "3,4", "-q"],
+    ["info", "figure1", "--json"], ["info", "nosuch.toml", "--json"], ["explain", "figure5", "--pixel", "3,4", "-q"],
 ], ids=" ".join)
 def test_the_command_answers_as_the_program_does(arguments):
     ours, theirs = done(SCRIPT, *arguments), done(os.environ["KUGELBLITZ"], *arguments)

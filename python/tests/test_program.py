@@ -79,7 +79,7 @@ def test_pictures(run, alike, tmp_path, camera, ending):
     assert picture.digest() == made.digest(size=(80, 60), samples=2) == run("digest", *command).split()[0]
 
 
-@pytest.mark.parametrize("what", ["depth", "normal", "id", "side", "stage"])
+@pytest.mark.parametrize("what", ["depth", "normal", "id", "stage"])
 def test_shown(run, tmp_path, what):
     shown = scene("figure1").show(what, device="cpu")
     shown.save(ours := tmp_path / "ours.png")
@@ -144,86 +144,84 @@ def test_what_is_no_ray():
     )
 
 
-def test_judge(told, other):
+def test_compare_with_a_scene(told, other):
     path = SCENES / "hard/distant_1e4.toml"
-    judged = kb.Scene.open(path)
-    judgement = judged.judge(against=other)
-    theirs = told("judge", path, "--against", other, code=6)
-    ours = judgement.to_dict()
-    assert is_in({key: ours[key] for key in ["size", "rays", "judged", "allowed", "away", "silhouettes", "broken"]}, theirs)
-    # The program says besides by which command one sees why.
-    assert ours["worst"] == [{k: v for k, v in case.items() if k != "explain"} for case in theirs["worst"]]
-    assert not judgement and not judgement.kept and judgement.broken
+    exact_scene = kb.Scene.open(path)
+    comparison = kb.compare(other, exact_scene)
+    theirs = told("compare", other, path, code=6)
+    hits, ours = comparison.hits, comparison.to_dict()["hits"]
+    keys = ["size", "rays", "compared", "allowed", "away", "silhouettes", "by_object", "broken"]
+    assert is_in({key: ours[key] for key in keys}, theirs["hits"])
+    # The program prints the command that explains a ray.
+    assert ours["worst"] == [{k: v for k, v in case.items() if k != "explain"} for case in theirs["hits"]["worst"]]
+    assert not comparison and not hits.kept and hits.broken and comparison.colors is not None
     array = np.load(other)
-    same = judged.judge(id=array["id"], t=array["t"], normal=array["normal"])
-    assert same.counts == judgement.counts == judged.judge(against=array).counts
-    exact = judged.render(size=SIZE)
+    same = kb.compare({"id": array["id"], "t": array["t"], "normal": array["normal"]}, exact_scene)
+    assert same.colors is None
+    assert same.hits.counts == hits.counts == kb.compare(exact_scene, array).hits.counts
+    exact = exact_scene.render(size=SIZE)
     wrong_ids = set(np.flatnonzero(array["id"] != exact.id))
-    assert judgement.counts["wrong_ids"] == len(wrong_ids) and wrong_ids <= set(judgement.wrong)
+    assert hits.counts["wrong_ids"] == len(wrong_ids) and wrong_ids <= set(hits.wrong)
     row, column = divmod(first := min(wrong_ids), SIZE[0])
     for at in [(column, row), np.array([column, row]), np.int64(first)]:
-        assert judgement.at(at) == judgement.at(first) != []
-    refuses(judgement.at, ValueError, *((dict(at=at), "at: ") for at in [(SIZE[0], 0), -1, (-1, 0)]))
-    refuses(judgement.at, TypeError, *((dict(at=at), "at: ") for at in ["p", (1, 2, 3)]))
-    assert judgement.explain((column, row)).id == exact.id[row, column]
-    assert judgement.picture.rgb8.shape == (SIZE[1], SIZE[0], 3)
-    assert judged.judge(against=exact) and not judged.judge(against=exact).broken
+        assert hits.at(at) == hits.at(first) != []
+    refuses(hits.at, ValueError, *((dict(at=at), "at: ") for at in [(SIZE[0], 0), -1, (-1, 0)]))
+    refuses(hits.at, TypeError, *((dict(at=at), "at: ") for at in ["p", (1, 2, 3)]))
+    assert hits.explain((column, row)).id == exact.id[row, column]
+    assert comparison.picture.rgb8.shape == (SIZE[1], SIZE[0], 3)
+    assert kb.compare(exact, exact_scene) and not kb.compare(exact, exact_scene).broken
+    assert kb.compare(exact_scene, exact_scene, size=(32, 18))
 
 
-def test_judge_finds_what_is_planted(camera):
+def test_compare_finds_what_is_planted(camera):
     made = cloud(500)
     exact = made.render(camera, SIZE)
     ids, t = exact.id.copy(), exact.t.copy()
     missed, other, deep = np.split(np.random.default_rng(9).choice(np.flatnonzero(ids), 30, replace=False), 3)
     ids.flat[missed], ids.flat[other] = 0, ids.flat[other] % 500 + 1
     t.flat[deep] *= np.float32(1.5)
-    judgement = made.judge(camera, id=ids, t=t)
-    assert judgement.counts["false_misses"] == 10 and judgement.counts["wrong_object"] == 10
-    assert set(judgement.wrong) == {*missed, *other, *deep}
+    hits = kb.compare({"id": ids, "t": t}, made, camera=camera).hits
+    assert hits.counts["false_misses"] == 10 and hits.counts["wrong_object"] == 10
+    assert set(hits.wrong) == {*missed, *other, *deep} and hits.explained_by is None
 
 
-def test_judge_takes_the_conventions_of_others(camera):
+def test_compare_takes_and_names_transforms(camera):
     made = cloud(500)
     exact = made.render(camera, SIZE)
-    judge = partial(made.judge, camera, id=exact.id)
     from_0 = exact.id.astype(int) - 1
     with np.errstate(divide="ignore"):
         zbuffer = np.where(exact.id, (2 - 1 / exact.t) / (2 - 1 / 50), 1)
-    for there in [
-        dict(id=from_0, id_offset=1), dict(id=np.where(from_0 < 0, 99999, from_0), id_offset=1, no_hit=99999),
-        dict(id=exact.id[::-1], rows_from_below=True), dict(normal=-exact.normal, normals="either"),
-        dict(t=exact.t * 1000.0, scale=1e-3, allow="t=1e-6"), dict(zbuffer=zbuffer, near=0.5, far=50, allow="t=1e-4"),
-    ]:
-        assert judge(**there), there
-    assert not judge(normal=-exact.normal) and not judge(id=from_0)
-    # What the program words as options, are arguments here.
     half = np.tan(np.radians(camera.fov / 2))
     x, y = ((np.arange(n) + 0.5 - n / 2) / (SIZE[1] / 2) * half for n in SIZE)
     distance = exact.t * np.sqrt(1 + x**2 + y[:, None] ** 2)
     forward = np.subtract(camera.look_at, camera.position)
     right = np.cross(forward, camera.up)
     axes = np.array([axis / np.linalg.norm(axis) for axis in [right, np.cross(right, forward), -forward]])
-    for there, hint in [
-        (dict(id=from_0), "`id_offset=1`"), (dict(id=exact.id[::-1]), "`rows_from_below=True`"),
-        (dict(t=distance), "the arrays given as id, distance"), (dict(id=None, t=np.where(exact.id, exact.t, 7)), "`background=7`"),
-        (dict(normal=exact.normal @ axes.T), '`normal_space="camera"`'), (dict(id=exact.id), None),
+    loose = "t=1e-4,normal=0.1"
+    for arrays, transform in [
+        (dict(id=from_0), "ids+1"), (dict(id=exact.id[::-1]), "flip-rows"), (dict(id=exact.id, t=exact.t * 1000.0), "scale=0.001"),
+        (dict(id=exact.id, t=zbuffer), "zbuffer=0.5:50"), (dict(id=exact.id, t=distance), "distance"),
+        (dict(t=np.where(exact.id, exact.t, 7)), "background=7"), (dict(id=exact.id, normal=exact.normal @ axes.T), "camera-normals"),
+        (dict(id=exact.id, normal=-exact.normal), "negate-normals"),
     ]:
-        judgement = judge(**there)
-        assert judgement.hint == hint and (hint is None or f"right with {hint}\n" in str(judgement))
+        of = partial(kb.compare, arrays, made, camera=camera)
+        comparison = of(allow=loose)
+        assert comparison.explained_by == transform and f'transform="{transform}"' in str(comparison)
+        assert of(transform=[transform], allow=loose), transform
     refuses(
-        judge, (ValueError, TypeError),
-        (dict(near=1), "near, far"), (dict(near=1, far=1), "near, far"), (dict(scale=0), "scale"),
-        (dict(scale="x"), "scale"), (dict(normals="sideways"), "normals.*outward"), (dict(id_offset=1.5), "id_offset"),
-        (dict(color_tolerance=256), "color_tolerance"), (dict(rows_from_below=1), "rows_from_below"),
-        (dict(t=exact.t[1:]), "t: the shape"), (dict(against=exact), "against"), (dict(id=None), "nothing"),
+        partial(kb.compare, a={"id": exact.id}, b=made, camera=camera), (ValueError, TypeError),
+        (dict(transform="zbuffer=1"), "zbuffer"), (dict(transform=["scale=0"]), "scale"), (dict(transform="up"), "no transform"),
+        (dict(a={"id": exact.id, "t": exact.t[1:]}), "the shape"), (dict(a={}), "nothing"), (dict(a={"ids": exact.id}), "ids"),
+        (dict(allow="levels=1"), "levels"), (dict(rays=(np.zeros((1, 3)), np.ones((1, 3)))), "camera"),
     )
+    refuses(kb.compare, ValueError, (dict(a=exact, b=exact, camera=camera), "Scene"), (dict(a=exact, b=exact, transform="ids+1"), "flips"))
 
 
 def test_compare(told, other, tmp_path):
     exact = scene("hard/distant_1e4").render()
     exact.save(tmp_path / "exact.npy")
     difference = kb.compare(tmp_path / "exact.npy", other)
-    ours, theirs = difference.to_dict(), told("compare", tmp_path / "exact.npy", other, code=6)
+    ours, theirs = difference.to_dict(), told("compare", tmp_path / "exact.npy", other, code=6)["picture"]
     assert is_in({key: ours[key] for key in ["allowed", "pixels", "differing", "beyond", "first", "channels"]}, theirs)
     assert not difference and difference.n_differing == theirs["differing"]
     assert kb.compare(exact, exact) and kb.compare(exact.rgb8, exact)
@@ -231,6 +229,7 @@ def test_compare(told, other, tmp_path):
     spoilt[3, 5, 1] ^= 4
     assert kb.compare(spoilt, exact.rgb8).beyond.tolist() == [3 * SIZE[0] + 5]
     assert kb.compare(spoilt, exact.rgb8, allow="levels=4")
+    assert kb.compare(exact.rgb8[::-1], exact).explained_by == "flip-rows"
 
 
 def test_verify(told):
@@ -245,13 +244,13 @@ def test_info_and_check(told, tmp_path):
     lit = scene("lit/figure1")
     lit.render().save(tmp_path / "p.png")
     assert (info := kb.info(tmp_path / "p.png")) and is_in(info, told("info", tmp_path / "p.png"))
-    assert is_in({key: lit.check()[key] for key in ["objects", "light"]}, told("check", SCENES / "lit/figure1.toml"))
+    assert is_in({key: lit.check()[key] for key in ["objects", "light"]}, told("info", SCENES / "lit/figure1.toml"))
 
 
 @pytest.mark.parametrize("distribution", ["uniform", "lattice", "packing"])
 def test_generate(run, distribution, tmp_path):
     path = tmp_path / "cloud.npy"
-    run("generate", "cloud", "--count=300", f"--distribution={distribution}", "--seed=7", "-o", path)
+    run("generate", "--count=300", f"--distribution={distribution}", "--seed=7", "-o", path)
     made, theirs = kb.Scene.generate(300, distribution, seed=7), np.load(path)
     # The file has bytes in sRGB.
     assert (made.spheres == theirs[:, :4]).all() and theirs.shape == (300, 7)

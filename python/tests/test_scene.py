@@ -374,7 +374,7 @@ def test_a_scene_without_a_camera_is_framed(tmp_path):
     assert scene.explain(pixel=(20, 15), size=size).to_dict() == scene.explain(camera, (20, 15), size=size).to_dict()
     ours, theirs = scene.check(size=size), scene.check(camera, size)
     assert {**ours, "hierarchy": 0} == {**theirs, "hierarchy": 0}
-    assert scene.judge(id=picture.id) and scene.verify(size=size, device="cpu", samples=20)
+    assert kb.compare({"id": picture.id}, scene) and scene.verify(size=size, device="cpu", samples=20)
     assert (scene.show("depth", size=size).rgb8 == scene.show("depth", camera, size).rgb8).all()
     assert scene.export(tmp_path / "a.pov", size=size).replace("a.pov", "b.pov") == scene.export(tmp_path / "b.pov", camera=camera, size=size)
     assert (tmp_path / "a.pov").read_bytes() == (tmp_path / "b.pov").read_bytes()

@@ -87,7 +87,7 @@ def test_a_part_and_16_bits(picture):
 
 
 @pytest.mark.parametrize("turn, words", [
-    (np.s_[::-1], "if the first row were the top one"), (np.s_[:, ::-1], "if columns began on the left"),
+    (np.s_[::-1], "transform='flip-rows'"), (np.s_[:, ::-1], "transform='flip-columns'"),
     (np.s_[..., ::-1], "if the channels were red, green, blue"),
 ])
 def test_another_convention_is_found(picture, turn, words):
@@ -101,7 +101,7 @@ def test_a_wrong_id_is_named(hits, picture):
         spoilt = hits.copy()
         spoilt["id"][row] = wrong
         text = message_of(spoilt)
-        assert f"{row}: says " in text
+        assert f"{row}: has " in text
         return text
 
     text = spoil(2, 1, 3)
@@ -111,17 +111,17 @@ def test_a_wrong_id_is_named(hits, picture):
         spoil(right, wrong)
     ids = picture.id.copy()
     ids[0, 0] = 2
-    assert "0,0: says" in message(np.rec.fromarrays([ids, picture.t], names="id,t"))
+    assert "0,0: has" in message(np.rec.fromarrays([ids, picture.t], names="id,t"))
 
 
 def test_wrong_depths_and_normals_are_named(hits):
     row = np.flatnonzero(hits.id)[5]
     turned, spoilt = hits.copy(), hits.copy()
     turned["normal"][row] *= -1
-    assert f"ray {row}: says " in message_of(turned)
+    assert f"ray {row}: has " in message_of(turned)
     spoilt["t"][row] = np.nextafter(hits.t[row], np.float32(0))
     text = message_of(spoilt)
-    assert f"ray {row}: says t = " in text and "ulp" in text.splitlines()[0]
+    assert f"ray {row}: has t = " in text and "ulp" in text.splitlines()[0]
     assert_hits(spoilt, SCENE, RAYS, allow="t=2ulp")
     spoilt["t"][row] *= 1.01
     message_of(spoilt, allow="t=1e-3")
@@ -130,8 +130,8 @@ def test_wrong_depths_and_normals_are_named(hits):
 
 def test_conventions_of_others(hits):
     theirs = {"id": np.where(hits.id == 0, -1, hits.id.astype(int) - 1)}
-    assert "id_offset=1" in message_of(theirs)
-    assert_hits(theirs, SCENE, RAYS, id_offset=1)
+    assert 'transform="ids+1"' in message_of(theirs)
+    assert_hits(theirs, SCENE, RAYS, transform="ids+1")
 
 
 def test_what_is_allowed_reaches_what_it_is_of(picture):
@@ -139,7 +139,7 @@ def test_what_is_allowed_reaches_what_it_is_of(picture):
     y, x = np.argwhere(picture.id)[0]
     spoilt.t[y, x] *= np.float32(1 + 3e-6)
     for allow in [None, "t=1e-7"]:
-        assert "says t = " in message(spoilt, allow=allow)
+        assert "has t = " in message(spoilt, allow=allow)
     assert_picture(spoilt, SCENE, allow="t=1e-5")
     whole = np.zeros(picture.id.shape, [("id", "u4"), ("t", "f4"), ("rgb", "u1", (3,))])
     whole["id"], whole["t"], whole["rgb"] = picture.id, spoilt.t, picture.rgb8

@@ -51,7 +51,7 @@ each_cloud() {
         esac
         printf '%s[[spheres]]\nfile = "%s"\n%b\n' "${1:+$eye}" "$name" "$keys" > cloud.toml
         echo "→ $line"
-        kugelblitz check cloud.toml 2>&1 | grep -v '^on the \|^memory\|^picture\|^in memory\|: [0-9]* spheres\?, '
+        kugelblitz info cloud.toml 2>&1 | grep -v '^on the \|^memory\|^picture\|^in memory\|: [0-9]* spheres\?, '
         [ -z "$1" ] || "$1" cloud.toml 2>/dev/null
     done
 }

@@ -17,7 +17,7 @@ use crate::options::{
     parse_crop, parse_epsilon, parse_number, parse_pixel, parse_ray, parse_size, parser_of,
 };
 use crate::show::name_of_show;
-use crate::{compare, digest, figure, film, info, judge, man, new, picture, version};
+use crate::{compare, digest, figure, film, info, man, new, picture, version};
 
 /// What each exit code of the programs means.
 pub const EXIT_CODES: &str = "\
@@ -50,10 +50,8 @@ pub struct Cli {
 pub enum Command {
     Render(RenderArgs),
     Verify(VerifyArgs),
-    Check(CheckArgs),
     Trace(TraceArgs),
     Explain(ExplainArgs),
-    Judge(judge::JudgeArgs),
     Compare(compare::CompareArgs),
     Info(info::InfoArgs),
     Report(ReportArgs),
@@ -222,13 +220,6 @@ pub struct VerifyArgs {
     pub scene: SceneArgs,
 }
 
-/// Read a scene and say what it costs, without rendering
-#[derive(Args)]
-pub struct CheckArgs {
-    #[command(flatten)]
-    pub scene: SceneArgs,
-}
-
 /// Trace any rays of a NumPy file
 #[derive(Args)]
 pub struct TraceArgs {
@@ -386,31 +377,19 @@ pub struct ViewArgs {
     pub picture: picture::DrawArgs,
 }
 
-/// Make up spheres to trace
-#[derive(Args)]
-pub struct GenerateArgs {
-    #[command(subcommand)]
-    pub what: Generate,
-}
-
-#[derive(Subcommand)]
-pub enum Generate {
-    Cloud(GenerateCloudArgs),
-}
-
-/// Write a cloud of spheres as .npy: float64 of shape (N, 7) with x, y, z, radius, red, green, blue
+/// Generate synthetic spheres, as .npy
 ///
+/// The array is float64 of shape (N, 7): x, y, z, radius, red, green, blue.
 /// The same count and seed give the same file on every machine.
 #[derive(Args)]
-pub struct GenerateCloudArgs {
+pub struct GenerateArgs {
     /// Number of spheres
     #[arg(long, value_name = "N", value_parser = value_parser!(u64).range(1..=MAX_COUNT))]
     pub count: u64,
     /// How the spheres lie in space
     ///
     /// uniform: evenly in the cube of side 1 about the origin, each of radius 0.3 / cbrt(N);
-    /// lattice: each touches its six neighbours exactly; packing: a heap of touching spheres on the
-    /// floor y = 0.
+    /// lattice: each touches its six neighbours exactly; packing: touching spheres on the floor y = 0.
     #[arg(long, default_value = Distribution::Uniform.name(), value_parser = parser_of(Distribution::ALL, Distribution::name))]
     pub distribution: Distribution,
     /// Seed of the random numbers

@@ -9,7 +9,7 @@ use kugelblitz::output::{self, OutputFile};
 use kugelblitz::words::{count, duration};
 use serde::Serialize;
 
-use crate::args::GenerateCloudArgs;
+use crate::args::GenerateArgs;
 use crate::head::{Done, Times};
 use crate::output::{check_ending, is_stdout};
 use crate::progress::Progress;
@@ -26,7 +26,7 @@ pub struct Summary {
 }
 
 /// Makes a cloud.
-pub fn run(args: &GenerateCloudArgs, run: &Run) -> Result<Done<Summary>> {
+pub fn run(args: &GenerateArgs, run: &Run) -> Result<Done<Summary>> {
     if !is_stdout(&args.output) {
         check_ending(&args.output, "npy", "a cloud is")?;
     } else if args.scene.is_some() {
@@ -37,7 +37,7 @@ pub fn run(args: &GenerateCloudArgs, run: &Run) -> Result<Done<Summary>> {
     let outputs = || once(&args.output).chain(&args.scene);
     run.refuse_sharing_stdout(outputs().map(|output| (output, "a file")))?;
     output::refuse_overwriting(outputs(), None::<&PathBuf>)?;
-    let GenerateCloudArgs { distribution, count: n, seed, .. } = *args;
+    let GenerateArgs { distribution, count: n, seed, .. } = *args;
     let recipe = Recipe { distribution, count: n, seed };
     let create = |path: &PathBuf| OutputFile::create(path, false);
     let mut file = create(&args.output)?;

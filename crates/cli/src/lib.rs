@@ -4,7 +4,6 @@
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod args;
-mod check;
 mod compare;
 mod complain;
 mod completions;
@@ -17,7 +16,6 @@ mod film;
 mod generate;
 mod head;
 mod info;
-mod judge;
 mod man;
 mod manual;
 mod new;
@@ -54,7 +52,7 @@ pub use output::{print_text, printed_line, talk};
 pub use picture::read_composed;
 pub use version::long as long_version;
 
-use args::{Command, Generate, GenerateArgs};
+use args::Command;
 use complain::{complain, complain_about_usage};
 use head::failed_in_json;
 use process::exit_at_once;
@@ -148,7 +146,6 @@ impl CommandLine for Cli {
             // Its frames appear one after the other, and it says how many are whole.
             Command::Render(args) => !args.film.is_film(),
             Command::Verify(_)
-            | Command::Check(_)
             | Command::Explain(_)
             | Command::Info(_)
             | Command::Probe
@@ -161,19 +158,15 @@ impl CommandLine for Cli {
         match self.command {
             Command::Render(args) => render::run(&args, run),
             Command::Verify(args) => verify::run(&args, run)?.finish("verify", run),
-            Command::Check(args) => check::run(&args, run)?.finish("check", run),
             Command::Trace(args) => trace::run(&args, run)?.finish("trace", run),
             Command::Explain(args) => explain::run(&args, run)?.finish("explain", run),
-            Command::Judge(args) => judge::run(&args, run)?.finish("judge", run),
             Command::Compare(args) => compare::run(&args, run)?.finish("compare", run),
-            Command::Info(args) => info::run(&args)?.finish("info", run),
+            Command::Info(args) => info::run(&args, run)?.finish("info", run),
             Command::Report(args) => report::run(&args, run)?.finish("report", run),
             Command::Export(args) => export::run(&args, run),
             Command::Figure(args) => figure::run(&args, run)?.finish("figure", run),
             Command::View(_) => view::run(),
-            Command::Generate(GenerateArgs { what: Generate::Cloud(args) }) => {
-                generate::run(&args, run)?.finish("generate", run)
-            }
+            Command::Generate(args) => generate::run(&args, run)?.finish("generate", run),
             Command::Digest(args) => digest::run(&args, run)?.finish("digest", run),
             Command::New(args) => new::run(&args, run)?.finish("new", run),
             Command::Probe => probe::run(run)?.finish("probe", run),

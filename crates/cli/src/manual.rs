@@ -62,7 +62,7 @@ pub const EXAMPLES: &[(&str, &str, &str)] = &[
         "kugelblitz verify scenes/figure5.toml --size 320x180 --all-kernels",
         "Holds every pixel of every kernel against exact arithmetic.",
     ),
-    ("kugelblitz-check", "kugelblitz check scenes/figure1.toml", "What a scene costs."),
+    ("kugelblitz-info", "kugelblitz info scenes/figure1.toml", "What a scene costs."),
     (
         "kugelblitz-trace",
         "kugelblitz trace scenes/figure2.toml --rays rays.npy -o hits.npy",
@@ -79,9 +79,9 @@ pub const EXAMPLES: &[(&str, &str, &str)] = &[
         "The same of any ray, for a script in LaTeX.",
     ),
     (
-        "kugelblitz-judge",
-        "kugelblitz judge scenes/figure2.toml --against figure2.exr",
-        "Holds another renderer's ids, depths and normals against exact arithmetic.",
+        "kugelblitz-compare",
+        "kugelblitz compare figure2.exr scenes/figure2.toml",
+        "Compares another renderer's ids, depths, normals and colours with exact arithmetic.",
     ),
     (
         "kugelblitz-compare",
@@ -120,8 +120,8 @@ pub const EXAMPLES: &[(&str, &str, &str)] = &[
     ),
     ("kugelblitz-new", "kugelblitz new first.toml", "A small lit scene to start from."),
     (
-        "kugelblitz-generate-cloud",
-        "kugelblitz generate cloud --count 1000 -o cloud.npy --scene cloud.toml",
+        "kugelblitz-generate",
+        "kugelblitz generate --count 1000 -o cloud.npy --scene cloud.toml",
         "A thousand spheres, and a scene that shows them.",
     ),
     (

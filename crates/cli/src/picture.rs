@@ -41,7 +41,7 @@ pub struct PictureArgs {
 }
 
 /// The camera.
-#[derive(Args, Clone, Default)]
+#[derive(Args, Clone, Default, PartialEq)]
 #[command(next_help_heading = "What the picture shows (wins over the scene)")]
 pub struct CameraArgs {
     /// Frame all spheres, seen from this side: quarter, iso, x, -x, y, -y, z, -z [default without a
@@ -75,12 +75,19 @@ pub struct CameraArgs {
     pub height: Option<ValueOr<f64>>,
 }
 
+impl CameraArgs {
+    /// Whether no option of the camera was given.
+    pub fn is_empty(&self) -> bool {
+        *self == CameraArgs::default()
+    }
+}
+
 /// Light, and what is seen where no object is.
 #[derive(Args, Clone, Default)]
 #[command(next_help_heading = "What the picture shows (wins over the scene)")]
 pub struct LightArgs {
     /// Colour where no object is: "#rrggbb", a name of CSS, or linear R,G,B
-    #[arg(long, value_name = "COLOUR", value_parser = option(schema::color))]
+    #[arg(long, value_name = "COLOR", value_parser = option(schema::color))]
     pub background: Option<Color>,
     /// A light in place of all others; can be given several times: eye, a point X,Y,Z, a sun's way
     /// sun:X,Y,Z, each with its intensity behind @ (4,6,3@0.7); or none
@@ -127,7 +134,7 @@ pub struct DataArgs {
     #[arg(long, value_name = "R", value_parser = option(schema::radius), allow_negative_numbers = true)]
     pub radius: Option<f64>,
     /// Colour of all spheres, if the data have none: "#rrggbb", a CSS name, or linear R,G,B
-    #[arg(long, value_name = "COLOUR", value_parser = option(schema::color), conflicts_with = "color_by")]
+    #[arg(long, value_name = "COLOR", value_parser = option(schema::color), conflicts_with = "color_by")]
     pub color: Option<Color>,
     /// Colour space of colours in the data: srgb or linear [default: srgb]
     #[arg(long, value_name = "SPACE", value_parser = option(schema::color_space))]
@@ -244,7 +251,7 @@ impl FromArgMatches for GivenOptions {
     fn from_arg_matches(matches: &ArgMatches) -> Result<GivenOptions, clap::Error> {
         let group = |name| matches.try_get_many::<Id>(name).ok().flatten();
         let mut options: Vec<&Id> = Vec::new();
-        for id in ["CameraArgs", "DataArgs"].into_iter().filter_map(group).flatten() {
+        for id in ["CameraArgs", "LightArgs", "DataArgs"].into_iter().filter_map(group).flatten() {
             // A group has an option as often as it was given.
             if !options.contains(&id) {
                 options.push(id);

@@ -10,8 +10,7 @@ use crate::wrong_usage;
 
 /// The name on the command line.
 pub fn name_of_show(show: Show) -> PossibleValue {
-    let value = PossibleValue::new(show.name());
-    if show == Show::Color { value.alias("color") } else { value }
+    PossibleValue::new(show.name())
 }
 
 /// Refuses options that the shown numbers have no use for.

@@ -2,9 +2,8 @@
 //!
 //! | module | what it holds |
 //! | --- | --- |
-//! | [`compare`] | two results of the same rays, and two pictures |
+//! | [`compare`] | two pictures, and other renderers' results against exact arithmetic |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
-//! | [`judge`] | other renderers' results against exact arithmetic |
 //! | [`explain`] | a pixel's or a ray's numbers in every kernel's arithmetic, and exactly |
 //! | [`show`] | depth, normals, errors and other numbers of a picture, as colours |
 //! | [`figure`] | the lecture's figures 2 to 5 as drawings with axes, and legends of colours |
@@ -21,7 +20,6 @@ pub mod cost;
 pub mod explain;
 pub mod export;
 pub mod figure;
-pub mod judge;
 pub mod markup;
 pub mod show;
 pub mod verify;

@@ -45,7 +45,7 @@ const HELP: [(&str, &str); 25] = [
     ("C", "two kernels side by side"),
     ("drag the divider", "more of one, less of the other"),
     ("V, shift + V", "what is shown: next, previous"),
-    ("F1 … F8", "colour, depth, normal, id, side, discriminant, error, stage"),
+    ("F1 … F7", "color, depth, normal, id, discriminant, error, stage"),
     ("L", "the scene's light on and off"),
     ("N, shift + N", "more samples a pixel, fewer"),
     ("O", "panels on and off"),

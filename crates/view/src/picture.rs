@@ -66,7 +66,7 @@ impl Order {
     pub fn takes_long(&self) -> bool {
         match self.show {
             Show::Color => self.is_lit() || self.n_samples > Samples::ONE,
-            show => !show.is_of_objects(self.pixels.view.lens),
+            show => !show.is_of_objects(),
         }
     }
 }
@@ -146,7 +146,7 @@ impl Artist {
     /// The colours of the ids.
     fn flat(&mut self, order: Order, control: &Control) -> Result<DrawnFrame> {
         let Order { scene, pixels, show, .. } = &order;
-        let palette = show::palette(*show, scene, pixels);
+        let palette = show::palette(*show, scene);
         let (mut images, mut counts, mut time) =
             (Vec::new(), StageCounts::default(), Duration::ZERO);
         for session in &mut self.sessions {

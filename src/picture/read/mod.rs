@@ -224,11 +224,20 @@ impl Image {
         self.texts.iter().find(|(of, _)| of == name).map(|(_, text)| text.as_str())
     }
 
-    /// Puts the last row first: for pictures whose rows come from below.
-    pub fn turn_over(&mut self) {
+    /// Reverses the order of the rows.
+    pub fn flip_rows(&mut self) {
         for channel in &mut self.channels {
             of_numbers!(&mut channel.samples, all => {
                 *all = all.chunks(self.width.max(1)).rev().flatten().copied().collect();
+            });
+        }
+    }
+
+    /// Reverses the order of the columns.
+    pub fn flip_columns(&mut self) {
+        for channel in &mut self.channels {
+            of_numbers!(&mut channel.samples, all => {
+                all.chunks_mut(self.width.max(1)).for_each(<[_]>::reverse);
             });
         }
     }
@@ -284,7 +293,7 @@ mod tests {
         ] {
             let channel = Channel { name: "id".into(), samples: ChannelValues::U32(rows) };
             let mut image = Image { width, channels: vec![channel], ..Image::default() };
-            image.turn_over();
+            image.flip_rows();
             assert_eq!(image.channel("id"), Some(&ChannelValues::U32(expected)));
         }
     }

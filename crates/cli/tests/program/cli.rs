@@ -146,9 +146,9 @@ fn verify_compares_devices_and_what_is_exact() {
     }
 }
 
-/// `judge` prints commands that explain its rays with its own options of the camera and of data, however they were written.
+/// `compare` prints commands that explain its rays with its own options of the camera and of data, however they were written.
 #[test]
-fn printed_commands_explain_what_was_judged() {
+fn printed_commands_explain_what_was_compared() {
     let folder = tempfile::tempdir().unwrap();
     let table = "a,b,c,my size,it's\n0,0,0,1,1\n1,2,3,0.5,2\n-2,1,0,0.75,3\n";
     fs::write(folder.path().join("-three.csv"), table).unwrap();
@@ -165,13 +165,13 @@ fn printed_commands_explain_what_was_judged() {
         &["--position=-9,1,2", "--look-at", "-2,1,0", "--height", "3"],
     ] {
         let options = [&data[..], look, &["--device=cpu"]].concat();
-        let judge = ["judge", "./-three.csv", "--against", "a.exr", "-q"];
-        let judged = ends(in_folder(&[&judge[..], &options].concat()), 6);
-        let lines = judged.text().lines();
+        let compare = ["compare", "./-three.csv", "a.exr", "-q"];
+        let compared = ends(in_folder(&[&compare[..], &options].concat()), 6);
+        let lines = compared.text().lines();
         let commands: Vec<&str> = lines
             .filter_map(|line| line.find("kugelblitz explain").map(|at| &line[at..]))
             .collect();
-        assert!(commands.len() > 1, "{}", judged.text());
+        assert!(commands.len() > 1, "{}", compared.text());
         for line in commands {
             let mut shell = Command::new("bash");
             let script = "kugelblitz() { \"$0\" \"$@\" --device cpu --json; }; eval \"$1\"";

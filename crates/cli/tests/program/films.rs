@@ -28,7 +28,7 @@ fn frames(folder: &TempDir, stem: &str) -> BTreeSet<PathBuf> {
 fn a_film_has_one_tree() {
     let folder = tempfile::tempdir().unwrap();
     let data = file(&folder, "many.npy");
-    run(&["generate", "cloud", "--count", "20000", "-q", "-o", &data], 0);
+    run(&["generate", "--count", "20000", "-q", "-o", &data], 0);
     let overrides = SceneOverrides { n_turns: 3, ..SceneOverrides::default() };
     let scene = compose_scene(data.as_ref(), &overrides, &Control::default()).unwrap().scene;
     let cameras = turntable(scene.camera.as_ref().unwrap(), 3);
@@ -47,7 +47,7 @@ fn a_film_has_one_tree() {
 fn an_interrupted_film_leaves_whole_frames_and_goes_on() {
     let folder = tempfile::tempdir().unwrap();
     let (data, out) = (file(&folder, "grains.npy"), file(&folder, "film.ppm"));
-    run(&["generate", "cloud", "--count", "300", "-q", "-o", &data], 0);
+    run(&["generate", "--count", "300", "-q", "-o", &data], 0);
     let film =
         ["render", &data, "-o", &out, "--turntable", "400", "--device", "cpu", "--size", "200x120"];
     let mut child = program(&film).spawn().unwrap();

@@ -223,7 +223,7 @@ const OTHERS: [&str; 7] = [
 fn a_command_that_fails_is_found_where_it_stands() {
     let run_text =
         |text: &str| run(&Page { path: "made-up.md".into(), text: text.into() }).faults.join("\n");
-    let good = "# A page\n\n```sh\nx=1\nkugelblitz check scenes/figure1.toml\n```\n";
+    let good = "# A page\n\n```sh\nx=1\nkugelblitz info scenes/figure1.toml\n```\n";
     assert_eq!(run_text(good), "");
     // What one block leaves, the next one finds, and a text may follow a command.
     assert_eq!(
@@ -235,8 +235,8 @@ fn a_command_that_fails_is_found_where_it_stands() {
 
     for (wrong, place) in [
         (
-            "kugelblitz check scenes/figure9.toml",
-            "made-up.md:9: kugelblitz check scenes/figure9.toml",
+            "kugelblitz info scenes/figure9.toml",
+            "made-up.md:9: kugelblitz info scenes/figure9.toml",
         ),
         ("true\nkugelblitz chek", "made-up.md:10: kugelblitz chek"),
         ("false | true", "made-up.md:9: false | true"),

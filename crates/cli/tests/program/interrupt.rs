@@ -45,10 +45,7 @@ fn large() -> &'static Large {
         let folder = tempfile::tempdir().unwrap();
         let [cloud, scene, rays] =
             ["cloud.npy", "scene.toml", "rays.npy"].map(|name| file(&folder, name));
-        program::run(
-            &["generate", "cloud", "--count", "1000000", "-o", &cloud, "--scene", &scene],
-            0,
-        );
+        program::run(&["generate", "--count", "1000000", "-o", &cloud, "--scene", &scene], 0);
         let turned = (0..2_000_000).map(|i| f64::from(i) / 2e6);
         let all: Vec<_> = turned.map(|x| [x, 0.1, 5.0, 0.3 - x, 0.02, -1.0]).collect();
         fs::write(&rays, npy_of_rays(&all)).unwrap();
@@ -91,7 +88,7 @@ fn ends(mut child: Child, what: &str, delay: Duration, signal: Signal) -> bool {
     }
     // Of output files speaks who has some.
     let has_outputs =
-        !["check", "verify", "probe"].iter().any(|name| what.contains(&format!("\"{name}\"")));
+        !["info", "verify", "probe"].iter().any(|name| what.contains(&format!("\"{name}\"")));
     let speaks = stderr.contains("no output file was changed");
     assert_eq!(speaks, has_outputs, "{what}: {stderr}");
     assert_eq!(stderr.matches("interrupted").count(), 1, "{what}: {stderr}");
@@ -146,8 +143,8 @@ fn commands_end_amid_each_phase() {
             "other",
             &[1000],
         ),
-        ("generate cloud --count 100000000 -o cloud.npy".into(), "cloud.npy", &[500]),
-        (format!("check {million}"), "other", &[]),
+        ("generate --count 100000000 -o cloud.npy".into(), "cloud.npy", &[500]),
+        (format!("info {million}"), "other", &[]),
         (format!("trace {million} --rays {rays} -o hits.npy --device cpu"), "hits.npy", &[]),
     ];
     for (command, out, moments) in &cases {
@@ -187,10 +184,10 @@ fn pipes_that_nobody_opens() {
     let cases: [&[&str]; 7] = [
         &["render", &figure, "-o", pipe, "--device", "cpu"],
         &["render", pipe, "-o", "a.png"],
-        &["check", pipe],
-        &["check", &of_cloud],
+        &["info", pipe],
+        &["info", &of_cloud],
         &["trace", &figure, "--rays", pipe, "-o", "hits.npy"],
-        &["generate", "cloud", "--count", "10", "-o", pipe],
+        &["generate", "--count", "10", "-o", pipe],
         &["export", "pov", &figure, "-o", pipe],
     ];
     for arguments in cases {
@@ -261,7 +258,7 @@ fn the_library_stops_amid_a_row_and_between_the_steps_of_preparing() {
 fn building_a_hierarchy_is_seen_and_told() {
     let folder = tempfile::tempdir().unwrap();
     let [cloud, scene, out] = ["cloud.npy", "scene.toml", "a.png"].map(|name| file(&folder, name));
-    program::run(&["generate", "cloud", "--count", "5000000", "-o", &cloud, "--scene", &scene], 0);
+    program::run(&["generate", "--count", "5000000", "-o", &cloud, "--scene", &scene], 0);
     let command =
         format!("{} render {scene} -o {out} --device cpu -v", env!("CARGO_BIN_EXE_kugelblitz"));
     let output = Command::new("script")

@@ -82,7 +82,7 @@ fn million() -> &'static Path {
     static FOLDER: OnceLock<TempDir> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
-        ends(in_folder(&folder, "generate cloud --count 1000000 -o c.npy --scene s.toml -q"), 0);
+        ends(in_folder(&folder, "generate --count 1000000 -o c.npy --scene s.toml -q"), 0);
         let path = |name: &str| folder.path().join(name);
         let scene = fs::read_to_string(path("s.toml")).unwrap();
         fs::write(path("lit.toml"), scene + "[sky]\nintensity = 0.8\ndirections = 4\n").unwrap();
@@ -98,7 +98,7 @@ fn what_a_picture_holds_is_counted() {
     let scene = fs::read_to_string(million().join("lit.toml")).unwrap();
     let path = million().join("sampled.toml");
     fs::write(&path, scene + "[image]\nwidth = 320\nheight = 180\nsamples = 2\n").unwrap();
-    let said = run(&["check", path.to_str().unwrap(), "--json"], 0).json();
+    let said = run(&["info", path.to_str().unwrap(), "--json"], 0).json();
     let held = said["picture"]["bytes_held"].as_u64().unwrap() / 1024;
     // Of its data: what the program asks for, without the ranges that are only set aside.
     let line = "render sampled.toml -o g.ppm --device cpu";
@@ -147,7 +147,7 @@ fn a_million_spheres_fit_or_are_refused_with_numbers() {
             "render lit.toml -o f.png --size 320x180 --samples 2 --device cpu",
             [150, 450, 500, 550, 700],
         ),
-        ("check s.toml", [150, 300, 400, 500, 1200]),
+        ("info s.toml", [150, 300, 400, 500, 1200]),
         ("explain s.toml --pixel 9,9 --size 320x180 --device cpu", [150, 300, 400, 500, 1200]),
         ("verify s.toml --size 32x18 --samples 4 --device cpu", [150, 300, 400, 500, 1200]),
     ] {

@@ -76,7 +76,7 @@ fn killed_amid_two_files_each_is_whole_and_a_new_scene_has_its_own_cloud() {
     let n_kills = env::var("KUGELBLITZ_KILLS").map_or(30, |n| n.parse().unwrap());
     let folder = tempfile::tempdir().unwrap();
     let generate = |count: &str| {
-        let made = ["generate", "cloud", "--count", count, "-o", "c.npy", "--scene", "s.toml"];
+        let made = ["generate", "--count", count, "-o", "c.npy", "--scene", "s.toml"];
         program(&folder, &made)
     };
     ends(generate("300"), 0);

@@ -191,8 +191,8 @@ const LINES: [&str; 32] = [
     "render scenes/figure1.toml -o a.exr --size 32x18 --device gpu --certificates",
     "verify scenes/lit/figure1.toml --size 16x9 --device gpu --all-kernels",
     "verify scenes/figure1.toml --size 16x9 --device cpu",
-    "check scenes/lit/figure1.toml",
-    "check cloud.toml",
+    "info scenes/lit/figure1.toml",
+    "info cloud.toml",
     "trace scenes/figure2.toml --rays rays.npy -o hits.npy",
     "explain tie.toml --pixel 64,36 --size 128x72",
     "explain tie.toml --pixel 70,40 --size 128x72",
@@ -202,7 +202,7 @@ const LINES: [&str; 32] = [
     "explain scenes/lit/figure1.toml --pixel 30,20 --size 64x36",
     "explain scenes/figure5.toml --ray 0,0,0,0,0,-1 --device cpu",
     "export pov scenes/lit/figure1.toml -o a.pov",
-    "generate cloud --count 10 -o b.npy --scene b.toml",
+    "generate --count 10 -o b.npy --scene b.toml",
     "probe",
     "digest scenes/lit/figure1.toml --size 16x9 --device gpu --write kept.txt",
     "digest --check kept.txt",
@@ -216,8 +216,8 @@ const LINES: [&str; 32] = [
     "info a.exr",
     "info hits.npy",
     "compare a.png a.png",
-    "judge scenes/figure1.toml --against a.exr",
-    "judge scenes/figure2.toml --against hits.npy --rays rays.npy",
+    "compare a.exr scenes/figure1.toml",
+    "compare hits.npy scenes/figure2.toml --rays rays.npy",
     "report scenes/lit/figure1.toml --size 16x9 --rounds 1",
 ];
 
@@ -225,7 +225,7 @@ const LINES: [&str; 32] = [
 fn every_field_of_json_is_described_and_every_described_one_is_there() {
     gpu();
     let folder = material();
-    ends(in_folder(&folder, "generate cloud --count 3000 -o cloud.npy --scene cloud.toml"), 0);
+    ends(in_folder(&folder, "generate --count 3000 -o cloud.npy --scene cloud.toml"), 0);
     let mut described = Described::new(&DESCRIPTION);
     let mut commands_seen = BTreeSet::new();
     for line in LINES {
@@ -235,6 +235,7 @@ fn every_field_of_json_is_described_and_every_described_one_is_there() {
         let section = match line {
             _ if line.contains("--turntable") => "film",
             _ if line.contains("--check") => "digests",
+            _ if line.starts_with("info") && line.ends_with(".toml") => "cost",
             _ => &command,
         };
         described.object(section, "", HEAD, &json);
@@ -244,21 +245,25 @@ fn every_field_of_json_is_described_and_every_described_one_is_there() {
     described.object("report", "", &[], &report);
 
     // Failures, alone and beside what the command found.
-    for line in
-        ["compare a.png shown.png --json", "judge scenes/figure2.toml --against a.exr --json"]
-    {
+    let turned = "render scenes/figure1.toml -o turned.npy --size 32x18 --device cpu --up=-y";
+    ends(in_folder(&folder, turned), 0);
+    for line in [
+        "compare a.png shown.png --json",
+        "compare a.exr scenes/figure2.toml --json",
+        "compare turned.npy scenes/figure1.toml --json",
+    ] {
         let failed = ends(in_folder(&folder, line), 6).json();
         let command = failed["command"].as_str().unwrap().to_string();
         described.object(&command, "", &["head", "failure"], &failed);
     }
-    let failed = ends(in_folder(&folder, "check wrong.toml --json"), 3).json();
+    let failed = ends(in_folder(&folder, "info wrong.toml --json"), 3).json();
     described.object("failure", "", HEAD, &failed);
     // Errors in data: in a line, and in a row.
     fs::write(folder.path().join("wrong.csv"), "x,y,z,r\n0,0,zero,1\n").unwrap();
     let rows = npy(&[vec![0.0, 0.0, f64::NAN, 1.0]], "<f8", false);
     fs::write(folder.path().join("wrong.npy"), rows).unwrap();
     for name in ["wrong.csv", "wrong.npy"] {
-        let failed = ends(in_folder(&folder, &format!("check {name} --json")), 3).json();
+        let failed = ends(in_folder(&folder, &format!("info {name} --json")), 3).json();
         described.object("failure", "", HEAD, &failed);
     }
     let mut without_driver = in_folder(&folder, "probe --json");

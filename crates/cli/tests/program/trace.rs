@@ -14,7 +14,7 @@ fn hits_are_those_of_the_cpu() {
     let folder = tempfile::tempdir().unwrap();
     let [rays, out, cloud, scene] =
         ["rays.npy", "hits.npy", "cloud.npy", "cloud.toml"].map(|name| file(&folder, name));
-    run(&["generate", "cloud", "--count", "300", "-o", &cloud, "--scene", &scene, "-q"], 0);
+    run(&["generate", "--count", "300", "-o", &cloud, "--scene", &scene, "-q"], 0);
     let some: Vec<[f64; 6]> =
         (0..300).map(|i| [0.0, 1.0, 6.0, f64::from(i) * 1e-3 - 0.15, -0.1, -1.0]).collect();
     for n in [300, 0] {

@@ -1,22 +1,43 @@
 //! The comparison of results: of rays with each other or with exact arithmetic, and of two pictures.
 //!
-//! A [`RayResult`] is what a result says of a ray. [`RayError`] is how it differs from what another result says of the same
+//! A [`RayResult`] is the result of a ray: id, `t` and normal. A [`RayError`] is its difference from another result of the same
 //! ray; `t` and normals count where the ids agree. [`RayDifferences`] counts these errors as they come,
-//! [`ErrorStats`] has their spread. [`Allowed`] says how much of it is still right.
+//! [`ErrorStats`] has their spread. [`Allowed`] has the limits of allowed errors.
+//!
+//! A [`HitComparison`] compares the results of another renderer with exact arithmetic, and finds the [`Transform`]s that explain
+//! the errors. [`compare_pictures`] compares two pictures channel by channel.
 
 mod allowed;
+mod claims;
+mod exact;
+mod hits;
+mod objects;
 mod paint;
 mod pictures;
 mod rays;
+mod search;
+mod transform;
+mod window;
+mod words;
 
 pub(crate) use allowed::short;
-pub use allowed::{Allowed, Tolerance, Unit};
+pub use allowed::{Allowed, AllowedKey, Tolerance, Unit};
+pub use claims::{Claims, Quantity, quantities_of};
+pub use exact::{ColorKind, ExactChannels, camera_of, exact_picture, has_camera, samples_of};
+pub use hits::{HitComparison, HitDifference, HitErrors, HitSummary};
+pub use objects::ObjectErrors;
 pub(crate) use paint::between;
 pub use paint::error_picture;
-pub use pictures::{ChannelDifference, PictureDifference, PictureSide, compare_pictures};
+pub use pictures::{
+    ChannelDifference, PictureDifference, PictureSide, compare_pictures, explain_pictures,
+};
 pub use rays::{
     ErrorSpread, ErrorStats, NormalError, RayDifferences, RayError, RayResult, TError, compare,
 };
+pub use search::TransformMatch;
+pub use transform::{TRANSFORMS, Transform};
+pub use window::{pixels_of, whole_size};
+pub use words::Finding;
 
 /// A format of IEEE 754.
 #[derive(Clone, Copy)]
@@ -37,3 +58,6 @@ impl Precision {
         (power * epsilon).max(least)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -10,7 +10,8 @@ use kugelblitz::scene::Color;
 use kugelblitz::words::percent;
 use serde::Serialize;
 
-use super::Allowed;
+use super::search::explains;
+use super::{Allowed, AllowedKey, Transform, TransformMatch};
 
 use crate::wrong_usage;
 
@@ -37,6 +38,8 @@ pub struct PictureDifference {
     pub metadata_differs: Vec<String>,
     /// What is more than allowed, one sentence each.
     pub broken: Vec<String>,
+    /// The transforms of the first picture that explain the differences.
+    pub explained_by: Option<TransformMatch>,
     /// The largest difference of each pixel: whether it is beyond what is allowed of it, and 0 to 1 of its channel.
     #[serde(skip)]
     pub(super) of_pixels: Vec<(bool, f32)>,
@@ -103,7 +106,7 @@ pub fn compare_pictures(
     let mut found = PictureDifference {
         a: side(files[0], a, b),
         b: side(files[1], b, a),
-        allowed: allowed.to_string(),
+        allowed: allowed.of_pictures(),
         metadata_differs: texts.map(|(name, _)| name.clone()).collect(),
         ..PictureDifference::default()
     };
@@ -138,10 +141,39 @@ pub fn compare_pictures(
     found.differing = differing.count() as u64;
     found.beyond = found.pixels_beyond().count() as u64;
     let (beyond, pixels) = (found.beyond, found.pixels);
-    if !allowed.limit("pixels").allows_part(beyond, pixels) {
+    if !allowed.limit(AllowedKey::Pixels).allows_part(beyond, pixels) {
         found.broken.push(format!("{beyond} of {pixels} pixels differ by more than is allowed"));
     }
     Ok(found)
+}
+
+/// Finds the transforms of the first picture that explain the differences.
+///
+/// # Errors
+/// Returns the errors of [`compare_pictures`].
+pub fn explain_pictures(
+    [a, b]: [&Image; 2],
+    allowed: &Allowed,
+    found: &PictureDifference,
+) -> Result<Option<TransformMatch>> {
+    use Transform::{FlipColumns, FlipRows};
+    let n = found.pixels;
+    let mut best: Option<(u64, &[Transform])> = None;
+    if a.is_list || found.beyond == 0 {
+        return Ok(None);
+    }
+    for transforms in [&[FlipRows][..], &[FlipColumns], &[FlipRows, FlipColumns]] {
+        let mut flipped = a.clone();
+        transforms.iter().for_each(|transform| transform.apply_to_image(&mut flipped));
+        let PictureDifference { beyond, .. } = compare_pictures(["", ""], [&flipped, b], allowed)?;
+        if explains(n - beyond, n - found.beyond, n) && best.is_none_or(|(least, _)| beyond < least)
+        {
+            best = Some((beyond, transforms));
+        }
+    }
+    Ok(best.map(|(beyond, transforms)| {
+        TransformMatch::new(transforms, n - beyond, n - found.beyond, n)
+    }))
 }
 
 impl PictureDifference {
@@ -184,6 +216,9 @@ impl PictureDifference {
         {
             text += &format!("only in {name}: {}\n", only.join(" "));
         }
+        if let Some(explained) = &self.explained_by {
+            text += &format!("{explained}: --transform {}\n", explained.transforms);
+        }
         if !self.metadata_differs.is_empty() {
             let texts = self.metadata_differs.join(" ");
             text += &format!("they say different things of themselves: {texts}\n");
@@ -211,7 +246,8 @@ fn of_channel(
         compared_as: common.name(a),
         ..ChannelDifference::default()
     };
-    let [levels, most_ulp, most] = ["levels", "ulp", "difference"].map(|key| allowed.limit(key));
+    let [levels, most_ulp, most] =
+        [AllowedKey::Levels, AllowedKey::Ulp, AllowedKey::Difference].map(|key| allowed.limit(key));
     let is_color = is_color(name);
     for (i, of_pixel) in of_pixels.iter_mut().enumerate().take(a.len().min(b.len())) {
         let [x, y] = [a, b].map(|samples| common.number(samples, i, is_color));

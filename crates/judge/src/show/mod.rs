@@ -15,7 +15,6 @@ pub use tint::{Rgb, Tint, palette, tints};
 
 use kugelblitz::Result;
 use kugelblitz::picture::{ChannelBits, Format, PictureOptions};
-use kugelblitz::rays::Lens;
 use kugelblitz::trace::Wants;
 
 use crate::wrong_usage;
@@ -32,8 +31,6 @@ pub enum Show {
     Normal,
     /// A colour for each id.
     Id,
-    /// Front or back.
-    Side,
     /// The sign of the discriminant: the lecture's figure 5.
     Discriminant,
     /// The kernel's result against exact arithmetic.
@@ -43,13 +40,12 @@ pub enum Show {
 }
 
 impl Show {
-    /// In the order of the window's keys F1 to F8.
-    pub const ALL: [Show; 8] = [
+    /// In the order of the window's keys F1 to F7.
+    pub const ALL: [Show; 7] = [
         Show::Color,
         Show::Depth,
         Show::Normal,
         Show::Id,
-        Show::Side,
         Show::Discriminant,
         Show::Error,
         Show::Stage,
@@ -58,11 +54,10 @@ impl Show {
     /// The name and one sentence.
     fn words(self) -> (&'static str, &'static str) {
         match self {
-            Show::Color => ("colour", "What the command render draws, with light and samples"),
+            Show::Color => ("color", "What the command render draws, with light and samples"),
             Show::Depth => ("depth", "t, the depth along the view axis, on a logarithmic scale"),
             Show::Normal => ("normal", "The unit normal: x, y, z as red, green, blue"),
             Show::Id => ("id", "A colour for each object id"),
-            Show::Side => ("side", "The side of the object that is seen"),
             Show::Discriminant => (
                 "discriminant",
                 "D of the visible sphere, else of the one that the line comes nearest to. It counts \
@@ -96,14 +91,9 @@ impl Show {
         Wants { surface, level: self == Show::Stage }
     }
 
-    /// True where all pixels that see one object have one colour, seen through this lens.
-    pub fn is_of_objects(self, lens: Lens) -> bool {
-        match self {
-            Show::Color | Show::Id => true,
-            // All rays start at the eye, so what they see of an object is one side of it.
-            Show::Side => lens == Lens::Perspective,
-            Show::Depth | Show::Normal | Show::Discriminant | Show::Error | Show::Stage => false,
-        }
+    /// Whether all pixels that see one object have one colour.
+    pub fn is_of_objects(self) -> bool {
+        matches!(self, Show::Color | Show::Id)
     }
 
     /// Refuses formats and options that its colours have no use for.

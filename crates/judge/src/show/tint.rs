@@ -1,12 +1,11 @@
 //! Numbers as colours: the one place that gives each mode its colours.
 
-use glam::DVec3;
 use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::parallel;
 use kugelblitz::prepare::Prepared;
-use kugelblitz::rays::{Lens, Pixels, Rays, WorldRay};
-use kugelblitz::scene::{Color, Object, Scene};
+use kugelblitz::rays::{Pixels, Rays};
+use kugelblitz::scene::{Color, Scene};
 use kugelblitz::trace::{Hits, Level};
 
 use super::Show;
@@ -45,13 +44,6 @@ const DEPTHS: [Swatch; 2] = [([244; 3], "near"), ([48; 3], "far")];
 
 const NORMALS: [Swatch; 3] =
     [([255, 128, 128], "+x"), ([128, 255, 128], "+y"), ([128, 128, 255], "+z")];
-
-/// Front, back and neither.
-const SIDES: [Swatch; 3] = [
-    ([0x4c, 0x9f, 0xd8], "front: outside of a sphere, where a plane's normal points to"),
-    ([0xe0, 0x8a, 0x3c], "back"),
-    (NOTHING, "background"),
-];
 
 /// By the sign of D, and without a sphere.
 const SIGNS: [Swatch; 4] = [
@@ -94,27 +86,22 @@ pub(super) fn swatches(show: Show) -> &'static [Swatch] {
         Show::Color | Show::Id => &[],
         Show::Depth => &DEPTHS,
         Show::Normal => &NORMALS,
-        Show::Side => &SIDES,
         Show::Discriminant => &SIGNS,
         Show::Error => &ERRORS,
         Show::Stage => &STAGES,
     }
 }
 
-/// Colours by id, the background's first: the objects' own where `show` has none by id. Sides are those
-/// that rays from the eye see, see [`Show::is_of_objects`].
-pub fn palette(show: Show, scene: &Scene, pixels: &Pixels) -> Vec<Rgb> {
-    tints_by_id(show, scene, pixels).into_iter().map(|tint| tint.color).collect()
+/// Colours by id, the background's first: the objects' own where `show` has none by id.
+pub fn palette(show: Show, scene: &Scene) -> Vec<Rgb> {
+    tints_by_id(show, scene).into_iter().map(|tint| tint.color).collect()
 }
 
 /// Tints by id, with the colours of [`palette`].
-fn tints_by_id(show: Show, scene: &Scene, pixels: &Pixels) -> Vec<Tint> {
-    let eye = pixels.view.position;
-    let towards = |id| scene.object(id).map_or(DVec3::ZERO, |object| object.extent().0 - eye);
+fn tints_by_id(show: Show, scene: &Scene) -> Vec<Tint> {
     let tint = |(id, color): (u32, Color)| match (show, id) {
         (Show::Id, 0) => Tint::free(NOTHING),
         (Show::Id, _) => Tint::free(id_color(id)),
-        (Show::Side, _) => side(scene, id, eye, towards(id)),
         _ => Tint::free(color.to_srgb8()),
     };
     (0..).zip(scene.colors()).map(tint).collect()
@@ -147,16 +134,8 @@ pub fn tints(
 ) -> Result<Vec<Tint>> {
     let scene = &*prepared.scene;
     Ok(match show {
-        Show::Side if pixels.view.lens == Lens::Orthographic => {
-            // The camera's plane may cut a sphere, and then some rays start in it.
-            parallel::filter_map(hits.id.len(), |index| {
-                let (x, y) = pixels.xy(index);
-                let WorldRay { origin, direction } = pixels.ray(x, y);
-                Some(side(scene, hits.id[index], origin, direction))
-            })
-        }
-        Show::Color | Show::Id | Show::Side => {
-            let by_id = tints_by_id(show, scene, pixels);
+        Show::Color | Show::Id => {
+            let by_id = tints_by_id(show, scene);
             hits.id.iter().map(|&id| by_id[id as usize]).collect()
         }
         Show::Depth => hits.t.iter().map(|&t| Tint::free(depth(t, range))).collect(),
@@ -186,17 +165,6 @@ pub fn tints(
             ray_errors(hits, &truth).map(|error| Tint::of(&ERRORS, entry(&error))).collect()
         }
     })
-}
-
-/// The side that a ray sees: the front where it starts outside of the sphere, or on the side of the plane that its normal
-/// points to.
-fn side(scene: &Scene, id: u32, origin: DVec3, direction: DVec3) -> Tint {
-    let is_front = match scene.object(id) {
-        Some(sphere @ Object::Sphere(_)) => sphere.side_of(origin).is_none_or(|side| side > 0),
-        Some(Object::Plane(plane)) => direction.dot(plane.normal) <= 0.0,
-        None => return Tint::of(&SIDES, 2),
-    };
-    Tint::of(&SIDES, usize::from(!is_front))
 }
 
 /// Near is bright; the scale is logarithmic.
@@ -298,9 +266,9 @@ mod tests {
 
     #[test]
     fn palettes_have_a_colour_for_each_id() {
-        let (scene, pixels) = figure5();
+        let (scene, _) = figure5();
         for show in Show::ALL {
-            assert_eq!(palette(show, &scene, &pixels).len(), scene.n_objects() + 1);
+            assert_eq!(palette(show, &scene).len(), scene.n_objects() + 1);
         }
         let ids: BTreeSet<Rgb> = (1..200).map(id_color).collect();
         assert!(ids.len() > 190, "{} colours", ids.len());
@@ -309,38 +277,12 @@ mod tests {
     #[test]
     fn what_is_of_objects_has_the_colours_of_the_palette() {
         let pixels = middle();
-        for show in Show::ALL.into_iter().filter(|show| show.is_of_objects(Lens::Perspective)) {
+        for show in Show::ALL.into_iter().filter(|show| show.is_of_objects()) {
             let (scene, (_, hits)) = (figure5().0, traced(figure5().0, Kernel::Stable, pixels));
-            let palette = palette(show, &scene, &pixels);
+            let palette = palette(show, &scene);
             let tints = shown(show, Kernel::Stable, pixels);
             assert!(tints.iter().zip(&hits.id).all(|(t, &id)| t.color == palette[id as usize]));
         }
-    }
-
-    #[test]
-    fn sides_are_those_of_the_eye() {
-        let (scene, pixels) = figure5();
-        let [front, back, nothing] = SIDES.map(|(color, _)| color);
-        assert_eq!(palette(Show::Side, &scene, &pixels), [nothing, front, front, front]);
-        let mut inside = pixels;
-        inside.view.position = scene.spheres[1].center;
-        assert_eq!(palette(Show::Side, &scene, &inside)[1..3], [front, back]);
-    }
-
-    #[test]
-    fn a_sphere_that_the_plane_of_the_camera_cuts_shows_both_sides() {
-        let text = "camera = { position = [0, 0, 0.5], look_at = [0, 0, 0], height = 3 }
-            sphere = [{ center = [0, 0, 0], radius = 1, color = \"#ffffff\" }]";
-        let scene = Arc::new(parse_scene(text, Path::new("cut.toml")).unwrap());
-        let pixels = Pixels::whole(View::new(scene.camera.as_ref().unwrap()), 31, 31);
-        let (prepared, hits) = traced(scene, Kernel::Certified, pixels);
-        let control = Control::default();
-        let tints = tints(Show::Side, &prepared, &pixels, &hits, None, &control).unwrap();
-        // The sphere's radius in that plane is √0.75, of its picture 1; a pixel is 0.097 wide.
-        assert_eq!(
-            [15, 15 + 8, 15 + 10, 15 + 12].map(|x| tints[15 * 31 + x].entry),
-            [1, 1, 0, 2].map(Some)
-        );
     }
 
     #[test]

@@ -12,7 +12,7 @@ pub(crate) use lit::{LitPoint, exact_mean};
 #[cfg(feature = "gpu")]
 pub use picture::{ColorsOfKernel, OfKernel, OnBoth, Parity, Verification, Verified};
 use truth::hit_of;
-pub(crate) use truth::{Near, is_clearly_missed};
+pub(crate) use truth::{Near, candidates, is_clearly_missed};
 pub use truth::{SAMPLE_BYTES, TrueHit, Truth, sample};
 
 pub use crate::compare::RayError;

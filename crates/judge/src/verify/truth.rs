@@ -126,7 +126,7 @@ impl From<&TrueHit> for RayResult {
 
 impl TrueHit {
     /// The background.
-    const NONE: TrueHit =
+    pub(crate) const NONE: TrueHit =
         TrueHit { id: 0, t: f64::INFINITY, normal: [0.0; 3], normal_f32: [0.0; 3], is_back: false };
 
     fn of(ray: &ExactRay, hit: Option<ExactHit>) -> TrueHit {
@@ -145,7 +145,15 @@ impl TrueHit {
 /// Returns the hit of a ray, by exact arithmetic on every object that f64 does not rule out. Uses no hierarchy, since all
 /// other results are compared with this one.
 pub(super) fn hit_of<'a>(scene: &'a Scene, ray: &ExactRay, near: &Near) -> Option<ExactHit<'a>> {
-    exact::nearest(ray, Line::from(near).candidates(scene))
+    exact::nearest(ray, candidates(scene, near))
+}
+
+/// Returns the objects that a ray may meet, with their ids, ascending.
+pub(crate) fn candidates<'a>(
+    scene: &'a Scene,
+    near: &Near,
+) -> impl Iterator<Item = (u32, Object<'a>)> {
+    Line::from(near).candidates(scene)
 }
 
 /// Whether the line of a ray surely misses an object. `near` is the ray in f64.

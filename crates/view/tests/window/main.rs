@@ -16,7 +16,7 @@ use kugelblitz::rays::View;
 const SIZE: &str = "480x300";
 
 /// What F2 and the keys behind it show.
-const SHOWS: [&str; 7] = ["depth", "normal", "id", "side", "discriminant", "error", "stage"];
+const SHOWS: [&str; 6] = ["depth", "normal", "id", "discriminant", "error", "stage"];
 
 /// The picture in the window is the one that `render` draws for the camera that P prints.
 #[track_caller]
@@ -261,7 +261,7 @@ fn numbers_are_seen_and_saved() {
     }
     // Two kernels: each half is its own picture's.
     seen.key("c");
-    for (key, show) in [("F7", "error"), ("F1", "colour")] {
+    for (key, show) in [("F6", "error"), ("F1", "color")] {
         seen.key(key);
         seen.wait(|event| event.show() == show && event.is_settled() && event.kernels().len() == 2);
         let (saved, name) = save(&mut seen);
@@ -274,7 +274,7 @@ fn numbers_are_seen_and_saved() {
         }
     }
     seen.key("c");
-    seen.wait(|event| event.show() == "colour" && event.is_settled() && event.kernels().len() == 1);
+    seen.wait(|event| event.show() == "color" && event.is_settled() && event.kernels().len() == 1);
     assert_as_rendered(&mut seen, &path, "certified");
     for show in ["depth", "normal"] {
         seen.key("v");
@@ -337,7 +337,7 @@ fn light_and_samples_are_those_that_render_draws() {
     seen.key("F4");
     seen.wait(|event| event.show() == "id" && event.is_settled() && !event.is_lit());
     seen.key("F1");
-    seen.wait(|event| event.show() == "colour" && event.is_settled());
+    seen.wait(|event| event.show() == "color" && event.is_settled());
     assert_as_rendered(&mut seen, &lit[0], "certified");
     seen.quit();
 }

@@ -204,7 +204,7 @@ impl Image {
 
 /// The picture that `render` draws of a scene seen by another camera.
 pub fn render(scene: &Path, camera: &str, size: [u32; 2], kernel: &str) -> Image {
-    render_show(scene, camera, size, kernel, "colour")
+    render_show(scene, camera, size, kernel, "color")
 }
 
 /// The picture that `render` draws in a mode of `--show` of a scene seen by another camera.

@@ -76,7 +76,7 @@ pub fn work_through() {
     for round in 0..2 * ROUNDS {
         let seen = &mut usage.seen;
         for _ in 0..4 {
-            for (key, show) in [("F2", "depth"), ("F3", "normal"), ("F1", "colour")] {
+            for (key, show) in [("F2", "depth"), ("F3", "normal"), ("F1", "color")] {
                 seen.key(key);
                 seen.wait(|event| event.is_settled() && event.show() == show);
             }

@@ -1,11 +1,13 @@
-//! What was found, ray by ray and in words.
+//! The differences of hits, ray by ray and as text.
 
-use kugelblitz::scene::{Color, Scene, hex};
+use kugelblitz::scene::Scene;
 use kugelblitz::words::{NONE, percent};
 use serde::Serialize;
 
-use super::{Case, ClaimedHit, Claims, Judged, Quantity};
-use crate::compare::{ErrorSpread, ErrorStats, NormalError, RayError, short};
+use super::claims::{Claims, DepthKind};
+use super::hits::{HitComparison, HitDifference};
+use super::objects::ObjectErrors;
+use super::{ErrorSpread, ErrorStats, NormalError, RayError, short};
 use crate::explain::six_digits;
 
 /// An error of one ray.
@@ -26,6 +28,12 @@ pub struct Finding {
     pub explain: Option<String>,
 }
 
+/// Number of objects in the table of wrong rays.
+const N_OBJECTS: usize = 8;
+
+/// Minimum share of the wrong rays with which an object is named.
+const MIN_SHARE: f64 = 0.9;
+
 /// The kinds of findings, and what stands above them.
 const KINDS: [(&str, &str); 4] = [
     ("wrong id", "wrong id"),
@@ -34,10 +42,10 @@ const KINDS: [(&str, &str); 4] = [
     ("normal", "largest errors of normals"),
 ];
 
-impl Judged {
+impl HitDifference {
     /// How wrong a ray is in each of the [`KINDS`]; `None` where that is as it may be.
     fn sizes(&self, ray: usize) -> [Option<f64>; KINDS.len()] {
-        let (allowed, errors) = (&self.case.allowed, &self.errors);
+        let (allowed, errors) = (&self.comparison.allowed, &self.errors);
         match errors.of_rays[ray] {
             RayError::Right { t, normal, .. } => {
                 let t = t.filter(|t| !allowed.allows_t(t)).map(|t| t.ulp);
@@ -53,7 +61,8 @@ impl Judged {
 
     /// The rays with anything that is more wrong than it may be of one ray.
     pub fn wrong_rays(&self) -> impl Iterator<Item = usize> {
-        (0..self.truth.hits.len()).filter(|&ray| self.sizes(ray).iter().any(Option::is_some))
+        (0..self.expected.truth.hits.len())
+            .filter(|&ray| self.sizes(ray).iter().any(Option::is_some))
     }
 
     /// The worst rays of each kind, at most `n` of each, without those that are as they may be: wrong ids evenly drawn,
@@ -63,7 +72,7 @@ impl Judged {
         for kind in 0..KINDS.len() {
             let wrong = |ray| Some((self.sizes(ray)[kind]?, ray));
             let mut wrong: Vec<(f64, usize)> =
-                (0..self.truth.hits.len()).filter_map(wrong).collect();
+                (0..self.expected.truth.hits.len()).filter_map(wrong).collect();
             let n = n.min(wrong.len());
             if kind < 2 {
                 wrong = (0..n).map(|k| wrong[k * wrong.len() / n]).collect();
@@ -84,11 +93,13 @@ impl Judged {
     }
 
     fn finding(&self, kind: usize, size: f64, ray: usize, explain: Option<String>) -> Finding {
-        let Judged { case: Case { scene, rays, claims, allowed, .. }, truth, .. } = self;
-        let (exact, off) = (&truth.hits[ray], short(size));
+        let HitDifference { comparison, claims, .. } = self;
+        let HitComparison { scene, rays, allowed, .. } = comparison;
+        let (exact, off) = (self.exact(ray), short(size));
         let (says, exact) = match (kind, claims.depth(ray), claims.normal(ray)) {
-            (2, Some((t, _)), _) => {
-                let what = if claims.has(Quantity::Distance) { "distance" } else { "t" };
+            (2, Some(t), _) => {
+                let is_distance = claims.depth_kind() == Some(DepthKind::Distance);
+                let what = if is_distance { "distance" } else { "t" };
                 let says = format!("{what} = {t:?} ({off} ulp off)");
                 (says, format!("t = {:?}", exact.t))
             }
@@ -112,8 +123,8 @@ impl Judged {
         Finding { kind: KINDS[kind].0, ray, pixel: rays.pixel(ray), says, exact, explain }
     }
 
-    /// Returns the errors, these findings and the hint, as the front end words it, in lines for people.
-    pub fn in_words(&self, worst: &[Finding], hint: &str) -> String {
+    /// Returns the errors and these findings in lines for people. `option` words the transforms for a front end.
+    pub fn in_words(&self, worst: &[Finding], option: impl Fn(&str) -> String) -> String {
         let mut text = self.table();
         if let Some(lengths) = self.normal_lengths() {
             text += &format!("\nnormals: {}; expected 1\n", length_range(lengths));
@@ -123,18 +134,47 @@ impl Judged {
             let line = |Finding { ray, pixel, says, exact, explain, .. }: &Finding| {
                 let at = pixel.map_or(format!("ray {ray}"), |[x, y]| format!("{x},{y}"));
                 let how = explain.as_deref().unwrap_or_default();
-                format!("  {at}: says {says}; exact: {exact}\n    {how}\n")
+                format!("  {at}: has {says}; exact: {exact}\n    {how}\n")
             };
             let lines: String = own.map(line).collect();
             if !lines.is_empty() {
                 text += &format!("\n{title}:\n{lines}");
             }
         }
-        if !hint.is_empty() {
-            text += &format!("\nfar more of it would be right with {hint}\n");
+        text += &self.by_object();
+        if let Some(explained) = &self.explained {
+            text += &format!("\n{explained}: {}\n", option(&explained.transforms));
         }
         let kept = if self.broken.is_empty() { ": kept" } else { "" };
-        text + &format!("\nallowed: {}{kept}\n", self.case.allowed)
+        text + &format!("\nallowed: {}{kept}\n", self.comparison.allowed.of_hits())
+    }
+
+    /// Returns the wrong rays by object in lines for people.
+    fn by_object(&self) -> String {
+        let Some(first) = self.objects.first() else { return String::new() };
+        let scene = &self.comparison.scene;
+        let mut text =
+            "\nwrong, by object              rays   wrong ids     wrong t   normals\n".to_string();
+        for ObjectErrors { id, rays, wrong_ids, wrong_t, wrong_normals, .. } in
+            self.objects.iter().take(N_OBJECTS)
+        {
+            let name = object_in_words(scene, *id);
+            text +=
+                &format!("  {name:<22}{rays:>10}{wrong_ids:>12}{wrong_t:>12}{wrong_normals:>10}\n");
+        }
+        if let n @ 1.. = self.objects.len().saturating_sub(N_OBJECTS) {
+            text += &format!("  and {n} more\n");
+        }
+        if scene.n_objects() > 1 && first.share_of_wrong >= MIN_SHARE {
+            let share = match first.share_of_wrong {
+                1.0 => "all".to_string(),
+                share => format!("{:.0} % of the", share * 100.0),
+            };
+            let rays = if self.pixels().is_some() { "pixels" } else { "rays" };
+            let object = object_in_words(scene, first.id);
+            text += &format!("{share} wrong {rays} are on {object}\n");
+        }
+        text
     }
 
     /// The errors away from silhouettes and at them.
@@ -184,15 +224,12 @@ pub(super) fn length_range(ends: [f64; 2]) -> String {
 }
 
 fn says(scene: &Scene, claims: &Claims, ray: usize) -> String {
-    match claims.seen(ray) {
-        ClaimedHit::Id(id) => object_in_words(scene, id),
-        ClaimedHit::Hit(is_hit) => if is_hit { "an object" } else { "the background" }.into(),
-        ClaimedHit::Color(said) => {
-            let mut colors = (0..).zip(scene.colors().map(Color::to_srgb8));
-            let of = colors.find(|(_, color)| claims.is_like(said, *color));
-            let whose = of.map_or("of no object".into(), |(id, _)| object_in_words(scene, id));
-            format!("{whose}, {}", hex(said))
+    match claims.id(ray) {
+        Some(id) => {
+            let id = id.unwrap_or(0);
+            object_in_words(scene, u32::try_from(id).unwrap_or(u32::MAX))
         }
+        None => if claims.is_hit(ray) { "an object" } else { "the background" }.into(),
     }
 }
 
@@ -203,36 +240,5 @@ fn object_in_words(scene: &Scene, id: u32) -> String {
         (_, None, _) => "no object of the scene".into(),
         (_, _, Some(name)) => format!("object {id} “{name}”"),
         (..) => format!("object {id}"),
-    }
-}
-
-/// Colours that one is compared with, the next ones by their red.
-const N_NEXT_COLORS: usize = 256;
-
-impl Case {
-    /// What makes the judgement of colours weak, where something does: objects whose colours are so near each other that
-    /// claims in colours don't tell them apart. Each is compared with the next ones by their red alone.
-    pub fn warning(&self) -> Option<String> {
-        if !self.claims.is_by_color() {
-            return None;
-        }
-        let (scene, tolerance) = (&*self.scene, self.claims.conventions.color_tolerance);
-        let mut colors: Vec<([u8; 3], u32)> =
-            scene.colors().map(Color::to_srgb8).zip(0..).collect();
-        colors.sort_unstable();
-        let within = |a: u8, b: u8| a.abs_diff(b) <= tolerance.saturating_mul(2);
-        let like = |(i, &(color, id)): (usize, &([u8; 3], u32))| {
-            let next = colors[i + 1..].iter().take(N_NEXT_COLORS);
-            let mut next = next.take_while(|(other, _)| within(other[0], color[0]));
-            let (_, other) = next.find(|(other, _)| (1..3).all(|c| within(other[c], color[c])))?;
-            Some([id.min(*other), id.max(*other)])
-        };
-        let alike: Vec<[u32; 2]> = colors.iter().enumerate().filter_map(like).collect();
-        let [a, b] = alike.first()?.map(|id| object_in_words(scene, id));
-        Some(format!(
-            "{} of the scene's colours are too near to another one, those of {a} and {b} for one: they are not told \
-             apart",
-            alike.len()
-        ))
     }
 }

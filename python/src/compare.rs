@@ -1,0 +1,411 @@
+//! Comparisons of pictures, hits and scenes, see `_verdicts.py`.
+
+use std::sync::Arc;
+
+use kugelblitz::picture::Image;
+use kugelblitz::rays::{Pixels, Rays};
+use kugelblitz::scene;
+use kugelblitz::trace::Kernel;
+use kugelblitz_judge::compare::{
+    Allowed, ColorKind, ExactChannels, HitComparison, HitDifference, HitSummary, PictureDifference,
+    Quantity, Transform, compare_pictures, exact_picture, explain_pictures, pixels_of,
+    quantities_of, whole_size,
+};
+use numpy::PyArray1;
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use serde::Serialize;
+
+use crate::argument::{Crop, Samples, Size, rays_of};
+use crate::camera::Camera;
+use crate::drawing::tinted;
+use crate::error::{self, wrong_value};
+use crate::explain::{Explanation, explained};
+use crate::image::{Found, image_of, indices};
+use crate::picture::Picture;
+use crate::scene::Scene;
+use crate::table::{Given, Object, helpers, to_python};
+use crate::work;
+
+/// Returns a `Verdict` of this kind: what is beyond the allowed, the summary as the program prints it in JSON, its text, and the
+/// objects that have the rest.
+pub fn verdict<'py>(
+    py: Python<'py>,
+    kind: &str,
+    broken: &[String],
+    summary: &impl Serialize,
+    words: String,
+    of: Given<'py>,
+) -> Object<'py> {
+    let arguments = (broken, to_python(py, summary)?, words, of);
+    py.import("kugelblitz._verdicts")?.call_method1(kind, arguments)
+}
+
+/// Data of a `HitDifference`.
+#[pyclass(frozen, module = "kugelblitz._kugelblitz")]
+pub struct ComparedHits(HitDifference);
+
+#[pymethods]
+impl ComparedHits {
+    fn wrong<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
+        indices(py, self.0.wrong_rays())
+    }
+
+    fn at<'py>(&self, py: Python<'py>, ray: usize) -> Object<'py> {
+        to_python(py, &self.0.of_ray(ray))
+    }
+
+    fn explain(
+        &self,
+        py: Python<'_>,
+        ray: usize,
+        all: bool,
+        lang: &str,
+        digits: usize,
+    ) -> PyResult<Explanation> {
+        let HitComparison { scene, rays, .. } = &self.0.comparison;
+        let ray = match rays {
+            Rays::Pixels(pixels) => {
+                let (x, y) = pixels.xy(ray);
+                Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..*pixels })
+            }
+            Rays::List(rays) => Rays::List(vec![rays[ray]]),
+        };
+        explained(py, scene, &ray, all, lang, digits, "cpu")
+    }
+
+    fn picture<'py>(&self, py: Python<'py>) -> PyResult<Given<'py>> {
+        let picture = self.0.picture();
+        picture.map(|(size, colors)| tinted(py, size, &colors, Vec::new())).transpose()
+    }
+}
+
+/// Data of a `Difference`.
+#[pyclass(frozen, module = "kugelblitz._kugelblitz")]
+pub struct Compared {
+    a: Image,
+    of: PictureDifference,
+}
+
+#[pymethods]
+impl Compared {
+    fn beyond<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
+        indices(py, self.of.pixels_beyond())
+    }
+
+    fn picture<'py>(&self, py: Python<'py>) -> PyResult<Given<'py>> {
+        let size = [self.a.width as u32, self.a.height as u32];
+        let tinted = || tinted(py, size, &self.of.picture(&self.a), Vec::new());
+        (self.of.pixels > 0).then(tinted).transpose()
+    }
+}
+
+/// Transforms as one text with commas, or as several.
+#[derive(FromPyObject)]
+pub enum Transforms {
+    /// One text.
+    Text(String),
+    /// Several texts.
+    List(Vec<String>),
+}
+
+impl Transforms {
+    fn parsed(given: Option<Transforms>) -> PyResult<Vec<Transform>> {
+        let names = match given {
+            None => Vec::new(),
+            Some(Transforms::List(names)) => names,
+            Some(Transforms::Text(text)) => text.split(',').map(str::to_owned).collect(),
+        };
+        let names = names.iter().map(|name| name.trim()).filter(|name| !name.is_empty());
+        let parsed: kugelblitz::Result<Vec<Transform>> = names.map(str::parse).collect();
+        parsed.map_err(error::of("transform"))
+    }
+}
+
+/// Options of a comparison with a scene.
+struct WithScene<'a, 'py> {
+    camera: Option<&'a Camera>,
+    rays: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
+    size: Option<Size>,
+    crop: Option<Crop>,
+    samples: Option<Samples>,
+    transforms: Vec<Transform>,
+    allowed: Allowed,
+    worst: usize,
+    device: &'a str,
+    progress: Given<'py>,
+}
+
+/// A comparison with a scene.
+#[derive(Serialize)]
+struct Summary {
+    transforms: Vec<String>,
+    hits: Option<HitSummary>,
+    picture: Option<PictureDifference>,
+    broken: Vec<String>,
+}
+
+/// Compares two of: a `Scene`, a `Picture`, hits, arrays, paths of files.
+///
+/// A scene stands for its exact picture, and returns a `Comparison`. What is compared with it may be a `Picture`, `Hits`, a
+/// structured array, a dictionary of arrays with the keys `id`, `t`, `distance`, `normal` and `rgb`, or a file; arrays have the
+/// shape (height, width), or (N,) for `rays`, which are (origins, directions). Without a `camera`, it is that of the picture or of
+/// the scene. Two pictures are compared channel by channel, and return a `Difference`: `Picture`s, arrays of colours
+/// (height, width, 3), structured arrays, or files. Bytes and 16 bits are sRGB, floats linear; numbers of different types are
+/// compared as the one that has fewer of them.
+///
+/// `allow` sets the limits of allowed errors, e.g. "ids=0.01%,silhouettes=5%,t=2ulp,normal=0.1" of hits and
+/// "levels=1,ulp=4,difference=1e-6,pixels=0.1%" of colours. `transform` names transforms of `a`, or of what is compared with the
+/// scene, e.g. "flip-rows,ids+1". `worst` errors of each kind are shown.
+#[pyfunction]
+#[pyo3(signature = (
+    a, b, *, camera = None, rays = None, size = None, crop = None, samples = None, transform = None, allow = "",
+    worst = 3, device = "auto", progress = None
+))]
+pub fn compare<'py>(
+    py: Python<'py>,
+    a: &Bound<'py, PyAny>,
+    b: &Bound<'py, PyAny>,
+    camera: Option<&Camera>,
+    rays: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
+    size: Option<Size>,
+    crop: Option<Crop>,
+    samples: Option<Samples>,
+    transform: Option<Transforms>,
+    allow: Option<&str>,
+    worst: usize,
+    device: &str,
+    progress: Given<'py>,
+) -> Object<'py> {
+    let transforms = Transforms::parsed(transform)?;
+    let allowed: Allowed = allow.unwrap_or_default().parse().map_err(error::of("allow"))?;
+    let has_options =
+        camera.is_some() || rays.is_some() || size.is_some() || crop.is_some() || samples.is_some();
+    let options = WithScene {
+        camera,
+        rays,
+        size,
+        crop,
+        samples,
+        transforms,
+        allowed,
+        worst,
+        device,
+        progress,
+    };
+    match [a.cast::<Scene>().ok(), b.cast::<Scene>().ok()] {
+        [None, None] if has_options => {
+            wrong_value("camera, rays, size, crop, samples: they are for a comparison with a Scene")
+        }
+        [None, None] => {
+            let picture = |name: &str, given: &Bound<'py, PyAny>| {
+                let found = helpers(py)?.call_method1("picture", (name, given))?.extract()?;
+                image_of(found)
+            };
+            let (a, b) = (picture("a", a)?, picture("b", b)?);
+            of_pictures(py, a, b, &options.transforms, &options.allowed)
+        }
+        [Some(scene), None] => with_scene(py, b, scene.get(), options),
+        [None, Some(scene)] => with_scene(py, a, scene.get(), options),
+        [Some(a), Some(b)] => {
+            let picture = |scene: &Scene| {
+                let WithScene { camera, size, crop, samples, device, .. } = options;
+                let pixels = crate::argument::pixels_of(py, &scene.of, camera, size, crop)?;
+                let n_samples = n_samples(samples, None, &scene.of);
+                let on = (device, Kernel::Certified, pixels.len());
+                scene.run(py, on, (None, 0), |session, control| {
+                    exact_picture(session, &pixels, n_samples, ExactChannels::All, control)
+                })
+            };
+            let (a, b) = (picture(a.get())?, picture(b.get())?);
+            of_pictures(py, a, b, &options.transforms, &options.allowed)
+        }
+    }
+}
+
+fn n_samples(
+    given: Option<Samples>,
+    picture: Option<&Picture>,
+    scene: &scene::Scene,
+) -> scene::Samples {
+    let of_picture = picture.map(Picture::n_samples);
+    given.map(|Samples(n)| n).or(of_picture).or(scene.samples).unwrap_or_default()
+}
+
+/// Compares two pictures channel by channel.
+fn of_pictures<'py>(
+    py: Python<'py>,
+    mut a: Image,
+    b: Image,
+    transforms: &[Transform],
+    allowed: &Allowed,
+) -> Object<'py> {
+    allowed.check_used(false, true).map_err(error::of("allow"))?;
+    if let Some(other) = transforms.iter().find(|transform| !transform.is_of_files()) {
+        return wrong_value(format!(
+            "transform: only flips can be applied to two pictures, not {other}"
+        ));
+    }
+    transforms.iter().for_each(|transform| transform.apply_to_image(&mut a));
+    let of = work::run(py, |_| difference(["a", "b"], [&a, &b], allowed))?;
+    difference_object(py, a, of)
+}
+
+fn difference(
+    names: [&str; 2],
+    images: [&Image; 2],
+    allowed: &Allowed,
+) -> kugelblitz::Result<PictureDifference> {
+    let mut found = compare_pictures(names, images, allowed)?;
+    if !found.broken.is_empty() {
+        found.explained_by = explain_pictures(images, allowed, &found)?;
+    }
+    Ok(found)
+}
+
+fn difference_object<'py>(py: Python<'py>, a: Image, of: PictureDifference) -> Object<'py> {
+    let compared = Bound::new(py, Compared { a, of })?;
+    let of = &compared.get().of;
+    let known = Some(compared.clone().into_any());
+    verdict(py, "Difference", &of.broken, of, of.in_words(), known)
+}
+
+/// Compares pictures or hits with a scene.
+fn with_scene<'py>(
+    py: Python<'py>,
+    given: &Bound<'py, PyAny>,
+    scene: &Scene,
+    options: WithScene<'_, 'py>,
+) -> Object<'py> {
+    let foreign = helpers(py)?.call_method1("foreign", (given,))?;
+    let (found, names): (Found<'_>, Vec<String>) = foreign.extract()?;
+    let picture = found.1.clone();
+    let picture = picture.as_ref().map(Bound::get);
+    let mut image = image_of(found)?;
+    let quantities: Vec<Quantity> = match names.as_slice() {
+        [] => quantities_of(&image, None).map_err(error::of(""))?,
+        names => {
+            let parsed = names.iter().map(|name| name.parse()).collect::<kugelblitz::Result<_>>();
+            parsed.map_err(error::of(""))?
+        }
+    };
+    let rays = rays(py, &scene.of, picture, &image, &options)?;
+    let has_hits = quantities.iter().any(|quantity| quantity.is_of_hits());
+    let pixels = rays.pixels().copied().filter(|_| quantities.contains(&Quantity::Color));
+    let WithScene { samples, transforms, allowed, worst, device, progress, .. } = options;
+    allowed.check_used(has_hits, pixels.is_some()).map_err(error::of("allow"))?;
+    let n_samples = n_samples(samples, picture, &scene.of);
+    let n_rays = rays.len();
+    let comparison = HitComparison {
+        scene: Arc::clone(&scene.of),
+        rays,
+        image: image.clone(),
+        quantities,
+        channel: None,
+        transforms: transforms.clone(),
+        allowed: allowed.clone(),
+    };
+    let on = (device, Kernel::Certified, n_rays);
+    transforms.iter().for_each(|transform| transform.apply_to_image(&mut image));
+    image.channels.retain(|channel| matches!(channel.name.as_str(), "R" | "G" | "B"));
+    let work = |session: &mut kugelblitz::Session, control: &kugelblitz::control::Control| {
+        let hits = has_hits.then(|| comparison.run(session, control)).transpose()?;
+        let Some((pixels, kind)) = pixels.zip(ColorKind::of(&image)) else {
+            return Ok((hits, None));
+        };
+        let channels = ExactChannels::Colors(kind);
+        let mut exact = exact_picture(session, &pixels, n_samples, channels, control)?;
+        (exact.whole, exact.first) = (image.whole, image.first);
+        let names = ["the picture", "the scene"];
+        Ok((hits, Some(difference(names, [&image, &exact], &allowed)?)))
+    };
+    let (hits, colors) = scene.run(py, on, (progress, 2 * n_rays as u64), work)?;
+    comparison_object(py, &transforms, worst, hits, colors.map(|colors| (image, colors)))
+}
+
+fn comparison_object<'py>(
+    py: Python<'py>,
+    transforms: &[Transform],
+    n_worst: usize,
+    hits: Option<HitDifference>,
+    colors: Option<(Image, PictureDifference)>,
+) -> Object<'py> {
+    let (mut words, mut broken) = (Vec::new(), Vec::new());
+    let mut of_hits = None;
+    let hits = hits.map(|of| {
+        words.push(in_words(&of, n_worst));
+        broken.extend(of.broken.clone());
+        of_hits = Some(of.summary(of.worst(n_worst, |_| None)));
+        let (own, summary, text) =
+            (of.broken.clone(), of.summary(of.worst(n_worst, |_| None)), in_words(&of, n_worst));
+        let known = Bound::new(py, ComparedHits(of))?.into_any();
+        verdict(py, "HitDifference", &own, &summary, text, Some(known))
+    });
+    let hits = hits.transpose()?;
+    let picture = colors.as_ref().map(|(_, of)| of.clone());
+    let colors = colors.map(|(image, of)| {
+        words.push(of.in_words());
+        broken.extend(of.broken.clone());
+        difference_object(py, image, of)
+    });
+    let colors = colors.transpose()?;
+    let summary = Summary {
+        transforms: transforms.iter().map(Transform::to_string).collect(),
+        hits: of_hits,
+        picture,
+        broken: broken.clone(),
+    };
+    let parts = (hits, colors).into_pyobject(py)?.into_any();
+    verdict(py, "Comparison", &broken, &summary, words.join("\n"), Some(parts))
+}
+
+/// Returns the rays that are compared.
+fn rays(
+    py: Python<'_>,
+    scene: &scene::Scene,
+    picture: Option<&Picture>,
+    image: &Image,
+    options: &WithScene<'_, '_>,
+) -> PyResult<Rays> {
+    let &WithScene { camera, ref rays, size, crop, .. } = options;
+    if let Some((origins, directions)) = rays {
+        if camera.is_some() || size.is_some() || crop.is_some() {
+            return wrong_value("camera, size, crop: they are of a picture; rays have none");
+        }
+        return rays_of(origins, directions).map(Rays::List);
+    }
+    if image.is_list {
+        return Err(PyTypeError::new_err("rays: hits of a list need (origins, directions)"));
+    }
+    if let (Some(picture), None) = (picture, camera) {
+        return Ok(Rays::Pixels(picture.pixels()));
+    }
+    let size = whole_size(image, size.map(|Size(size)| size), crop.map(|Crop(crop)| crop));
+    let size = size.map_err(error::of(""))?.map(Size);
+    let pixels = crate::argument::pixels_of(py, scene, camera, size, crop)?;
+    match crop {
+        Some(_) => Ok(Rays::Pixels(pixels)),
+        None => pixels_of(image, pixels).map(Rays::Pixels).map_err(error::of("")),
+    }
+}
+
+/// Returns the text that the program prints, with the calls of Python that explain a ray.
+fn in_words(of: &HitDifference, n_worst: usize) -> String {
+    let how = |ray| match of.pixels() {
+        Some(pixels) => {
+            let ((x, y), w, h) = (pixels.xy(ray), pixels.image_width, pixels.image_height);
+            format!("scene.explain(camera, ({x}, {y}), size=({w}, {h}))")
+        }
+        None => format!("scene.explain(ray=(origins[{ray}], directions[{ray}]))"),
+    };
+    let what = match of.pixels() {
+        Some(pixels) => format!("{}×{}", pixels.width, pixels.height),
+        None => format!("{} rays", of.comparison.rays.len()),
+    };
+    let (compared, scene) = (of.quantities().join(", "), &of.comparison.scene);
+    let (spheres, planes) = (scene.spheres.len(), scene.planes.len());
+    let worst = of.worst(n_worst, |ray| Some(how(ray)));
+    format!(
+        "{what}, {compared} against exact arithmetic (spheres: {spheres}, planes: {planes})\n\n"
+    ) + &of.in_words(&worst, |names| format!("transform=\"{names}\""))
+}
