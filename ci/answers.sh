@@ -5,8 +5,9 @@
 #                                              differ, and fails where they do; without a name, those in all files
 #   ci/answers.sh PROGRAM --renew [NAME]...    writes the answers anew, to be read before they are committed
 #
-# A line of a file that begins with `$ ` is a command of bash, those after it with `> ` go on with it; what follows is its
-# answer. A new command is such a line, and --renew. The commands of a file run one after the other in a folder of their own,
+# A line of a file that begins with `$ ` is a command of bash, and lines after it with `> ` continue it; what follows is its
+# answer. Lines of the answer that begin with `→ ` are the input of the command, which repeats each before its own answer. A
+# new command or row is such a line, and --renew. The commands of a file run one after the other in a folder of their own,
 # with links `scenes` and `small` to the scenes and to `tests/answers/scenes`, and know the functions of
 # `tests/answers/functions.sh`. Times, versions, devices and memory are left out. Needs Python 3.
 set -euo pipefail
@@ -23,10 +24,10 @@ volatile = re.compile(r'"(version|ms|ms_runs|bytes|bytes_device|free|memory|seco
                       r'(\{[^{}]*\}|\[[^][]*\]|"[^"]*"|[-+.e0-9]+|null)')
 
 
-def answer(command, folder, environment):
+def answer(command, rows, folder, environment):
     """Output, errors and the exit code of a command, without what differs from run to run."""
     done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, capture_output=True, text=True,
-                          errors="replace", stdin=subprocess.DEVNULL, timeout=600)
+                          errors="replace", input=rows, timeout=600)
     text = done.stdout + (f"--- stderr\n{done.stderr}" if done.stderr else "")
     text = volatile.sub(r'"\1": …', text.replace(folder, ""))
     # A failure shows what may be a picture.
@@ -53,9 +54,11 @@ def answers(file):
         (here / "small").symlink_to(kept / "scenes")
         environment = {"PATH": f"{programs}:/usr/bin:/bin", "NO_COLOR": "1", "COLUMNS": "100", "LC_ALL": "C.UTF-8",
                        "BASH_ENV": str(kept / "functions.sh")}
-        for shown in re.findall(r"^\$ .*\n(?:>.*\n)*", before, re.M):
+        for block in re.split(r"^(?=\$ )", before, flags=re.M)[1:]:
+            shown = re.match(r"\$ .*\n(?:>.*\n)*", block)[0]
             command = re.sub(r"^(\$ |> ?)", "", shown, flags=re.M)
-            after.append(shown + answer(command, str(here), environment))
+            rows = "".join(re.findall(r"^→ (.*\n)", block, re.M))
+            after.append(shown + answer(command, rows, str(here), environment))
     return before, "\n".join(after)
 
 

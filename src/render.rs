@@ -9,9 +9,9 @@ use crate::picture::{Format, PictureOptions, Sink, writer_bytes};
 use crate::rays::Pixels;
 use crate::scene::Samples;
 use crate::shade::{Background, Encoding, Framebuffer, Painter, Palette, Rendered, Style};
-use crate::trace::{Rays, Wants};
+use crate::trace::{Hits, Rays, Wants};
 
-/// Bytes of [`Hits`](crate::trace::Hits) of a band. With ids alone that is twice a picture of 1920 × 1080; with `t` and
+/// Bytes of [`Hits`] of a band. With ids alone that is twice a picture of 1920 × 1080; with `t` and
 /// normals it is 0.8 million rays, so that the slowest format, EXR, is not busy with one band for
 /// as long as Ctrl-C may take.
 const BAND_BYTES: u64 = 16 << 20;
@@ -25,7 +25,7 @@ pub struct Plan {
     pub options: PictureOptions,
     /// How its pixels get their colours, with an epsilon of 0 unless it is changed.
     pub style: Style,
-    /// The part of [`Hits`](crate::trace::Hits) that it needs.
+    /// The part of [`Hits`] that it needs.
     pub wants: Wants,
     /// Rows of a band; the last one may have fewer.
     pub n_band_rows: u32,
@@ -40,9 +40,9 @@ pub fn n_steps(pixels: &Pixels, samples: Samples, is_lit: bool) -> u64 {
     n_pixels * (n_rays + if is_lit { n_samples } else { 0 })
 }
 
-/// Rows of a band for `pixels`: as many as 16 MiB of [`Hits`](crate::trace::Hits) hold, and at least one.
+/// Rows of a band for `pixels`: as many as 16 MiB of [`Hits`] hold, and at least one.
 pub fn band_rows(pixels: &Pixels, wants: Wants) -> u32 {
-    let row_bytes = hits_bytes(u64::from(pixels.width), wants).max(1);
+    let row_bytes = Hits::bytes(u64::from(pixels.width), wants).max(1);
     let n_rows = u32::try_from(BAND_BYTES / row_bytes).unwrap_or(u32::MAX);
     n_rows.clamp(1, pixels.height.max(1))
 }
@@ -58,22 +58,13 @@ pub fn sampled_band_rows(pixels: &Pixels, samples: Samples, wants: Wants) -> u32
     n_rows.min(of_samples / n_samples).max(1)
 }
 
-/// Bytes of [`Hits`](crate::trace::Hits) for `n_rays` rays.
-pub fn hits_bytes(n_rays: u64, wants: Wants) -> u64 {
-    let surface = size_of::<f32>() + size_of::<[f32; 3]>();
-    let ray_bytes = size_of::<u32>()
-        + if wants.surface { surface } else { 0 }
-        + usize::from(wants.level) * size_of::<u8>();
-    n_rays.saturating_mul(ray_bytes as u64)
-}
-
 /// Bytes for pixels of a scene of `n_objects` objects: their hits, those of their samples, colours and coverage.
 pub(crate) fn band_bytes(band: &Pixels, style: &Style, wants: Wants, n_objects: usize) -> u64 {
     let n_pixels = u64::from(band.width) * u64::from(band.height);
     let n_each = if style.n_samples > Samples::ONE { style.n_samples.of_pixel().into() } else { 0 };
     let coverage = if style.background == Background::Shown { 0 } else { size_of::<u16>() as u64 };
-    hits_bytes(n_pixels, wants)
-        .saturating_add(hits_bytes(n_pixels.saturating_mul(n_each), Wants::default()))
+    Hits::bytes(n_pixels, wants)
+        .saturating_add(Hits::bytes(n_pixels.saturating_mul(n_each), Wants::default()))
         .saturating_add(Palette::bytes(style.encoding, n_objects, n_pixels))
         .saturating_add(n_pixels.saturating_mul(coverage))
 }
@@ -196,7 +187,6 @@ mod tests {
     use crate::prepare::Prepared;
     use crate::rays::View;
     use crate::scene::{Camera, Color, Plane, Scene};
-    use crate::trace::Hits;
     use crate::trace::Timing;
     use crate::tracer::{Backend, Tracer};
 
@@ -223,7 +213,7 @@ mod tests {
             hits: &mut Hits,
         ) -> Result<Option<Timing>> {
             self.n_calls += 1;
-            hits.make_room(rays.len(), Wants::default());
+            hits.make_room(rays.len(), Wants::default())?;
             hits.id.fill(1);
             if self.n_calls == self.cancel_at {
                 control.cancel();

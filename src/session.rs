@@ -14,7 +14,7 @@ use crate::output::{self, OutputFile};
 use crate::picture::{Format, Metadata, PictureOptions, PictureWriter, Sink};
 use crate::prepare::{LengthUnit, Prepared};
 use crate::rays::{Pixels, View};
-use crate::render::{Plan, band_bytes, hits_bytes, plan, render, sampled_band_rows};
+use crate::render::{Plan, band_bytes, plan, render, sampled_band_rows};
 use crate::scene::{Camera, Samples, Scene};
 use crate::shade::{Encoding, Framebuffer, Painter, Palette, Pixel, Rendered, Style};
 use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
@@ -248,7 +248,8 @@ impl Session {
     /// Traces any rays, or pixels of a picture.
     ///
     /// # Errors
-    /// Those of [`Session::make_ready`] and [`Tracer::trace`].
+    /// Returns [`TooLarge`](crate::Error::TooLarge) if the hits do not fit the memory, and the errors of [`Session::make_ready`]
+    /// and [`Tracer::trace`].
     pub fn trace(
         &mut self,
         rays: &Rays,
@@ -296,13 +297,11 @@ impl Session {
         Ok((kept, rendered))
     }
 
-    /// The hits of pixels' centre rays, in memory.
+    /// Returns the hits of the rays through the centres of pixels.
     ///
     /// # Errors
-    /// [`TooLarge`](crate::Error::TooLarge) where they do not fit the memory; those of [`Session::trace`].
+    /// Returns the errors of [`Session::trace`].
     pub fn hits(&mut self, pixels: &Pixels, wants: Wants, control: &Control) -> Result<Hits> {
-        let bytes = hits_bytes(pixels.len() as u64, wants);
-        memory::require("the hits of a picture", bytes, "take a smaller one")?;
         let mut hits = Hits::default();
         self.trace(&Rays::Pixels(*pixels), wants, control, &mut hits)?;
         Ok(hits)
@@ -322,8 +321,6 @@ impl Session {
         control: &Control,
     ) -> Result<Vec<P>> {
         let (wants, mut rows) = (Wants::default(), Framebuffer::new(P::ENCODING));
-        let bytes = hits_bytes(pixels.samples(n_samples.across()).len() as u64, wants);
-        memory::require("the samples of pixels", bytes, "take fewer pixels at a time")?;
         // Of several samples the painter finds the hits.
         if n_samples == Samples::ONE {
             self.trace(&Rays::Pixels(*pixels), wants, control, &mut rows.hits)?;

@@ -4,8 +4,10 @@ use std::time::Duration;
 
 use bytemuck::Zeroable;
 
+use crate::error::Result;
 use crate::kernel::FloatType;
 pub use crate::kernel::Kernel;
+use crate::memory;
 use crate::num::OPEN;
 use crate::parallel;
 pub use crate::rays::{Rays, WorldRay};
@@ -41,14 +43,14 @@ impl Level {
     }
 }
 
-/// How many rays each stage decided.
+/// Number of rays that each stage decided.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct StageCounts {
-    /// Decided in f32.
+    /// Rays decided in f32.
     pub f32: u64,
-    /// Decided in f64.
+    /// Rays decided in f64.
     pub f64: u64,
-    /// Decided in exact arithmetic.
+    /// Rays decided in exact arithmetic.
     pub exact: u64,
 }
 
@@ -95,8 +97,27 @@ pub struct Hits {
 }
 
 impl Hits {
-    /// Makes room for `n` rays, whose levels are those of f32. All else is yet to be written.
-    pub(crate) fn make_room(&mut self, n: usize, wants: Wants) {
+    /// Returns the memory for the hits of `n_rays` rays, in bytes.
+    pub fn bytes(n_rays: u64, wants: Wants) -> u64 {
+        let surface = size_of::<f32>() + size_of::<[f32; 3]>();
+        let ray_bytes = size_of::<u32>()
+            + if wants.surface { surface } else { 0 }
+            + usize::from(wants.level) * size_of::<u8>();
+        n_rays.saturating_mul(ray_bytes as u64)
+    }
+
+    /// Makes room for `n` rays, whose levels are f32. Everything else is yet to be written.
+    ///
+    /// # Errors
+    /// Returns [`crate::Error::TooLarge`] if they do not fit the memory.
+    pub(crate) fn make_room(&mut self, n: usize, wants: Wants) -> Result<()> {
+        if n > self.id.capacity() {
+            memory::require(
+                format!("a buffer for the hits of {n} rays"),
+                Hits::bytes(n as u64, wants),
+                "render a smaller picture, or trace in parts",
+            )?;
+        }
         let n_surface = if wants.surface { n } else { 0 };
         resize(&mut self.id, n);
         resize(&mut self.t, n_surface);
@@ -104,6 +125,7 @@ impl Hits {
         self.level.clear();
         self.level.resize(if wants.level { n } else { 0 }, Level::F32 as u8);
         self.counts = StageCounts::default();
+        Ok(())
     }
 
     /// Adds the hits of further rays, with the same outputs.

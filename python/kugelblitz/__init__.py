@@ -4,12 +4,17 @@ from importlib import import_module
 
 from ._kugelblitz import (
     Camera,
+    Comparison,
     DeviceError,
+    Difference,
     Explanation,
+    HitDifference,
     NoAdapterError,
     Picture,
     Scene,
     SceneError,
+    Verdict,
+    Verification,
     __version__,
     adapters,
     compare,
@@ -46,16 +51,7 @@ __all__ = [
 generate = Scene.generate
 
 # Modules that need numpy, imported on first use: the command `kugelblitz` starts without it.
-_MODULES = {
-    "Comparison": "_verdicts",
-    "Difference": "_verdicts",
-    "Drawing": "_drawings",
-    "HitDifference": "_verdicts",
-    "Hits": "_hits",
-    "Tinted": "_drawings",
-    "Verdict": "_verdicts",
-    "Verification": "_verdicts",
-}
+_MODULES = {"Drawing": "_drawings", "Hits": "_hits", "Tinted": "_drawings"}
 
 
 def __getattr__(name: str) -> object:

@@ -1,14 +1,13 @@
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, Protocol, TypedDict, final, overload
+from typing import Any, Literal, Protocol, SupportsIndex, TypedDict, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import Required
+from typing_extensions import Required, disjoint_base
 
 from ._drawings import Drawing, Tinted
 from ._hits import Hits
-from ._verdicts import Comparison, Difference, HitDifference, Verdict, Verification
 
 __version__: str
 __all__ = [
@@ -84,6 +83,13 @@ class _Columns(TypedDict, total=False):
     blue: _Column
     color: _Column
     element: _Column
+
+class _Finding(TypedDict):
+    kind: Literal["wrong id", "wrong id at a silhouette", "t", "normal"]
+    ray: int
+    pixel: list[int] | None
+    says: str
+    exact: str
 
 class SceneError(ValueError):
     """A scene, or a file that it names, is wrong."""
@@ -193,6 +199,95 @@ class Explanation:
     def to_dict(self) -> dict[str, Any]: ...
     def latex(self) -> str: ...
     def _repr_latex_(self) -> str: ...
+
+@disjoint_base
+class Verdict:
+    """Result of a comparison. True if no error exceeds the allowed one; `str()` is the text that the program prints."""
+
+    @property
+    def kept(self) -> bool: ...
+    @property
+    def broken(self) -> list[str]:
+        """Errors beyond the allowed ones, a sentence each."""
+    def to_dict(self) -> dict[str, Any]:
+        """The whole result, under the keys of the program's `--json`."""
+    def __bool__(self) -> bool: ...
+
+@final
+class Verification(Verdict):
+    """Check of the promises of each kernel, on a device and on the CPU."""
+
+@final
+class Difference(Verdict):
+    """Differences of two pictures. True if none exceeds the allowed one."""
+
+    @property
+    def explained_by(self) -> str | None: ...
+    @property
+    def n_pixels(self) -> int:
+        """Number of compared pixels; 0 if the sizes differ."""
+    @property
+    def n_differing(self) -> int: ...
+    @property
+    def first(self) -> list[int] | None:
+        """Column and row of the first pixel with any difference."""
+    @property
+    def beyond(self) -> NDArray[np.int64]:
+        """Indices of the pixels, row by row, with a difference beyond the allowed one."""
+    @property
+    def channels(self) -> list[dict[str, Any]]: ...
+    @property
+    def picture(self) -> Tinted | None: ...
+
+@final
+class HitDifference(Verdict):
+    """Differences of hits from the exact ones."""
+
+    @property
+    def explained_by(self) -> str | None: ...
+    @property
+    def by_object(self) -> list[dict[str, Any]]: ...
+    @property
+    def allowed(self) -> str: ...
+    @property
+    def n_rays(self) -> int: ...
+    @property
+    def away(self) -> dict[str, Any]:
+        """Numbers of rays with wrong ids, and spread of errors, away from silhouettes; for a list of rays, of all rays."""
+    @property
+    def silhouettes(self) -> dict[str, Any] | None: ...
+    @property
+    def counts(self) -> dict[str, int]: ...
+    @property
+    def wrong(self) -> NDArray[np.int64]:
+        """Indices of the rays or pixels, row by row, with an error beyond the allowed one."""
+    @property
+    def worst(self) -> list[_Finding]: ...
+    @property
+    def picture(self) -> Tinted | None: ...
+    def at(self, at: SupportsIndex | Sequence[int]) -> list[_Finding]:
+        """Errors of one ray beyond the allowed ones, by its index or a pixel's (column, row), as in `worst`."""
+    def explain(
+        self,
+        at: SupportsIndex | Sequence[int],
+        *,
+        all: bool = False,
+        lang: _Lang = "en",
+        digits: int = 6,
+    ) -> Explanation: ...
+
+@final
+class Comparison(Verdict):
+    """Differences of a picture or hits from a scene."""
+
+    @property
+    def hits(self) -> HitDifference | None: ...
+    @property
+    def colors(self) -> Difference | None: ...
+    @property
+    def explained_by(self) -> str | None: ...
+    @property
+    def picture(self) -> Tinted | None: ...
 
 @final
 class Scene:

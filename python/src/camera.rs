@@ -6,14 +6,13 @@ use std::path::Path;
 use kugelblitz::frames;
 use kugelblitz::scene::schema::{CameraKeys, Section};
 use kugelblitz::scene::{self, Framing, SceneOverrides, Viewpoint, place_camera};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::argument::{Size, named};
 use crate::error::wrong_value;
 use crate::scene::Scene;
-use crate::table::{Given, Keywords, inline, keys_of, scene_of, section};
+use crate::table::{Given, Keywords, wrong_argument};
 use crate::work;
 
 /// A camera: `Camera(position, look_at, up=(0, 1, 0), fov=45)`, or with `height` in place of `fov` for an
@@ -38,13 +37,12 @@ impl Camera {
         fov: Given<'_>,
         height: Given<'_>,
     ) -> PyResult<Camera> {
-        let names = keys_of::<CameraKeys>();
+        let names = CameraKeys::INFO.keys.iter().map(|key| key.name);
         let given = [Some(position), Some(look_at), up, fov, height];
-        let keys = Keywords(iter::zip(&names, given).into_py_dict(py)?);
-        let line = format!("camera = {}", inline(&keys.lines(&names)?));
-        let scene = scene_of(&[("camera".into(), line)])?;
-        let no_camera = || PyValueError::new_err("camera: nothing was given");
-        scene.camera.map(|of_scene| Camera { of_scene }).ok_or_else(no_camera)
+        let keys = Keywords { given: iter::zip(names, given).into_py_dict(py)?, is_linear: false };
+        let camera = keys.section::<CameraKeys>("camera", &[])?.camera();
+        let of_scene = camera.map_err(|fault| wrong_argument("camera", &fault))?;
+        Ok(Camera { of_scene })
     }
 
     /// A camera that has all spheres of a scene in its picture, as near as can be.
@@ -153,13 +151,12 @@ pub fn framing(view: Option<&str>, keys: &Keywords<'_>) -> PyResult<SceneOverrid
     if is_height_chosen && keys.get("fov").is_some() {
         return wrong_value("fov, height: a camera has one of them; leave the other out");
     }
-    let mut names = keys_of::<CameraKeys>();
-    names.retain(|name| !(is_height_chosen && *name == "height"));
+    let without: &[&str] = if is_height_chosen { &["height"] } else { &[] };
     Ok(SceneOverrides {
         view: view.map(|view| named("view", view, Viewpoint::ALL, Viewpoint::name)).transpose()?,
         margin,
         is_height_chosen,
-        camera: section(&keys.lines(&names)?)?,
+        camera: keys.section("", without)?,
         size: keys.extract("size")?.map(|Size(size)| size),
         ..SceneOverrides::default()
     })

@@ -1,104 +1,28 @@
-//! Comparisons of pictures, hits and scenes, see `_verdicts.py`.
+//! Comparisons of pictures, hits and scenes.
 
 use std::sync::Arc;
 
 use kugelblitz::picture::Image;
-use kugelblitz::rays::{Pixels, Rays};
+use kugelblitz::rays::Rays;
 use kugelblitz::scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz_judge::compare::{
-    Allowed, ColorKind, ExactChannels, HitComparison, HitDifference, HitSummary, PictureDifference,
-    Quantity, Transform, compare_pictures, exact_picture, explain_pictures, pixels_of,
-    quantities_of, whole_size,
+    Allowed, ColorKind, ExactChannels, HitComparison, PictureDifference, Quantity, Transform,
+    compare_pictures, exact_picture, explain_pictures, pixels_of, quantities_of, whole_size,
 };
-use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use serde::Serialize;
+use pyo3::types::PyMapping;
 
 use crate::argument::{Crop, Samples, Size, rays_of};
 use crate::camera::Camera;
-use crate::drawing::tinted;
 use crate::error::{self, wrong_value};
-use crate::explain::{Explanation, explained};
-use crate::image::{Found, image_of, indices};
+use crate::image::{Arrays, image_of};
 use crate::picture::Picture;
 use crate::scene::Scene;
-use crate::table::{Given, Object, helpers, to_python};
+use crate::table::{Given, Object, helpers};
+use crate::verdict::{HitOutcome, PictureOutcome, SceneOutcome};
 use crate::work;
-
-/// Returns a `Verdict` of this kind: what is beyond the allowed, the summary as the program prints it in JSON, its text, and the
-/// objects that have the rest.
-pub fn verdict<'py>(
-    py: Python<'py>,
-    kind: &str,
-    broken: &[String],
-    summary: &impl Serialize,
-    words: String,
-    of: Given<'py>,
-) -> Object<'py> {
-    let arguments = (broken, to_python(py, summary)?, words, of);
-    py.import("kugelblitz._verdicts")?.call_method1(kind, arguments)
-}
-
-/// Data of a `HitDifference`.
-#[pyclass(frozen, module = "kugelblitz._kugelblitz")]
-pub struct ComparedHits(HitDifference);
-
-#[pymethods]
-impl ComparedHits {
-    fn wrong<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        indices(py, self.0.wrong_rays())
-    }
-
-    fn at<'py>(&self, py: Python<'py>, ray: usize) -> Object<'py> {
-        to_python(py, &self.0.of_ray(ray))
-    }
-
-    fn explain(
-        &self,
-        py: Python<'_>,
-        ray: usize,
-        all: bool,
-        lang: &str,
-        digits: usize,
-    ) -> PyResult<Explanation> {
-        let HitComparison { scene, rays, .. } = &self.0.comparison;
-        let ray = match rays {
-            Rays::Pixels(pixels) => {
-                let (x, y) = pixels.xy(ray);
-                Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..*pixels })
-            }
-            Rays::List(rays) => Rays::List(vec![rays[ray]]),
-        };
-        explained(py, scene, &ray, all, lang, digits, "cpu")
-    }
-
-    fn picture<'py>(&self, py: Python<'py>) -> PyResult<Given<'py>> {
-        let picture = self.0.picture();
-        picture.map(|(size, colors)| tinted(py, size, &colors, Vec::new())).transpose()
-    }
-}
-
-/// Data of a `Difference`.
-#[pyclass(frozen, module = "kugelblitz._kugelblitz")]
-pub struct Compared {
-    a: Image,
-    of: PictureDifference,
-}
-
-#[pymethods]
-impl Compared {
-    fn beyond<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        indices(py, self.of.pixels_beyond())
-    }
-
-    fn picture<'py>(&self, py: Python<'py>) -> PyResult<Given<'py>> {
-        let size = [self.a.width as u32, self.a.height as u32];
-        let tinted = || tinted(py, size, &self.of.picture(&self.a), Vec::new());
-        (self.of.pixels > 0).then(tinted).transpose()
-    }
-}
 
 /// Transforms as one text with commas, or as several.
 #[derive(FromPyObject)]
@@ -134,15 +58,6 @@ struct WithScene<'a, 'py> {
     worst: usize,
     device: &'a str,
     progress: Given<'py>,
-}
-
-/// A comparison with a scene.
-#[derive(Serialize)]
-struct Summary {
-    transforms: Vec<String>,
-    hits: Option<HitSummary>,
-    picture: Option<PictureDifference>,
-    broken: Vec<String>,
 }
 
 /// Compares two of: a `Scene`, a `Picture`, hits, arrays, paths of files.
@@ -198,11 +113,7 @@ pub fn compare<'py>(
             wrong_value("camera, rays, size, crop, samples: they are for a comparison with a Scene")
         }
         [None, None] => {
-            let picture = |name: &str, given: &Bound<'py, PyAny>| {
-                let found = helpers(py)?.call_method1("picture", (name, given))?.extract()?;
-                image_of(found)
-            };
-            let (a, b) = (picture("a", a)?, picture("b", b)?);
+            let (a, b) = (image_of("a", a)?, image_of("b", b)?);
             of_pictures(py, a, b, &options.transforms, &options.allowed)
         }
         [Some(scene), None] => with_scene(py, b, scene.get(), options),
@@ -248,7 +159,7 @@ fn of_pictures<'py>(
     }
     transforms.iter().for_each(|transform| transform.apply_to_image(&mut a));
     let of = work::run(py, |_| difference(["a", "b"], [&a, &b], allowed))?;
-    difference_object(py, a, of)
+    Ok(PictureOutcome::new(py, a, of)?.into_any())
 }
 
 fn difference(
@@ -263,13 +174,6 @@ fn difference(
     Ok(found)
 }
 
-fn difference_object<'py>(py: Python<'py>, a: Image, of: PictureDifference) -> Object<'py> {
-    let compared = Bound::new(py, Compared { a, of })?;
-    let of = &compared.get().of;
-    let known = Some(compared.clone().into_any());
-    verdict(py, "Difference", &of.broken, of, of.in_words(), known)
-}
-
 /// Compares pictures or hits with a scene.
 fn with_scene<'py>(
     py: Python<'py>,
@@ -277,18 +181,8 @@ fn with_scene<'py>(
     scene: &Scene,
     options: WithScene<'_, 'py>,
 ) -> Object<'py> {
-    let foreign = helpers(py)?.call_method1("foreign", (given,))?;
-    let (found, names): (Found<'_>, Vec<String>) = foreign.extract()?;
-    let picture = found.1.clone();
-    let picture = picture.as_ref().map(Bound::get);
-    let mut image = image_of(found)?;
-    let quantities: Vec<Quantity> = match names.as_slice() {
-        [] => quantities_of(&image, None).map_err(error::of(""))?,
-        names => {
-            let parsed = names.iter().map(|name| name.parse()).collect::<kugelblitz::Result<_>>();
-            parsed.map_err(error::of(""))?
-        }
-    };
+    let picture = given.cast::<Picture>().ok().map(Bound::get);
+    let (mut image, quantities) = foreign(given)?;
     let rays = rays(py, &scene.of, picture, &image, &options)?;
     let has_hits = quantities.iter().any(|quantity| quantity.is_of_hits());
     let pixels = rays.pixels().copied().filter(|_| quantities.contains(&Quantity::Color));
@@ -320,43 +214,22 @@ fn with_scene<'py>(
         Ok((hits, Some(difference(names, [&image, &exact], &allowed)?)))
     };
     let (hits, colors) = scene.run(py, on, (progress, 2 * n_rays as u64), work)?;
-    comparison_object(py, &transforms, worst, hits, colors.map(|colors| (image, colors)))
+    let hits = hits.map(|of| HitOutcome::new(py, of, worst)).transpose()?;
+    let colors = colors.map(|of| PictureOutcome::new(py, image, of)).transpose()?;
+    Ok(SceneOutcome::new(py, &transforms, hits, colors)?.into_any())
 }
 
-fn comparison_object<'py>(
-    py: Python<'py>,
-    transforms: &[Transform],
-    n_worst: usize,
-    hits: Option<HitDifference>,
-    colors: Option<(Image, PictureDifference)>,
-) -> Object<'py> {
-    let (mut words, mut broken) = (Vec::new(), Vec::new());
-    let mut of_hits = None;
-    let hits = hits.map(|of| {
-        words.push(in_words(&of, n_worst));
-        broken.extend(of.broken.clone());
-        of_hits = Some(of.summary(of.worst(n_worst, |_| None)));
-        let (own, summary, text) =
-            (of.broken.clone(), of.summary(of.worst(n_worst, |_| None)), in_words(&of, n_worst));
-        let known = Bound::new(py, ComparedHits(of))?.into_any();
-        verdict(py, "HitDifference", &own, &summary, text, Some(known))
-    });
-    let hits = hits.transpose()?;
-    let picture = colors.as_ref().map(|(_, of)| of.clone());
-    let colors = colors.map(|(image, of)| {
-        words.push(of.in_words());
-        broken.extend(of.broken.clone());
-        difference_object(py, image, of)
-    });
-    let colors = colors.transpose()?;
-    let summary = Summary {
-        transforms: transforms.iter().map(Transform::to_string).collect(),
-        hits: of_hits,
-        picture,
-        broken: broken.clone(),
-    };
-    let parts = (hits, colors).into_pyobject(py)?.into_any();
-    verdict(py, "Comparison", &broken, &summary, words.join("\n"), Some(parts))
+/// Returns the channels of a picture or hits, and the quantities that they are of.
+fn foreign(given: &Bound<'_, PyAny>) -> PyResult<(Image, Vec<Quantity>)> {
+    if let Ok(mapping) = given.cast::<PyMapping>() {
+        let found = helpers(given.py())?.call_method1("mapping", (mapping,))?;
+        let (arrays, names): (Arrays<'_>, Vec<String>) = found.extract()?;
+        let quantities = names.iter().map(|name| name.parse()).collect::<kugelblitz::Result<_>>();
+        return Ok((arrays.image()?, quantities.map_err(error::of("a"))?));
+    }
+    let image = image_of("a", given)?;
+    let quantities = quantities_of(&image, None).map_err(error::of(""))?;
+    Ok((image, quantities))
 }
 
 /// Returns the rays that are compared.
@@ -387,25 +260,4 @@ fn rays(
         Some(_) => Ok(Rays::Pixels(pixels)),
         None => pixels_of(image, pixels).map(Rays::Pixels).map_err(error::of("")),
     }
-}
-
-/// Returns the text that the program prints, with the calls of Python that explain a ray.
-fn in_words(of: &HitDifference, n_worst: usize) -> String {
-    let how = |ray| match of.pixels() {
-        Some(pixels) => {
-            let ((x, y), w, h) = (pixels.xy(ray), pixels.image_width, pixels.image_height);
-            format!("scene.explain(camera, ({x}, {y}), size=({w}, {h}))")
-        }
-        None => format!("scene.explain(ray=(origins[{ray}], directions[{ray}]))"),
-    };
-    let what = match of.pixels() {
-        Some(pixels) => format!("{}×{}", pixels.width, pixels.height),
-        None => format!("{} rays", of.comparison.rays.len()),
-    };
-    let (compared, scene) = (of.quantities().join(", "), &of.comparison.scene);
-    let (spheres, planes) = (scene.spheres.len(), scene.planes.len());
-    let worst = of.worst(n_worst, |ray| Some(how(ray)));
-    format!(
-        "{what}, {compared} against exact arithmetic (spheres: {spheres}, planes: {planes})\n\n"
-    ) + &of.in_words(&worst, |names| format!("transform=\"{names}\""))
 }

@@ -1,9 +1,8 @@
 //! A scene's parts out of Python's arguments.
 
-use std::mem;
-
-use kugelblitz::scene::{self, Color, ColorMap, Coloring, Scene, Spheres, linear_of_bytes, schema};
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
+use kugelblitz::scene::schema::{self, Argument, LightKeys, PlaneKeys, SkyKeys, read_argument};
+use kugelblitz::scene::{ColorMap, Coloring, Scene, Spheres, linear_from_srgb, linear_of_bytes};
+use numpy::PyReadonlyArray2;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
@@ -12,22 +11,19 @@ use rayon::prelude::*;
 use crate::argument::{Floats, Size, in_rows};
 use crate::camera::Camera;
 use crate::error::{self, wrong_value};
-use crate::table::{Given, Keywords, helpers, scene_of, value_of};
+use crate::table::{Given, Keywords, color_of, helpers, wrong_argument};
 use crate::work;
 
 /// The keyword arguments that say what a scene has beside spheres.
 pub const OF_SCENE: [&str; 8] =
     ["camera", "size", "samples", "planes", "lights", "sky", "ambient", "background"];
 
-/// The arguments of [`OF_SCENE`], and of spheres, that are one colour.
-pub const COLORS: [&str; 3] = ["background", "ambient", "missing_color"];
-
-/// Applies these arguments, whose colours are linear, to a scene; None takes a part away.
+/// Applies these arguments to a scene; None takes a part away.
 pub fn change(scene: &mut Scene, keys: &Keywords<'_>) -> PyResult<()> {
-    let lines = helpers(keys.0.py())?.call_method1("scene", (&keys.0,))?;
-    let mut said = scene_of(&lines.extract::<Vec<(String, String)>>()?)?;
+    // The camera of a picture may be another one than the scene's.
+    let eye = Default::default();
     for name in OF_SCENE {
-        if !keys.0.contains(name)? {
+        if !keys.given.contains(name)? {
             continue;
         }
         match name {
@@ -41,11 +37,15 @@ pub fn change(scene: &mut Scene, keys: &Keywords<'_>) -> PyResult<()> {
                 scene.image = size.map(|Size(size)| size);
             }
             "samples" => scene.samples = keys.value(name, schema::samples)?,
-            "planes" => scene.planes = mem::take(&mut said.planes),
-            "lights" => scene.lights = mem::take(&mut said.lights),
-            "sky" => scene.sky = said.sky.take(),
-            "ambient" => scene.ambient = said.ambient,
-            _ => scene.background = said.background,
+            "planes" => scene.planes = keys.sections(name, |plane: PlaneKeys| plane.plane(eye))?,
+            "lights" => scene.lights = keys.sections(name, |light: LightKeys| light.light(eye))?,
+            "sky" => {
+                let sky: Option<SkyKeys> = keys.value(name, schema::table)?;
+                let sky = sky.map(|sky| sky.sky()).transpose();
+                scene.sky = sky.map_err(|fault| wrong_argument(name, &fault))?;
+            }
+            "ambient" => scene.ambient = keys.color(name)?,
+            _ => scene.background = keys.color(name)?.unwrap_or_default(),
         }
     }
     Ok(())
@@ -63,33 +63,33 @@ type OfSpheres<'py> =
 #[derive(FromPyObject)]
 pub enum Colors<'py> {
     Bytes(PyReadonlyArray2<'py, u8>),
-    Linear(PyReadonlyArray2<'py, f64>),
+    Floats(PyReadonlyArray2<'py, f64>),
+    Names(Vec<String>),
     One(Bound<'py, PyAny>),
 }
 
-/// The spheres of a scene, and how numbers became their colours. Floats of `color` are encoded in sRGB unless `is_linear`.
+/// The spheres of a scene, and how numbers became their colours.
 pub fn spheres_of(
     py: Python<'_>,
     rows: Given<'_>,
     keys: &Keywords<'_>,
-    is_linear: bool,
 ) -> PyResult<(Spheres, Option<Coloring>)> {
-    let made = helpers(py)?.call_method("spheres", (rows, is_linear), Some(&keys.0))?;
+    let made = helpers(py)?.call_method("spheres", (rows,), Some(&keys.given))?;
     let Some((rows, colors, numbers, names)) = made.extract::<Option<OfSpheres<'_>>>()? else {
         return Ok((Spheres::default(), None));
     };
-    let (mut spheres, mut coloring) = (colored(py, in_rows(&rows)?, colors)?, None);
+    let spheres = colored(py, in_rows(&rows)?, colors, keys.is_linear)?;
+    let (mut spheres, mut coloring) = (spheres, None);
     if let Some((name, numbers)) = numbers {
         let map = match named_map(keys)? {
             Some(map) => map,
             None => match keys.get("colormap") {
-                Some(map) => sampled(&map, is_linear)?,
+                Some(map) => sampled(&map, keys.is_linear)?,
                 None => ColorMap::default(),
             },
         };
         let range = keys.value("range", schema::range)?;
-        let missing_color = keys.value("missing_color", schema::color)?;
-        let missing_color = missing_color.unwrap_or(Coloring::MISSING_COLOR);
+        let missing_color = keys.color("missing_color")?.unwrap_or(Coloring::MISSING_COLOR);
         let (colored, made) = spheres
             .with_numbers(&name, numbers.as_slice()?, map, range, missing_color)
             .map_err(error::of("color_by"))?;
@@ -116,54 +116,69 @@ pub fn named_map(keys: &Keywords<'_>) -> PyResult<Option<ColorMap>> {
     keys.value("colormap", schema::colormap)
 }
 
-/// Returns the map of the colours that `map` gives for numbers from 0 to 1.
+/// Samples a colour map that is called with numbers from 0 to 1, like the colour maps of matplotlib.
 fn sampled(map: &Bound<'_, PyAny>, is_linear: bool) -> PyResult<ColorMap> {
-    let colors = helpers(map.py())?.call_method1("sampled", (map, ColorMap::LEN, is_linear))?;
-    let colors: [[f64; 3]; ColorMap::LEN] = colors.extract()?;
-    Ok(ColorMap::from_srgb8(colors.map(|linear| Color(linear).to_srgb8())))
+    let mut colors = [[0; 3]; ColorMap::LEN];
+    for (place, color) in colors.iter_mut().enumerate() {
+        let number = place as f64 / (ColorMap::LEN - 1) as f64;
+        let subject = format!("colormap: called with {number:?}");
+        let found = map.call1((number,)).map_err(|error| {
+            let raised = PyTypeError::new_err(format!("{subject}, it raised {error}"));
+            raised.set_cause(map.py(), Some(error));
+            raised
+        })?;
+        *color = color_of(&subject, &found, is_linear)?.to_srgb8();
+    }
+    Ok(ColorMap::from_srgb8(colors))
 }
 
-/// Returns the linear colours of colours in sRGB, a row each.
+/// Converts rows of floats in sRGB to linear colours.
 ///
 /// # Errors
 /// `ValueError` names the first row with numbers that are not from 0 to 1.
-#[pyfunction]
-pub fn linear_from_srgb<'py>(
-    py: Python<'py>,
-    encoded: PyReadonlyArray2<'py, f64>,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let mut rows: Vec<[f64; 3]> = in_rows(&encoded)?.to_vec();
-    let n = rows.len();
-    let (rows, wrong) = work::run(py, |_| {
-        let is_wrong = |row: &[f64; 3]| !row.iter().all(|number| (0.0..=1.0).contains(number));
-        let wrong = rows.iter().position(is_wrong);
-        rows.par_iter_mut().for_each(|row| *row = row.map(scene::linear_from_srgb));
-        Ok((rows, wrong))
-    })?;
-    if let Some(row) = wrong {
-        let found = in_rows::<_, _, 3>(&encoded)?[row];
+fn linear_of_floats(py: Python<'_>, rows: &[[f64; 3]]) -> PyResult<Vec<[f64; 3]>> {
+    let is_wrong = |row: &[f64; 3]| !row.iter().all(|number| (0.0..=1.0).contains(number));
+    if let Some(row) = rows.iter().position(is_wrong) {
         let is_byte = |number: f64| number == number.trunc() && (0.0..=255.0).contains(&number);
-        let advice = if found.into_iter().all(is_byte) { ", or bytes (uint8)" } else { "" };
-        let [red, green, blue] = found;
+        let advice = if rows[row].into_iter().all(is_byte) { ", or bytes (uint8)" } else { "" };
+        let [red, green, blue] = rows[row];
         return wrong_value(format!(
             "color: row {row} (counted from 0): expected red, green and blue from 0 to 1{advice}, found \
              ({red:?}, {green:?}, {blue:?})"
         ));
     }
-    PyArray1::from_vec(py, rows.into_flattened()).reshape([n, 3])
+    work::run(py, |_| Ok(rows.par_iter().map(|row| row.map(linear_from_srgb)).collect()))
 }
 
-/// Spheres of rows of centres and radii, with their colours.
-pub fn colored(py: Python<'_>, rows: &[[f64; 4]], colors: Option<Colors<'_>>) -> PyResult<Spheres> {
+/// Creates spheres from rows of centres and radii, with colours whose floats are encoded in sRGB unless `is_linear`.
+pub fn colored(
+    py: Python<'_>,
+    rows: &[[f64; 4]],
+    colors: Option<Colors<'_>>,
+    is_linear: bool,
+) -> PyResult<Spheres> {
     let spheres = py.detach(|| Spheres::from_rows(rows)).map_err(error::of("spheres"))?;
     let colored = match colors {
         None => return Ok(spheres),
-        Some(Colors::One(color)) => spheres.with_color(value_of("color", &color, schema::color)?),
-        Some(Colors::Linear(rows)) => {
+        Some(Colors::One(color)) => spheres.with_color(color_of("color", &color, is_linear)?),
+        Some(Colors::Names(names)) => {
+            let color = |(row, name): (usize, &String)| {
+                let value = Argument::Text(name.clone());
+                let color = read_argument("color", &value, schema::srgb_color);
+                let subject = format!("color: row {row} (counted from 0)");
+                color.map_err(|fault| wrong_argument(&subject, &fault)).map(|color| color.0)
+            };
+            let colors: Vec<[f64; 3]> =
+                names.iter().enumerate().map(color).collect::<PyResult<_>>()?;
+            spheres.with_colors(colors)
+        }
+        Some(Colors::Floats(rows)) if is_linear => {
             spheres.with_colors(in_rows::<_, _, 3>(&rows)?.iter().copied())
         }
+        Some(Colors::Floats(rows)) => spheres.with_colors(linear_of_floats(py, in_rows(&rows)?)?),
         Some(Colors::Bytes(rows)) => {
-            let linear = linear_of_bytes();
+            let fractions = || std::array::from_fn(|byte| byte as f64 / 255.0);
+            let linear: [f64; 256] = if is_linear { fractions() } else { linear_of_bytes() };
             let row = |row: &[u8; 3]| row.map(|byte| linear[usize::from(byte)]);
             spheres.with_colors(in_rows(&rows)?.iter().map(row))
         }

@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use kugelblitz::memory;
-use kugelblitz::picture::{ChannelValues, Image, read_bytes, read_image};
-use numpy::{Element, PyArray1};
+use kugelblitz::picture::{Channel, ChannelValues, Image, channel_name, read_image};
+use numpy::{Element, PyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::PyDict;
 
 use crate::error;
 use crate::picture::Picture;
-use crate::table::{Object, to_python};
+use crate::table::{Object, helpers, to_python};
 use crate::work;
 
 /// The numbers of a channel as an array.
@@ -29,26 +29,83 @@ fn array_of<'py>(py: Python<'py>, samples: &ChannelValues) -> Object<'py> {
     })
 }
 
-/// A picture as `_given.picture` gives it: the path of its file, or the bytes of an NPY file of arrays, and the
-/// [`Picture`] that they are of.
-pub type Found<'py> = (Bound<'py, PyAny>, Option<Bound<'py, Picture>>);
+/// The numbers of an array, row by row.
+#[derive(FromPyObject)]
+enum Numbers<'py> {
+    U8(PyReadonlyArrayDyn<'py, u8>),
+    U16(PyReadonlyArrayDyn<'py, u16>),
+    U32(PyReadonlyArrayDyn<'py, u32>),
+    I64(PyReadonlyArrayDyn<'py, i64>),
+    F32(PyReadonlyArrayDyn<'py, f32>),
+    F64(PyReadonlyArrayDyn<'py, f64>),
+    /// Floats of 16 bits.
+    F16(Bound<'py, PyAny>),
+}
 
-/// The channels of a picture that was given.
+impl Numbers<'_> {
+    /// Returns the element at this place of each pixel, which has `n_elements`.
+    fn channel(&self, place: usize, n_elements: usize) -> PyResult<ChannelValues> {
+        fn every<T: Element + Copy>(
+            all: &PyReadonlyArrayDyn<'_, T>,
+            place: usize,
+            n_elements: usize,
+        ) -> PyResult<Vec<T>> {
+            Ok(all.as_slice()?.iter().skip(place).step_by(n_elements).copied().collect())
+        }
+        Ok(match self {
+            Numbers::U8(all) => ChannelValues::U8(every(all, place, n_elements)?),
+            Numbers::U16(all) => ChannelValues::U16(every(all, place, n_elements)?),
+            Numbers::U32(all) => ChannelValues::U32(every(all, place, n_elements)?),
+            Numbers::I64(all) => ChannelValues::I64(every(all, place, n_elements)?),
+            Numbers::F32(all) => ChannelValues::F32(every(all, place, n_elements)?),
+            Numbers::F64(all) => ChannelValues::F64(every(all, place, n_elements)?),
+            Numbers::F16(all) => {
+                let all = all.call_method1("astype", ("f4",))?.extract()?;
+                ChannelValues::F16(every(&all, place, n_elements)?)
+            }
+        })
+    }
+}
+
+/// Arrays as `_given.channels` returns them: height and width, or the number of rays; and name, numbers and elements per
+/// pixel of each field, `None` for a single number.
+#[derive(FromPyObject)]
+pub struct Arrays<'py>(Vec<usize>, Vec<(String, Numbers<'py>, Option<usize>)>);
+
+impl Arrays<'_> {
+    /// Returns the fields as channels.
+    pub fn image(&self) -> PyResult<Image> {
+        let Arrays(shape, fields) = self;
+        let mut channels = Vec::new();
+        for (field, numbers, n_elements) in fields {
+            for place in 0..n_elements.unwrap_or(1) {
+                let name = channel_name(field, n_elements.map(|_| place));
+                let samples = numbers.channel(place, n_elements.unwrap_or(1))?;
+                channels.push(Channel { name, samples });
+            }
+        }
+        let (width, height, is_list) = match shape[..] {
+            [height, width] => (width, height, false),
+            _ => (shape.iter().product(), 1, true),
+        };
+        let whole = [width, height];
+        Ok(Image { format: "array", width, height, is_list, whole, channels, ..Image::default() })
+    }
+}
+
+/// Returns the channels of a `Picture`, of a file, or of an array.
 ///
 /// # Errors
-/// Those of [`read_image`].
-pub fn image_of((found, picture): Found<'_>) -> PyResult<Image> {
-    let py = found.py();
-    let Ok(file) = found.cast::<PyBytes>() else {
-        let path: PathBuf = found.extract()?;
+/// Returns the errors of [`read_image`], and `TypeError` or `ValueError` for an array that is no picture.
+pub fn image_of(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Image> {
+    let py = given.py();
+    if let Ok(picture) = given.cast::<Picture>() {
+        return picture.get().image(py);
+    }
+    if let Ok(path) = given.extract::<PathBuf>() {
         return work::run(py, |_| read_image(&path));
-    };
-    let image = read_bytes(file.as_bytes(), "array".as_ref()).map_err(error::of(""))?;
-    let image = Image { format: "array", ..image };
-    Ok(match picture {
-        Some(picture) => picture.get().placed(image),
-        None => image,
-    })
+    }
+    helpers(py)?.call_method1("picture", (name, given))?.extract::<Arrays<'_>>()?.image()
 }
 
 /// Refuses what needs more memory than there is.

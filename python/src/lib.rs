@@ -18,6 +18,7 @@ mod process;
 mod scene;
 mod session;
 mod table;
+mod verdict;
 mod work;
 
 use pyo3::prelude::*;
@@ -28,17 +29,16 @@ mod _kugelblitz {
     use super::{
         camera::Camera,
         command::run_command,
-        compare::{Compared, ComparedHits, compare},
+        compare::compare,
         drawing::{figure, png, write},
         error::{DeviceError, NoAdapterError, SceneError},
         explain::Explanation,
-        given::linear_from_srgb,
         image::{info, read, require},
         pickle::scene_of_state,
         picture::Picture,
         place::adapters,
         scene::Scene,
-        table::linear_color,
+        verdict::{HitOutcome, KernelOutcome, Outcome, PictureOutcome, SceneOutcome},
     };
 
     use pyo3::prelude::*;

@@ -56,7 +56,7 @@ pub fn state_of<'py>(py: Python<'py>, scene: &Scene) -> PyResult<State<'py>> {
 pub fn scene_of_state(py: Python<'_>, state: State<'_>) -> PyResult<Scene> {
     let (rows, colors, names, text, coloring, notes) = state;
     let mut scene = parse_scene(&text, "a pickled scene".as_ref()).map_err(error::of(""))?;
-    scene.spheres = colored(py, in_rows(&rows.readonly())?, Some(colors.extract()?))?;
+    scene.spheres = colored(py, in_rows(&rows.readonly())?, Some(colors.extract()?), true)?;
     names.into_iter().for_each(|(index, name)| scene.spheres.set_name(index, name));
     scene.notes = notes.into_iter().map(Into::into).collect();
     let map_of = |(name, colors): StateOfMap| match colors.as_chunks().0.try_into() {

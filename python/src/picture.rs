@@ -14,15 +14,21 @@ use kugelblitz::rays::Pixels;
 use kugelblitz::render::{Plan, n_steps, plan};
 use kugelblitz::scene::Camera;
 use kugelblitz::shade::{Background, Colors, Encoding, Framebuffer, Style};
-use kugelblitz::trace::{Hits, Kernel, Wants};
+use kugelblitz::trace::{Hits, Kernel, StageCounts, Wants};
 use numpy::{Element, PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
+use pyo3::types::{IntoPyDict, PyBytes, PyDict};
 
 use crate::error::{self, wrong_value};
 use crate::process::once;
 use crate::scene::Scene;
-use crate::table::{Given, Object, to_python};
+use crate::table::{Given, Object};
+
+/// Returns the numbers of rays that each stage decided, as a dictionary.
+pub fn counts_of<'py>(py: Python<'py>, counts: &StageCounts) -> PyResult<Bound<'py, PyDict>> {
+    let StageCounts { f32, f64, exact } = *counts;
+    [("f32", f32), ("f64", f64), ("exact", exact)].into_py_dict(py)
+}
 
 /// A picture in memory: arrays, row by row from the top, and files of them.
 ///
@@ -98,11 +104,10 @@ impl Picture {
         }
     }
 
-    /// Channels of it, told where in the whole picture they belong.
-    pub fn placed(&self, image: Image) -> Image {
-        let Pixels { x, y, image_width, image_height, .. } = self.pixels;
-        let whole = [image_width as usize, image_height as usize];
-        Image { format: "picture", whole, first: [x.into(), y.into()], ..image }
+    /// Returns the colours, ids, depths and normals as channels.
+    pub fn image(&self, py: Python<'_>) -> PyResult<Image> {
+        let hits = self.hits(py)?;
+        Ok(Image::of_pixels("picture", &self.pixels, &self.kept.colors, Some(hits)))
     }
 
     /// Returns the pixels that the picture shows.
@@ -225,8 +230,8 @@ impl Picture {
 
     /// How many pixels' centre rays each stage decided.
     #[getter]
-    fn counts<'py>(&self, py: Python<'py>) -> Object<'py> {
-        to_python(py, &self.kept.hits.counts)
+    fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        counts_of(py, &self.kept.hits.counts)
     }
 
     /// One hash of the picture's exact content, as `kugelblitz digest` prints it: the same on every device

@@ -12,7 +12,7 @@ use kugelblitz::generate::{Distribution, Recipe};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::hit_records;
 use kugelblitz::render::n_steps;
-use kugelblitz::scene::schema::{self, CloudKeys};
+use kugelblitz::scene::schema;
 use kugelblitz::scene::{self, Coloring, SceneOverrides, compose_scene, parse_scene};
 use kugelblitz::shade::{Background, Encoding, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
@@ -21,7 +21,7 @@ use kugelblitz_judge::cost::Cost;
 use kugelblitz_judge::export::{self, Language};
 use kugelblitz_judge::figure::legend_svg;
 use kugelblitz_judge::show::{self, Entry, Show};
-use kugelblitz_judge::verify::{Verification, Verified};
+use kugelblitz_judge::verify::Verification;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -30,16 +30,16 @@ use crate::argument::{
     Crop, Pixel, Samples, Size, camera_of, named, one_ray, pixels_of, pixels_of_camera, rays_of,
 };
 use crate::camera::{Camera, FRAMING, framing};
-use crate::compare::verdict;
 use crate::drawing::{drawing, tinted};
 use crate::error::{self, exception, wrong_value};
 use crate::explain::{Explanation, explained};
-use crate::given::{COLORS, OF_SCENE, OF_SPHERES, change, named_map, spheres_of};
+use crate::given::{OF_SCENE, OF_SPHERES, change, named_map, spheres_of};
 use crate::pickle::{State, state_of};
-use crate::picture::Picture;
+use crate::picture::{Picture, counts_of};
 use crate::place;
 use crate::session::Sessions;
-use crate::table::{Given, Keywords, Object, keys_of, section, to_python};
+use crate::table::{Given, Keywords, Object, to_python};
+use crate::verdict::KernelOutcome;
 use crate::work::{self, Steps};
 
 /// Spheres, planes and their light.
@@ -169,9 +169,7 @@ impl Scene {
     fn new(py: Python<'_>, spheres: Given<'_>, keys: Option<Bound<'_, PyDict>>) -> PyResult<Scene> {
         let known = [&OF_SPHERES[..], &OF_SCENE, &["color_space"]].concat();
         let keys = Keywords::new(py, keys, &known)?;
-        let is_linear = keys.is_linear()?;
-        let keys = keys.with_linear_colors(&COLORS, is_linear)?;
-        let (spheres, coloring) = spheres_of(py, spheres, &keys, is_linear)?;
+        let (spheres, coloring) = spheres_of(py, spheres, &keys)?;
         let mut scene = scene::Scene { spheres, ..scene::Scene::default() };
         change(&mut scene, &keys)?;
         Ok(Scene::new_colored(scene, coloring))
@@ -223,18 +221,16 @@ impl Scene {
     ) -> PyResult<Scene> {
         let known = [&OF_DATA[..], &FRAMING].concat();
         let keys = Keywords::new(py, keys, &known)?;
-        let is_linear = keys.is_linear()?;
-        let keys = keys.with_linear_colors(&["color", "missing_color"], is_linear)?;
         if keys.get("colormap").is_some() {
             let Some(map) = named_map(&keys)? else {
                 return wrong_value(
                     "colormap: give a name; for another map, give an array to Scene(color_by=…)",
                 );
             };
-            keys.0.set_item("colormap", map.name())?;
+            keys.given.set_item("colormap", map.name())?;
         }
         let mut overrides = SceneOverrides {
-            cloud: section(&keys.lines(&keys_of::<CloudKeys>())?)?,
+            cloud: keys.section("", &[])?,
             samples: keys.value("samples", schema::samples)?,
             ..framing(view, &keys)?
         };
@@ -275,8 +271,7 @@ impl Scene {
     fn replace(&self, py: Python<'_>, changes: Option<Bound<'_, PyDict>>) -> PyResult<Scene> {
         let mut scene = scene::Scene::clone(&self.of);
         let keys = Keywords::new(py, changes, &[&OF_SCENE[..], &["color_space"]].concat())?;
-        let is_linear = keys.is_linear()?;
-        change(&mut scene, &keys.with_linear_colors(&COLORS, is_linear)?)?;
+        change(&mut scene, &keys)?;
         Ok(Scene::new_colored(scene, self.coloring.clone()))
     }
 
@@ -452,17 +447,13 @@ impl Scene {
             return wrong_value("samples: 0 pixels are nothing to compare; give 1 or more");
         }
         let verification = Verification::new(&self.of, &pixels, n_samples.flatten(), seed);
-        let verification = verification.map_err(error::of(""))?;
         let devices = place::devices(py, device, &kernels, self.n_spheres(), pixels.len())?;
         let has_gpu = devices.values().any(|device| device.facts().is_some());
         let steps = Steps::Rays(verification.n_steps(&kernels, has_gpu));
         let of = work::run_with_progress(py, progress, steps, |control| {
             verification.run(&kernels, |kernel| &devices[&kernel], control)
         })?;
-        let Verified { size: [width, height], samples, .. } = of;
-        let head =
-            format!("{width}×{height}, {samples} pixels (seed {seed}) against exact arithmetic\n");
-        verdict(py, "Verification", &of.broken(), &of, head + &of.in_words(), None)
+        Ok(KernelOutcome::new(py, &of, seed)?.into_any())
     }
 
     /// The digest of a picture, band by band: the same on every device, and that of `render(…).digest()`.
@@ -556,7 +547,7 @@ impl Scene {
         let (records, counts) =
             self.run(py, (device, kernel, n_rays), (progress, n_rays as u64), trace)?;
         let records = PyArray1::from_vec(py, records);
-        py.import("kugelblitz._hits")?.call_method1("hits", (records, to_python(py, &counts)?))
+        py.import("kugelblitz._hits")?.call_method1("hits", (records, counts_of(py, &counts)?))
     }
 
     /// Draws a picture into memory.

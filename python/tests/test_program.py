@@ -232,6 +232,20 @@ def test_compare(told, other, tmp_path):
     assert kb.compare(exact.rgb8[::-1], exact).explained_by == "flip-rows"
 
 
+def test_arrays_of_any_type_and_order_are_compared(camera):
+    made = cloud(50)
+    exact = made.render(camera, SIZE)
+    for change in [np.asfortranarray, lambda a: a.astype(a.dtype.newbyteorder(">")), lambda a: np.repeat(a, 2, 0)[::2]]:
+        arrays = {"id": exact.id, "t": exact.t, "normal": exact.normal, "rgb": exact.rgb8}
+        assert kb.compare({key: change(array) for key, array in arrays.items()}, made, camera=camera).colors is not None
+    for dtype in ["u2", "i2", "i4", "i8", "u8", "f4", "f8", "g"]:
+        assert kb.compare({"id": exact.id.astype(dtype)}, made, camera=camera), dtype
+    for dtype, name in [("u1", "u8"), ("u2", "u16"), ("u4", "u32"), ("i4", "i64"), ("f2", "f16"), ("f4", "f32"), ("f8", "f64")]:
+        colors = exact.rgb8.astype(dtype)
+        assert [channel["types"] for channel in kb.compare(colors, colors).channels] == [[name, name]] * 3
+    refuses(kb.compare, ValueError, (dict(a=exact.rgb8[:0], b=exact), "^a: the shape"), (dict(a=exact, b=exact.rgb8[0, 0]), "^b: the shape"))
+
+
 def test_verify(told):
     theirs = told("verify", SCENES / "hard/distant_1e4.toml", "--size=96x54")["kernels"][0]
     verification = scene("hard/distant_1e4").verify(device="gpu")

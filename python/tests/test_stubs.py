@@ -12,7 +12,7 @@ import pytest
 from conftest import ROOT
 
 #: Modules with types beside the stubs.
-TYPED = ["testing", "dask", "_drawings", "_given", "_hits", "_verdicts"]
+TYPED = ["testing", "dask", "_drawings", "_given", "_hits"]
 
 
 def mypy(module, *arguments):

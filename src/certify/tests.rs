@@ -145,7 +145,7 @@ fn case_of(n_spheres: usize, seed: u64, lens: Option<Lens>) -> (Scene, Rays) {
 /// The object of each ray, and room for `t` and normals.
 fn decided(stage: &Stage, n_rays: usize) -> Hits {
     let mut hits = Hits::default();
-    hits.make_room(n_rays, Wants { surface: true, level: false });
+    hits.make_room(n_rays, Wants { surface: true, level: false }).unwrap();
     hits.id = decide(stage, n_rays).ids;
     hits
 }

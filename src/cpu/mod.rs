@@ -106,7 +106,7 @@ pub fn trace(
     let is_proposed = proposed.is_some();
     if !is_proposed {
         prepared.check(rays)?;
-        hits.make_room(rays.len(), wants);
+        hits.make_room(rays.len(), wants)?;
     }
     let (start, mut timing) = (Instant::now(), proposed.unwrap_or_default());
     if prepared.kernel != Kernel::Certified {

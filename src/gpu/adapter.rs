@@ -8,29 +8,29 @@ use crate::kernel::{FloatType, Kernel};
 use crate::memory;
 use crate::plain::Shown;
 
-/// An adapter's own account of itself.
+/// Name, driver and limits of a Vulkan adapter, as it reports them.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct AdapterFacts {
-    /// The adapter's name.
+    /// Name of the adapter.
     pub name: String,
     /// `discrete`, `integrated`, `virtual`, `software` or `other`.
     #[serde(rename = "type")]
     pub kind: &'static str,
-    /// Driver name and version.
+    /// Name and version of the driver.
     pub driver: String,
-    /// True where shaders can be passed through, which `NoContraction` needs.
+    /// Whether shaders can be passed to the driver unchanged, which `NoContraction` needs.
     pub passthrough: bool,
-    /// True where shaders may use f64.
+    /// Whether shaders support f64.
     pub f64: bool,
-    /// Largest storage buffer that one binding takes, bytes.
+    /// Maximum size of a storage binding, bytes.
     pub max_binding_bytes: u64,
-    /// Largest buffer, bytes.
+    /// Maximum size of a buffer, bytes.
     pub max_buffer_bytes: u64,
-    /// Storage buffers that one shader takes.
+    /// Maximum number of storage buffers of a shader.
     pub max_storage_buffers: u32,
-    /// Workgroups that one dispatch takes along one axis.
+    /// Maximum number of workgroups of a dispatch along one axis.
     pub max_workgroups: u32,
-    /// Columns or rows of a texture.
+    /// Maximum number of columns or rows of a texture.
     pub max_texture_side: u32,
 }
 

@@ -19,46 +19,45 @@ use samples::{
     ROOT, SCALED, SUM, SUM_ERROR, Sample, SampledFloat, Sort, samples,
 };
 
-/// The self-test's findings for one float type. Numbers of steps are distances from the correctly
-/// rounded result, for operands and results in the normal range.
+/// Measured arithmetic of a device in one float type. An error is the distance from the correctly rounded result in steps of
+/// the type, for operands and results in the normal range. Unstable in JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Arithmetic {
-    /// True where shaders are passed through, as only then `NoContraction` forbids the driver to fuse
-    /// and to rearrange; not measured.
+    /// Whether shaders are passed to the driver unchanged. Otherwise `NoContraction` does not forbid the driver to fuse and
+    /// to rearrange. Not measured.
     pub passthrough: bool,
-    /// True where two-sum gives the exact rounding error: the driver does not rearrange.
+    /// Whether two-sum returns the exact rounding error: the driver does not rearrange.
     pub no_contraction: bool,
-    /// True where a product that is added to is rounded first: the driver does not fuse.
+    /// Whether a product is rounded before it is added: the driver does not fuse.
     pub rounded_products: bool,
-    /// True where `fma` rounds once.
+    /// Whether `fma` rounds once.
     pub fused_fma: bool,
-    /// True where subnormal operands and results are kept.
+    /// Whether subnormal operands and results are kept.
     pub subnormals: bool,
-    /// True where what leaves the normal range stays harmless: a subnormal counts as it is or as 0,
-    /// what is beyond `2¹²⁶` is large or ∞.
+    /// Whether results outside the normal range stay harmless: a subnormal counts as itself or as 0, and a number beyond
+    /// `2¹²⁶` is large or ∞.
     pub safe_range: bool,
-    /// True where sums and products are one of the two neighbours of the exact result.
+    /// Whether sums and products are one of the two neighbours of the exact result.
     pub faithful: bool,
-    /// Largest distance of sums, in steps of the type.
+    /// Maximum error of sums, steps.
     pub sum_ulp: u64,
-    /// Largest distance of products, in steps of the type.
+    /// Maximum error of products, steps.
     pub product_ulp: u64,
-    /// Largest distance of quotients, in steps of the type.
+    /// Maximum error of quotients, steps.
     pub quotient_ulp: u64,
-    /// Largest distance of constants divided by a number, in steps of the type.
+    /// Maximum error of constants divided by a number, steps.
     pub reciprocal_ulp: u64,
-    /// Largest distance of square roots, in steps of the type.
+    /// Maximum error of square roots, steps.
     pub root_ulp: u64,
-    /// True where finite numbers of the normal range, and 0, compare as they should.
+    /// Whether finite numbers of the normal range, and 0, compare correctly.
     pub comparisons: bool,
-    /// True where numbers compare with ∞ as they should; the certified kernel does not rest on that.
+    /// Whether numbers compare correctly with ∞. The kernel `certified` does not depend on that.
     pub infinities: bool,
-    /// True where integers up to `2²⁴` become f32 without an error.
+    /// Whether integers up to `2²⁴` become f32 without an error.
     pub integers: bool,
-    /// True where words of a texture arrive bit by bit, and count as the f32 that they are, subnormal
-    /// ones perhaps as 0.
+    /// Whether words of a texture arrive bit by bit and count as their f32, subnormal ones possibly as 0.
     pub texels: bool,
-    /// True where numbers of the type are rounded to the nearest f32.
+    /// Whether numbers of the type are rounded to the nearest f32.
     pub narrows_to_nearest: bool,
 }
 

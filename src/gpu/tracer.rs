@@ -148,7 +148,7 @@ impl Backend for GpuTracer {
         if self.leaves_to_cpu {
             return Ok(None);
         }
-        hits.make_room(rays.len(), self.wants);
+        hits.make_room(rays.len(), self.wants)?;
         let coordinates = self.prepared.coordinates();
         let mut take = |tile: &DeviceTile, arrays: &[&[u8]]| {
             store(coordinates, rays, tile, arrays, hits);

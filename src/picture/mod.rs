@@ -29,7 +29,9 @@ pub use format::{ChannelBits, Format};
 pub use metadata::Metadata;
 pub use png::rgb8_file;
 pub use rays::{STDIN, hit_records, read_rays, write_hits};
-pub use read::{Channel, ChannelFacts, ChannelValues, Image, ImageFacts, read_bytes, read_image};
+pub use read::{
+    Channel, ChannelFacts, ChannelValues, Image, ImageFacts, channel_name, read_bytes, read_image,
+};
 
 /// The maker that every file names.
 const SOFTWARE: &str = concat!("kugelblitz ", env!("CARGO_PKG_VERSION"));

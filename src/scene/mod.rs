@@ -14,6 +14,7 @@ mod neighbours;
 mod open;
 mod overrides;
 mod places;
+mod raw;
 mod read;
 mod samples;
 mod save;

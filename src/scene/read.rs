@@ -9,6 +9,7 @@ use toml::de::DeTable;
 use super::clouds::read_clouds;
 use super::decode::Input;
 use super::open::Reader;
+use super::raw::entries_of_toml;
 use super::schema::{
     CameraKeys, CloudKeys, FOV, HEIGHT, ImageKeys, LightKeys, PlaneKeys, SceneKeys, Section,
     SkyKeys, SphereKeys,
@@ -33,9 +34,9 @@ pub fn read_scene(path: &Path) -> Result<Scene> {
     parse_scene(&read_scene_text(path)?, path)
 }
 
-/// Bytes of memory for each byte of a scene file while it is parsed. Measured for TOML alone: 45 for spheres, 95 for
-/// lists of short numbers. What tables take beside that is asked for when they are read.
-const PARSE_BYTES: u64 = 100;
+/// Bytes of memory for each byte of a scene file while it is parsed. Measured for TOML alone: 45 for spheres, 95 for lists of
+/// short numbers; the tables made of them take as much again.
+const PARSE_BYTES: u64 = 200;
 
 /// The text of a scene file.
 ///
@@ -145,7 +146,7 @@ impl<'c> Reader<'_, 'c> {
 /// The scene without its clouds, and what the file says about them.
 fn read_document(text: &str) -> Checked<(Scene, Vec<CloudKeys>)> {
     let document = DeTable::parse(text).map_err(|error| syntax_fault(text, &error))?;
-    read_table::<SceneKeys>(document.get_ref(), 0..0)?.scene()
+    read_table::<SceneKeys>(&entries_of_toml(document.get_ref()), 0..0)?.scene()
 }
 
 impl SceneKeys {
@@ -194,8 +195,11 @@ macro_rules! need {
 const MIN_UP_SINE: f64 = 1.0 / (1u64 << 40) as f64;
 
 impl CameraKeys {
-    /// The camera that this says.
-    fn camera(&self) -> Checked<Camera> {
+    /// Returns the camera.
+    ///
+    /// # Errors
+    /// Names the key that is missing or wrong.
+    pub fn camera(&self) -> Checked<Camera> {
         let (position, look_at) = (*need!(self.position), *need!(self.look_at));
         let axis = from_eye(self, "look_at", look_at, position)?;
         if axis == DVec3::ZERO {
@@ -264,7 +268,11 @@ impl ImageKeys {
 }
 
 impl LightKeys {
-    fn light(&self, eye: DVec3) -> Checked<Light> {
+    /// Returns the light, for a camera at `eye`.
+    ///
+    /// # Errors
+    /// Names the key that is missing or reaches too far from `eye`.
+    pub fn light(&self, eye: DVec3) -> Checked<Light> {
         let source = match (self.position, self.direction) {
             (Some(place), _) => {
                 if let Source::Point(point) = place {
@@ -285,7 +293,11 @@ impl LightKeys {
 }
 
 impl SkyKeys {
-    fn sky(&self) -> Checked<Sky> {
+    /// Returns the sky.
+    ///
+    /// # Errors
+    /// Names the key that is missing.
+    pub fn sky(&self) -> Checked<Sky> {
         let directions = self.directions.unwrap_or(Sky::DIRECTIONS);
         Ok(Sky { intensity: *need!(self.intensity), directions })
     }
@@ -304,7 +316,11 @@ impl SphereKeys {
 }
 
 impl PlaneKeys {
-    fn plane(&self, eye: DVec3) -> Checked<Plane> {
+    /// Returns the plane, for a camera at `eye`.
+    ///
+    /// # Errors
+    /// Names the key that is missing or reaches too far from `eye`.
+    pub fn plane(&self, eye: DVec3) -> Checked<Plane> {
         let point = *need!(self.point);
         from_eye(self, "point", point, eye)?;
         Ok(Plane {

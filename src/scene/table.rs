@@ -1,11 +1,10 @@
-//! TOML tables and values with their places: types, known keys, and the words for what is wrong.
+//! Tables and values with their places: types, known keys, and error messages.
 
 use std::fmt::{Debug, Display};
 use std::ops::{Range, RangeInclusive};
 
-use toml::de::{DeTable, DeValue};
-
 use super::places::{char_start, quoted};
+use super::raw::{RawContent, RawEntry, RawValue};
 use super::schema::{
     CloudKeys, Key, PlaneKeys, SECTIONS, SceneKeys, Section, SectionInfo, SphereKeys,
 };
@@ -16,27 +15,29 @@ use crate::words::{did_you_mean, joined};
 pub type Checked<T> = std::result::Result<T, Box<SceneError>>;
 
 /// Reads a table whose header stands there, or all of it where it is an inline table.
-pub(super) fn read_table<S: Section>(table: &DeTable, span: Range<usize>) -> Checked<S> {
+pub(super) fn read_table<S: Section>(table: &[RawEntry], span: Range<usize>) -> Checked<S> {
     let info = S::INFO;
     let is_known = |name: &str| info.keys.iter().any(|key| key.name == name);
-    let unknown = table.iter().filter(|(key, _)| !is_known(key.get_ref()));
-    if let Some((key, value)) = unknown.min_by_key(|(key, _)| key.span().start) {
-        let is_table = match value.get_ref() {
-            DeValue::Array(values) => values.iter().any(|value| value.get_ref().is_table()),
-            value => value.is_table(),
+    let unknown = table.iter().filter(|entry| !is_known(entry.key));
+    if let Some(entry) = unknown.min_by_key(|entry| entry.span.start) {
+        let is_table = |value: RawValue| matches!(value.content(), RawContent::Table(_));
+        let has_table = match entry.value.content() {
+            RawContent::List(values) => values.iter().any(is_table),
+            _ => is_table(entry.value),
         };
-        return Err(unknown_key(&info, key.get_ref(), is_table, key.span()));
+        return Err(unknown_key(&info, entry.key, has_table, entry.span.clone()));
     }
+    let value_of = |key: &str| table.iter().find(|entry| entry.key == key).map(|entry| entry.value);
     let mut section = S::default();
     section.spans()[0] = span;
     for (place, key) in info.keys.iter().enumerate() {
-        if let Some(value) = table.get(key.name) {
+        if let Some(value) = value_of(key.name) {
             section.set(&Field { key, value })?;
             section.spans()[1 + place] = value.span();
         }
     }
     for (one, other, which) in info.exclusive {
-        if let (true, Some(value)) = (table.contains_key(*one), table.get(*other)) {
+        if let (Some(_), Some(value)) = (value_of(one), value_of(other)) {
             return Err(SceneError::new(
                 value.span(),
                 format!("both `{one}` and `{other}` are given"),
@@ -66,7 +67,7 @@ pub(super) fn lacks<S: Section>(section: &S, names: &[&str]) -> Box<SceneError> 
 #[derive(Clone, Copy)]
 pub struct Field<'t> {
     pub key: &'t Key,
-    pub value: &'t toml::Spanned<DeValue<'t>>,
+    pub value: RawValue<'t>,
 }
 
 impl<'t> Field<'t> {
@@ -74,19 +75,27 @@ impl<'t> Field<'t> {
         self.value.span()
     }
 
-    pub fn value(&self) -> &'t DeValue<'t> {
-        self.value.get_ref()
+    pub fn content(&self) -> RawContent<'t> {
+        self.value.content()
+    }
+
+    /// Returns the text, if the value is one.
+    pub fn text(&self) -> Option<&'t str> {
+        match self.content() {
+            RawContent::Text(text) => Some(text),
+            _ => None,
+        }
     }
 
     pub fn wrong_type(&self, expected: impl Display) -> Box<SceneError> {
-        let found = match self.value() {
-            DeValue::String(_) => "a string",
-            DeValue::Integer(_) => "an integer",
-            DeValue::Float(_) => "a float",
-            DeValue::Boolean(_) => "a boolean",
-            DeValue::Datetime(_) => "a date or time",
-            DeValue::Array(_) => "a list",
-            DeValue::Table(_) => "a table",
+        let found = match self.content() {
+            RawContent::Text(_) => "a string",
+            RawContent::Integer(_) => "an integer",
+            RawContent::Float(_) => "a float",
+            RawContent::Boolean(_) => "a boolean",
+            RawContent::Time => "a date or time",
+            RawContent::List(_) => "a list",
+            RawContent::Table(_) => "a table",
         };
         self.wrong(format!("found {found} in `{}`", self.key.name), expected)
     }
@@ -122,30 +131,26 @@ impl<'t> Field<'t> {
     }
 
     pub fn integer(&self, expected: &str) -> Checked<i64> {
-        let DeValue::Integer(integer) = self.value() else {
+        let RawContent::Integer(integer) = self.content() else {
             return Err(self.wrong_type(expected));
         };
-        i64::from_str_radix(integer.as_str(), integer.radix()).map_err(|_| {
-            let integer = quoted(integer.as_str());
+        integer.map_err(|text| {
+            let integer = quoted(text);
             self.wrong(format!("the integer {integer} does not fit in 64 bits"), expected)
         })
     }
 
-    /// A finite number, the f64 nearest to the decimal text.
+    /// A finite number; of a decimal text, the nearest f64.
     pub fn number(&self) -> Checked<f64> {
-        match self.value() {
-            DeValue::Float(float) => match float.as_str().parse::<f64>() {
-                Ok(number) if number.is_finite() => Ok(number),
-                _ => Err(self.wrong(
-                    format!(
-                        "{} in `{}` is not a finite number",
-                        quoted(float.as_str()),
-                        self.key.name
-                    ),
+        match self.content() {
+            RawContent::Float(float) => float.map_err(|text| {
+                let name = self.key.name;
+                self.wrong(
+                    format!("{} in `{name}` is not a finite number", quoted(&text)),
                     "a finite number that a 64-bit float can hold (up to 1.8e308)",
-                )),
-            },
-            DeValue::Integer(_) => self
+                )
+            }),
+            RawContent::Integer(_) => self
                 .integer("a number; one beyond 64 bits is written as a float like 1e20")
                 .map(|integer| integer as f64),
             _ => Err(self.wrong_type("a number")),
@@ -161,7 +166,7 @@ impl<'t> Field<'t> {
     }
 
     pub fn numbers<const N: usize>(&self, expected: &str) -> Checked<[f64; N]> {
-        let DeValue::Array(values) = self.value() else {
+        let RawContent::List(values) = self.content() else {
             return Err(self.wrong_type(expected));
         };
         if values.len() != N {

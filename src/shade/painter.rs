@@ -54,14 +54,14 @@ impl Background {
     }
 }
 
-/// How many pixels of a lit picture have their colour from where.
+/// Number of pixels of a lit picture, by the device that computed the colour. Unstable in JSON.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct ColorCounts {
-    /// The device.
+    /// Pixels computed on the device.
     pub device: u64,
-    /// Pixels of `device` whose colour the device's f32 alone found.
+    /// Pixels of `device` that its f32 arithmetic decided, with a proof.
     pub device_f32: u64,
-    /// The CPU: in f32 or f64, and exactly where that is not enough.
+    /// Pixels computed on the CPU: in f32 or f64, or exactly if that is not enough.
     pub cpu: u64,
 }
 

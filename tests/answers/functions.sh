@@ -1,11 +1,13 @@
 # What commands in these files share; bash reads it before each.
 
-# Runs the program with each line of the input as its arguments: what it says, and how it ends.
+# Runs the program with each line of the input as its arguments: its output, its errors, and how it ends.
 each() {
-    local line
+    local line code
     while read -r line; do
         echo "→ $line"
-        eval "kugelblitz $line" 2>&1 </dev/null || echo "exit $?"
+        eval "kugelblitz $line" 2>&1 </dev/null | sed '/^$/d; /^For more information/d'
+        code=${PIPESTATUS[0]}
+        [ "$code" -eq 0 ] || echo "exit $code"
     done
 }
 
@@ -35,6 +37,22 @@ END
 # Sets a byte of a file, counted from its end: spoil a.npy 12 7
 spoil() {
     printf "\\x$(printf %02x "$3")" | dd of="$1" bs=1 seek=$(($(stat -c %s "$1") - $2)) conv=notrunc status=none
+}
+
+# The errors for wrong scenes, each of which is one line of the input, as printf has it.
+each_scene() {
+    local line
+    while IFS= read -r line; do
+        echo "→ $line"
+        printf -- "$line" > a.toml
+        kugelblitz info a.toml 2>&1
+        [ $? -eq 3 ] || echo "error: not refused as wrong data"
+    done
+}
+
+# Of the output of `each_scene` and `each_cloud`: the rows, the errors, and each hint where it occurs first.
+errors() {
+    awk '/^→/ { print } /^error/ { sub(/^error: (a|cloud)\.toml:/, ""); print "  " $0 } /= help/ && !seen[$0]++ { sub(/^ *= help/, "    help"); print }'
 }
 
 # What is said of clouds, of which each line of the input is one: its file's name, the keys of its table or `-`, and the file's

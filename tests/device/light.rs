@@ -112,7 +112,7 @@ fn a_device_leaves_few_pixels_of_the_figures_open() {
 fn verification_notices_mistakes_in_light_on_a_device() {
     let scene = Arc::new(heap(""));
     let pixels = Pixels::whole(View::new(scene.camera.as_ref().unwrap()), 96, 54);
-    let verification = Verification::new(&scene, &pixels, NonZeroUsize::new(1), 0).unwrap();
+    let verification = Verification::new(&scene, &pixels, NonZeroUsize::new(1), 0);
     let hidden = "select(given.high, 0.0, 0.0 < verdict.blocked)";
     let cosine = "sum + lamp.weight * way.cosine";
     for (kernel, right, wrong) in [

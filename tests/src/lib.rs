@@ -73,8 +73,7 @@ pub fn assert_kept(path: &str, text: &str) {
         let n = (0..kept.lines().count()).find(differs).unwrap_or(kept.lines().count());
         let [kept, now] = [&kept[..], text].map(|all| all.lines().nth(n).unwrap_or_default());
         panic!(
-            "{path}, line {}:\n{kept}\nis now\n{now}\nWrite it anew with KUGELBLITZ_PRINT=1 cargo test --profile ci \
-             -p kugelblitz-tests --test library",
+            "{path}, line {}:\n{kept}\nis now\n{now}\nRun this test with KUGELBLITZ_PRINT=1 to write the file again",
             n + 1
         );
     }

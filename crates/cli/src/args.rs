@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use clap::{ArgGroup, Args, Parser, Subcommand, value_parser};
+use clap::{Arg, ArgAction, ArgGroup, Args, Parser, Subcommand, value_parser};
 use kugelblitz::device::DeviceChoice;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
@@ -35,13 +35,14 @@ Exit codes:
     version,
     long_version = version::long(),
     max_term_width = 100,
+    disable_help_flag = true,
     after_help = EXIT_CODES
 )]
 pub struct Cli {
-    /// How much it says
+    /// Messages and help
     #[command(flatten)]
     pub talk: TalkArgs,
-    /// What it is to do
+    /// Command to run
     #[command(subcommand)]
     pub command: Command,
 }
@@ -49,17 +50,25 @@ pub struct Cli {
 #[derive(Subcommand)]
 pub enum Command {
     Render(RenderArgs),
+    #[command(mut_args(scene_in_long_help))]
     Verify(VerifyArgs),
     Trace(TraceArgs),
+    #[command(mut_args(scene_in_long_help))]
     Explain(ExplainArgs),
+    #[command(mut_args(scene_in_long_help))]
     Compare(compare::CompareArgs),
+    #[command(mut_args(scene_in_long_help))]
     Info(info::InfoArgs),
+    #[command(mut_args(scene_in_long_help))]
     Report(ReportArgs),
+    #[command(mut_args(scene_in_long_help))]
     Export(ExportArgs),
+    #[command(mut_args(scene_in_long_help))]
     Figure(figure::FigureArgs),
     View(ViewArgs),
     New(new::NewArgs),
     Generate(GenerateArgs),
+    #[command(mut_args(scene_in_long_help))]
     Digest(digest::DigestArgs),
     /// List the Vulkan adapters and their limits
     Probe,
@@ -67,45 +76,71 @@ pub enum Command {
     Man(man::ManArgs),
 }
 
+/// Headings of groups of options.
+pub const PICTURE: &str = "Picture";
+pub const CAMERA: &str = "Camera (overrides the scene)";
+pub const LIGHT: &str = "Light (overrides the scene)";
+pub const DATA: &str = "Data (.npy, .csv, .xyz), or a scene with one cloud";
+const COMPUTATION: &str = "Computation";
+
+/// Hides the options that override the scene in the short help, which is a screen. `render -h` has them.
+fn scene_in_long_help(option: Arg) -> Arg {
+    let is_of_scene = [CAMERA, LIGHT, DATA].map(Some).contains(&option.get_help_heading());
+    let is_hidden = is_of_scene || option.is_hide_short_help_set();
+    option.hide_short_help(is_hidden)
+}
+
 /// The options of every command.
-#[derive(Args, Clone, Copy)]
-#[command(next_display_order = 100)]
+#[derive(Args, Clone, Copy, Default)]
+#[command(next_display_order = 100, next_help_heading = "Messages")]
 pub struct TalkArgs {
-    /// Print a machine-readable summary (JSON) on standard output
-    #[arg(long, global = true)]
+    /// Print a summary as JSON on standard output
+    ///
+    /// docs/json.md describes its fields.
+    #[arg(long, global = true, hide_short_help = true)]
     pub json: bool,
-    /// Say nothing but warnings and errors
-    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    /// Print only warnings and errors
+    #[arg(short, long, global = true, conflicts_with = "verbose", hide_short_help = true)]
     pub quiet: bool,
-    /// Say more, also what the driver prints
-    #[arg(short, long, global = true)]
+    /// Print details, also the messages of the driver
+    #[arg(short, long, global = true, hide_short_help = true)]
     pub verbose: bool,
+    /// Print help (all options with --help)
+    #[arg(short, long, global = true, action = ArgAction::Help)]
+    pub help: Option<bool>,
 }
 
 /// The kernel of one run.
 #[derive(Args)]
+#[command(next_help_heading = COMPUTATION)]
 pub struct KernelArgs {
-    /// Intersection kernel
-    #[arg(long, default_value = Kernel::Certified.name(), value_parser = parser_of(Kernel::ALL, Kernel::name))]
+    /// lecture, stable, double, certified
+    ///
+    /// Intersection kernel. `lecture` and `stable` compute in f32, `double` in f64. Only `certified` proves its result.
+    #[arg(long, default_value = Kernel::Certified.name(), value_parser = parser_of(Kernel::ALL, Kernel::name),
+        hide_possible_values = true)]
     pub kernel: Kernel,
 }
 
-/// Where the rays are traced.
+/// The device that traces the rays.
 #[derive(Args)]
+#[command(next_help_heading = COMPUTATION)]
 pub struct DeviceArgs {
-    /// auto, gpu, cpu, or a part of an adapter's name
+    /// auto, gpu, cpu, or part of a name
     ///
-    /// `auto` takes a real GPU; where there is none, the quicker of the CPU and a Vulkan device in
-    /// software (`-v` says why). `gpu` takes the best Vulkan adapter and never falls back. Both take
-    /// the adapter that WGPU_ADAPTER_NAME names, where it is set.
+    /// The name is a Vulkan adapter's. `auto` selects a GPU; without one, the faster of the CPU and a software Vulkan device (`-v`
+    /// prints the reason). `gpu` selects the best Vulkan adapter and never falls back to the CPU. Both
+    /// select the adapter that WGPU_ADAPTER_NAME names, if it is set. The picture is the same on all
+    /// devices.
     #[arg(long, value_name = "DEVICE", default_value = "auto", value_parser = DeviceChoice::parse)]
     pub device: DeviceChoice,
 }
 
 /// The size of a whole picture.
 #[derive(Args, Clone, Copy)]
+#[command(next_help_heading = PICTURE)]
 pub struct WholeArgs {
-    /// Size of the picture, in pixels [default: the scene's [image], else 1280x720]
+    /// Size, pixels [default: the scene's, or 1280x720]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
 }
@@ -113,7 +148,7 @@ pub struct WholeArgs {
 /// The language of what is written.
 #[derive(Args)]
 pub struct LangArgs {
-    /// Language of all words: en or de
+    /// Language of the output: en or de
     #[arg(long, default_value = Lang::English.name(), value_parser = parser_of(Lang::ALL, Lang::name),
         hide_possible_values = true)]
     pub lang: Lang,
@@ -121,18 +156,19 @@ pub struct LangArgs {
 
 /// Which pixels are traced.
 #[derive(Args, Clone, Copy)]
+#[command(next_help_heading = PICTURE)]
 pub struct SizeArgs {
     #[command(flatten)]
     pub whole: WholeArgs,
-    /// Only this part of the picture: left column, top row, width, height
-    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
+    /// Only this part of the picture: left column, top row, width, height, pixels
+    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop, hide_short_help = true)]
     pub crop: Option<[u32; 4]>,
 }
 
 /// A scene, and which pixels of it.
 #[derive(Args)]
 pub struct SceneArgs {
-    /// Scene file (TOML), or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is standard input
+    /// Scene (TOML) or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is stdin
     #[arg(value_name = "SCENE")]
     pub path: PathBuf,
     #[command(flatten)]
@@ -141,120 +177,134 @@ pub struct SceneArgs {
     pub picture: picture::PictureArgs,
 }
 
-/// Render a picture or a turntable film, of a scene or straight from data
+/// Render a picture or a film, from a scene or directly from particle data
 ///
-/// Where there is no camera, one is placed so that it frames all spheres. Data are lit from the eye and
-/// by a sky.
+/// A scene without a camera gets one that frames all spheres. Data are lit by a headlight and a sky,
+/// unless options say otherwise.
 #[derive(Args)]
 pub struct RenderArgs {
-    /// Scene file (TOML), or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is standard input
+    /// Scene (TOML) or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is stdin
     pub scene: PathBuf,
-    #[arg(short, long, value_name = "OUT", required_unless_present = "print_scene", help = format!(
-        "Picture file; its ending ({}) tells the format. `-` is standard output",
-        joined(Format::ALL.map(|format| format!(".{format}")), ", "),
+    #[arg(short, long, value_name = "OUT", required_unless_present = "print_scene", help_heading = PICTURE,
+        help = format!("Picture: {}; `-` is stdout", joined(Format::ALL.map(|format| format!(".{format}")), ", ")),
+        long_help = format!(
+            "Picture file. The extension selects the format: {}. `-` writes to standard output and needs --format",
+            joined(Format::ALL.map(|format| format!(".{format}")), ", "),
     ))]
     pub output: Option<PathBuf>,
-    /// Also write the bar of colours of each cloud that is coloured by a column, with its numbers
-    #[arg(long, value_name = "LEGEND.svg", requires = "output")]
-    pub legend: Option<PathBuf>,
-    #[arg(long, help = format!(
-        "Format, where the file's name doesn't tell it: {}",
+    #[arg(long, help_heading = PICTURE, hide_short_help = true, help = format!(
+        "Picture format, if the file name has no extension that selects it: {}",
         joined(Format::ALL.map(Format::name), ", "),
     ))]
     pub format: Option<Format>,
-    /// Bits a colour channel in PNG and PPM: 8 or 16 [default: 8]
-    #[arg(long, value_parser = ["8", "16"], hide_possible_values = true)]
-    pub bits: Option<String>,
-    /// Also write which level decided each pixel (EXR and NPY)
-    #[arg(long)]
-    pub certificates: bool,
-    /// Leave the background out: alpha is the share of samples that hit an object (PNG, EXR and NPY)
-    #[arg(long)]
-    pub transparent: bool,
-    /// How far from a surface shadow rays start, in the scene's unit; not for certified [default: 0]
-    #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = parse_epsilon)]
-    pub epsilon: Option<f64>,
-    /// What the picture shows of each pixel: numbers as colours, with a legend on standard error, or in
-    /// --json under `legend` (PNG and PPM)
-    #[arg(long, value_name = "WHAT", default_value = Show::Color.name(), value_parser = parser_of(Show::ALL, name_of_show))]
-    pub show: Show,
-    /// Trace N times more and add their times to --json as `ms_runs`
-    #[arg(long, value_name = "N", requires = "json", conflicts_with = "turntable")]
-    pub repeat: Option<u32>,
-    #[command(flatten)]
-    pub kernel: KernelArgs,
-    #[command(flatten)]
-    pub device: DeviceArgs,
     #[command(flatten)]
     pub size: SizeArgs,
+    /// Transparent background (PNG, EXR and NPY)
+    ///
+    /// Alpha is the pixel's coverage: the fraction of its samples that hit an object.
+    #[arg(long, help_heading = PICTURE)]
+    pub transparent: bool,
+    /// Bits per colour channel, 8 or 16 (PNG and PPM) [default: 8]
+    #[arg(long, value_parser = ["8", "16"], hide_possible_values = true, help_heading = PICTURE, hide_short_help = true)]
+    pub bits: Option<String>,
+    /// Add a channel `level` with the arithmetic that decided each pixel: f32, f64 or exact (EXR and NPY)
+    #[arg(long, help_heading = PICTURE, hide_short_help = true)]
+    pub certificates: bool,
+    /// Also write the colour bars, one for each cloud that is coloured by a column
+    #[arg(long, value_name = "LEGEND.svg", requires = "output", help_heading = PICTURE, hide_short_help = true)]
+    pub legend: Option<PathBuf>,
+    /// Quantity to show as colours (PNG and PPM)
+    ///
+    /// The legend goes to standard error, with --json to `legend`.
+    #[arg(long, value_name = "WHAT", default_value = Show::Color.name(), value_parser = parser_of(Show::ALL, name_of_show),
+        help_heading = PICTURE, hide_short_help = true)]
+    pub show: Show,
     #[command(flatten)]
     pub picture: picture::DrawArgs,
     #[command(flatten)]
     pub film: film::FilmArgs,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    #[command(flatten)]
+    pub kernel: KernelArgs,
+    /// Distance from the surface at which shadow rays start, in scene units; not for certified [default: 0]
+    #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = parse_epsilon, help_heading = COMPUTATION,
+        hide_short_help = true)]
+    pub epsilon: Option<f64>,
+    /// Trace N more times and add their times to --json as `ms_runs`
+    #[arg(long, value_name = "N", requires = "json", conflicts_with = "turntable", help_heading = COMPUTATION,
+        hide_short_help = true)]
+    pub repeat: Option<u32>,
 }
 
-/// Compare GPU, CPU and exact arithmetic, pixel by pixel
+/// Compare our GPU and CPU with exact arithmetic, pixel by pixel
 ///
-/// Exact arithmetic takes some microseconds a pixel and object: with --size 320x180 a look at all
-/// pixels is quick. Of scenes with light, and of pixels with several samples, bytes (8 and 16 bits)
-/// and linear floats are compared as well: the exact ones take some microseconds for each sample and
-/// light. The device also computes the light if it can, even if the CPU would be faster. Exit code 6 if a
-/// kernel breaks its promise.
+/// Exact arithmetic takes some microseconds per pixel and object; --size 320x180 makes a check of all
+/// pixels fast. For lit scenes and for several samples per pixel, bytes (8 and 16 bits) and linear
+/// floats are compared too, which takes some microseconds per sample and light. The device also
+/// computes the light if it can, even if the CPU would be faster. The exit code is 6 if a kernel breaks
+/// its guarantee.
 #[derive(Args)]
 pub struct VerifyArgs {
-    /// Pixels to compare with exact arithmetic, drawn at random [default: all up to 65536,
-    /// fewer where there are very many objects, lights or samples]
-    #[arg(long, value_name = "N", value_parser = parse_number)]
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Number of pixels to compare with exact arithmetic, selected at random
+    ///
+    /// [default: all, up to 65536; fewer if there are very many objects, lights or samples]
+    #[arg(long, value_name = "N", value_parser = parse_number, help_heading = COMPUTATION)]
     pub samples: Option<NonZeroUsize>,
-    /// Seed of the random draw
-    #[arg(long, value_name = "S", default_value_t = 0)]
+    /// Seed of the random selection
+    #[arg(long, value_name = "S", default_value_t = 0, help_heading = COMPUTATION)]
     pub seed: u64,
+    #[command(flatten)]
+    pub device: DeviceArgs,
     #[command(flatten)]
     pub kernel: KernelArgs,
     /// Verify every kernel
-    #[arg(long, conflicts_with = "kernel")]
+    #[arg(long, conflicts_with = "kernel", help_heading = COMPUTATION)]
     pub all_kernels: bool,
-    #[command(flatten)]
-    pub device: DeviceArgs,
-    #[command(flatten)]
-    pub scene: SceneArgs,
 }
 
-/// Trace any rays of a NumPy file
+/// Trace the rays of a NumPy file
 #[derive(Args)]
 pub struct TraceArgs {
-    /// Scene file (TOML), which needs no camera, or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is
-    /// standard input
+    /// Scene (TOML) or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is stdin
+    ///
+    /// It needs no camera.
     pub scene: PathBuf,
-    /// Rays: .npy, shape (N, 6), float64 or float32: origins and directions of any length. `-` is
-    /// standard input
-    #[arg(long, value_name = "RAYS.npy")]
+    /// Rays: .npy, float64 or float32 of shape (N, 6); `-` is stdin
+    ///
+    /// Each row is an origin and a direction of any length.
+    #[arg(long, value_name = "RAYS.npy", help_heading = "Rays and hits")]
     pub rays: PathBuf,
-    /// Hits: .npy, a structured array (N,) with id (u4), t (f4), normal (3f4). `-` is standard
-    /// output
-    #[arg(short, long, value_name = "HITS.npy")]
+    /// Hits: .npy, a structured array of shape (N,); `-` is stdout
+    ///
+    /// Its fields are id (u4), t (f4) and normal (3f4).
+    #[arg(short, long, value_name = "HITS.npy", help_heading = "Rays and hits")]
     pub output: PathBuf,
-    /// Also write which level decided each ray
-    #[arg(long)]
+    /// Add a field `level` with the arithmetic that decided each ray: f32, f64 or exact
+    #[arg(long, help_heading = "Rays and hits")]
     pub certificates: bool,
     #[command(flatten)]
-    pub kernel: KernelArgs,
+    pub data: picture::DataArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
     #[command(flatten)]
-    pub data: picture::DataArgs,
+    pub kernel: KernelArgs,
 }
 
-/// Show the lecture's formulas with one ray's numbers in them
+/// Explain one pixel: the lecture's formulas with the numbers of its ray
 ///
-/// For each object: a, b, k, D and the roots (for a plane the quotient) in f32 as the kernels
-/// lecture and stable calculate them, in f64 and exactly, with the error of each; why the object is
-/// seen or not; and what every kernel shows, on the GPU too. With light in the scene also the point
-/// that is seen, each light's way to it, n·ω and what is in its way, and the sum with its bytes.
+/// For each object: a, b, k, D and the roots (for a plane the quotient), in f32 as the kernels
+/// lecture and stable compute them, in f64, and exactly, with the error of each; why the object is
+/// visible or not; and the result of every kernel, on the GPU too. For a lit scene also the visible
+/// point, n·ω and the occluder of each light, and their sum with its bytes.
 #[derive(Args)]
 #[command(group(ArgGroup::new("of").args(["pixel", "ray"]).required(true)))]
 pub struct ExplainArgs {
-    /// The pixel, counted from 0 at the top left of the whole picture
+    /// Pixel: column and row, counted from 0 at the top left
+    ///
+    /// Of the whole picture, also with --crop.
     #[arg(
         long,
         value_name = "X,Y",
@@ -262,7 +312,7 @@ pub struct ExplainArgs {
         allow_hyphen_values = true
     )]
     pub pixel: Option<[i64; 2]>,
-    /// A ray in place of a pixel: its origin and its direction, of any length
+    /// Ray instead of a pixel: origin and direction, of any length
     #[arg(
         long,
         value_name = "OX,OY,OZ,DX,DY,DZ",
@@ -271,73 +321,78 @@ pub struct ExplainArgs {
         conflicts_with_all = ["size", "crop"]
     )]
     pub ray: Option<WorldRay>,
-    /// Explain all objects, but at most the nearest 1000 [default: the nearest 20]
+    /// Explain all objects, up to the nearest 1000 [default: the nearest 20]
     #[arg(long)]
     pub all: bool,
     /// Print the formulas and verdicts as LaTeX (amsmath)
     #[arg(long, conflicts_with = "json")]
     pub latex: bool,
-    /// Digits of each result in a formula; numbers on the way to it have as many as a calculator needs
+    /// Digits of each result in a formula
+    ///
+    /// Intermediate numbers have as many digits as a calculator needs to reproduce the result.
     #[arg(long, value_name = "N", default_value_t = DEFAULT_DIGITS as u8,
         value_parser = value_parser!(u8).range(1..=MAX_DIGITS as i64))]
     pub digits: u8,
     #[command(flatten)]
     pub lang: LangArgs,
     #[command(flatten)]
-    pub device: DeviceArgs,
-    #[command(flatten)]
     pub scene: SceneArgs,
+    #[command(flatten)]
+    pub device: DeviceArgs,
 }
 
 /// Measure speed against error: every kernel on every device
 ///
-/// Without scenes: the lecture's and a hard set, error against distance, time against number of
-/// spheres, and shadows with and without an epsilon. Errors are against exact arithmetic and the same
-/// in every run; times are medians of repeated runs with their range.
+/// Without SCENE: the lecture's scenes and hard scenes, error against distance, time against number
+/// of spheres, and shadows with and without an epsilon. Errors are against exact arithmetic and the same
+/// in every run; times are medians of repeated runs, with their range.
 #[derive(Args)]
 pub struct ReportArgs {
-    /// Scene files (TOML), or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is standard input [default:
-    /// the built-in scenes]
+    /// Scenes (TOML) or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is stdin
+    ///
+    /// [default: the built-in scenes]
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
-    /// Also write a page (.html), all figures (.json), the tables (.md), or the plots (.svg); can be
-    /// given several times
+    /// Also write a page (.html), all results (.json), the tables (.md) or the plots (.svg); can be
+    /// repeated
     #[arg(short, long, value_name = "OUT")]
     pub output: Vec<PathBuf>,
-    /// Only this device: auto, gpu, cpu, or a part of an adapter's name [default: all]
+    /// Only this device: auto, gpu, cpu, or part of an adapter's name [default: all]
     #[arg(long, value_name = "DEVICE", value_parser = DeviceChoice::parse)]
     pub device: Option<DeviceChoice>,
-    /// Only this intersection kernel; can be given several times [default: all]
-    #[arg(long, value_parser = parser_of(Kernel::ALL, Kernel::name))]
+    /// Only this kernel: lecture, stable, double or certified; can be repeated [default: all]
+    #[arg(long, value_parser = parser_of(Kernel::ALL, Kernel::name), hide_possible_values = true)]
     pub kernel: Vec<Kernel>,
-    /// Size of the pictures, in pixels [default: 1280x720]
+    /// Size of the pictures, pixels [default: 1280x720]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
-    /// Pixels of each picture to compare with exact arithmetic, drawn at random [default: 65536]
+    /// Number of pixels per picture to compare with exact arithmetic [default: 65536]
     #[arg(long, value_name = "N", value_parser = parse_number)]
     pub samples: Option<NonZeroUsize>,
-    /// Seed of the random draw, and of the generated scenes
+    /// Seed of the random selection and of the generated scenes
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
-    /// Rounds of three timed runs each; shaders are compiled anew in each [default: 3]
+    /// Rounds of three timed runs; each round compiles the shaders again [default: 3]
     #[arg(long, value_name = "N", value_parser = parse_number)]
     pub rounds: Option<NonZeroUsize>,
     #[command(flatten)]
     pub picture: picture::PictureArgs,
 }
 
-/// Write a scene for another renderer: POV-Ray or Tachyon
+/// Export a scene to another renderer: POV-Ray or Tachyon
 ///
-/// The same objects and camera, with flat colours: no light, no shadow, no reflection.
+/// The file has the same objects, camera, lights and shadows. A sky becomes as many directional
+/// lights as it has directions; without light, colours are flat. The command that renders it is
+/// printed.
 #[derive(Args)]
 pub struct ExportArgs {
-    /// The other renderer's language
-    #[arg(value_parser = parser_of(Language::ALL, Language::name))]
+    /// Renderer: pov or tachyon
+    #[arg(hide_possible_values = true, value_parser = parser_of(Language::ALL, Language::name))]
     pub language: Language,
-    /// Scene file (TOML), or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is standard input
+    /// Scene (TOML) or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is stdin
     pub scene: PathBuf,
-    /// File for the other renderer. `-` is standard output [default: -]
-    #[arg(short, long, value_name = "OUT")]
+    /// Output file; `-` is stdout [default: -]
+    #[arg(short, long, value_name = "OUT", help_heading = PICTURE)]
     pub output: Option<PathBuf>,
     #[command(flatten)]
     pub size: WholeArgs,
@@ -345,60 +400,60 @@ pub struct ExportArgs {
     pub picture: picture::DrawArgs,
 }
 
-/// Look at a scene in a window and move through it
+/// Open a scene in a window
 ///
-/// Drag to orbit, use the wheel to zoom, click a pixel to ask why it shows what it shows; H lists
-/// all controls. The scene file is watched: what changes in it is seen at once.
+/// Drag to orbit, scroll to zoom, click a pixel for its explanation; H lists all controls. The window
+/// follows changes of the scene file.
 #[derive(Args)]
 pub struct ViewArgs {
-    /// Scene file (TOML), or data: .npy, .csv, .xyz, LAMMPS dumps
+    /// Scene (TOML) or data: .npy, .csv, .xyz, LAMMPS dumps
     pub scene: PathBuf,
-    /// The kernel
-    #[command(flatten)]
-    pub kernel: KernelArgs,
-    /// Where the rays are traced
-    #[command(flatten)]
-    pub device: DeviceArgs,
-    /// The size of the picture
+    /// Size of the picture
     #[command(flatten)]
     pub size: WholeArgs,
     /// Language of explanations: en or de
     #[arg(long, default_value = Lang::English.name(), value_parser = parser_of(Lang::ALL, Lang::name),
         hide_possible_values = true)]
     pub lang: Lang,
-    /// Print what happens, one JSON object a line, in place of all else: for tests
+    /// Print events, one JSON object per line, and nothing else: for tests
     #[arg(long, hide = true)]
     pub log_events: bool,
-    /// Give the device up after N frames, as if it had been lost: for tests
+    /// Lose the device after N frames: for tests
     #[arg(long, value_name = "N", hide = true)]
     pub lose_device_after: Option<u64>,
-    /// What is shown where the scene does not say it
+    /// Camera, light and data
     #[command(flatten)]
     pub picture: picture::DrawArgs,
+    /// Device that traces the rays
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    /// Intersection kernel
+    #[command(flatten)]
+    pub kernel: KernelArgs,
 }
 
 /// Generate synthetic spheres, as .npy
 ///
-/// The array is float64 of shape (N, 7): x, y, z, radius, red, green, blue.
-/// The same count and seed give the same file on every machine.
+/// The array is float64 of shape (N, 7): x, y, z, radius, red, green, blue. The same count and seed
+/// give the same file on every machine.
 #[derive(Args)]
 pub struct GenerateArgs {
     /// Number of spheres
     #[arg(long, value_name = "N", value_parser = value_parser!(u64).range(1..=MAX_COUNT))]
     pub count: u64,
-    /// How the spheres lie in space
+    /// Distribution of the spheres in space
     ///
-    /// uniform: evenly in the cube of side 1 about the origin, each of radius 0.3 / cbrt(N);
-    /// lattice: each touches its six neighbours exactly; packing: touching spheres on the floor y = 0.
+    /// uniform: uniform in the cube of side 1 around the origin, each of radius 0.3 / cbrt(N). lattice:
+    /// each sphere touches its six neighbours exactly. packing: touching spheres on the floor y = 0.
     #[arg(long, default_value = Distribution::Uniform.name(), value_parser = parser_of(Distribution::ALL, Distribution::name))]
     pub distribution: Distribution,
     /// Seed of the random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
-    /// The file, .npy. `-` is standard output
+    /// Output file (.npy); `-` is stdout
     #[arg(short, long, value_name = "CLOUD.npy")]
     pub output: PathBuf,
-    /// Also write a scene file with the cloud and a camera that sees all of it
+    /// Also write a scene file with the spheres and a camera that frames them
     #[arg(long, value_name = "SCENE.toml")]
     pub scene: Option<PathBuf>,
 }

@@ -23,7 +23,7 @@ use kugelblitz_judge::compare::{
 use kugelblitz_judge::cost::ObjectCounts;
 use serde::Serialize;
 
-use crate::args::{DeviceArgs, SizeArgs, WholeArgs};
+use crate::args::{DeviceArgs, PICTURE, SizeArgs, WholeArgs};
 use crate::head::{Done, On};
 use crate::info::Content;
 use crate::options::samples_parser;
@@ -33,10 +33,10 @@ use crate::progress::Progress;
 use crate::render::size;
 use crate::{Run, device, wrong_usage};
 
-/// Compare two of: a picture, hits, a scene
+/// Compare pictures, hits and scenes
 ///
-/// A scene stands for its exact picture: exit code 6 means that the other file is wrong. Ids, depths and
-/// normals are compared with exact arithmetic, colours with the picture that `render` makes. Size, part,
+/// A scene is compared as its exact picture; exit code 6 means that the other file is wrong. Ids, depths and
+/// normals are compared with exact arithmetic, colours with the picture that `render` makes. Size, crop,
 /// camera and samples are those of the other file if it has them. Two pictures (PNG, OpenEXR, NPY, PPM) are
 /// compared channel by channel.
 ///
@@ -47,45 +47,52 @@ use crate::{Run, device, wrong_usage};
 pub struct CompareArgs {
     #[command(flatten)]
     given: GivenOptions,
-    /// A picture, hits, or a scene
+    /// Picture, hits or scene
     pub a: PathBuf,
-    /// Another one
+    /// Picture, hits or scene
     pub b: PathBuf,
-    /// Allowed errors, e.g. ids=0.1%,silhouettes=5%,t=1e-4,normal=0.1 of hits, levels=1,ulp=4,
-    /// difference=1e-6,pixels=0.1% of colours; each may be `any` [default: none]
-    #[arg(long, value_name = "KEY=LIMIT,…")]
+    /// Allowed errors, e.g. ids=0.1%,t=1e-4; --help lists the keys [default: none]
+    ///
+    /// Of hits: ids and silhouettes (fraction of wrong ids, away from and at silhouettes: 0.1%), t
+    /// (relative, or in f32 steps: 4ulp), normal (degrees). Of colours: levels (8 or 16 bits), ulp,
+    /// difference (absolute), pixels (fraction that may differ by more). Each may be `any`.
+    #[arg(long, value_name = "KEY=LIMIT,…", help_heading = COMPARISON)]
     pub allow: Option<Allowed>,
-    /// Transforms of the file that is no scene, or of the scene, e.g. flip-rows,ids+1; --help has the list
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',', allow_hyphen_values = true)]
+    /// Transforms to apply, e.g. flip-rows,ids-1; --help lists them
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', allow_hyphen_values = true, help_heading = COMPARISON)]
     pub transform: Vec<Transform>,
-    /// Quantities of the file: id, depth (along the view axis), distance (from the eye), normal, color
-    /// [default: those that its channels' names tell]
-    #[arg(long = "as", value_name = "QUANTITY,…", value_delimiter = ',')]
+    /// Quantities in the file: id, depth, distance, normal, color
+    ///
+    /// `depth` is along the view axis, `distance` from the eye. [default: by the names of its channels]
+    #[arg(long = "as", value_name = "QUANTITY,…", value_delimiter = ',', help_heading = COMPARISON)]
     pub quantities: Vec<Quantity>,
-    /// Channel or field of the file with that quantity, if the name does not tell it; of normals the part
-    /// before .X
-    #[arg(long, value_name = "NAME", requires = "quantities")]
+    /// Channel or field with that quantity, if it has another name; of normals the part before .X
+    #[arg(long, value_name = "NAME", requires = "quantities", help_heading = COMPARISON, hide_short_help = true)]
     pub channel: Option<String>,
     /// Rays of the hits: .npy, shape (N, 6), as for `trace`
-    #[arg(long, value_name = "RAYS.npy", conflicts_with_all = ["size", "crop", "output", "samples"])]
+    #[arg(long, value_name = "RAYS.npy", conflicts_with_all = ["size", "crop", "output", "samples"], help_heading = COMPARISON)]
     pub rays: Option<PathBuf>,
-    /// Pixels of each kind of error to show, the worst first
-    #[arg(long, value_name = "N", default_value_t = 3)]
+    /// Number of pixels to show for each kind of error, the worst first
+    #[arg(long, value_name = "N", default_value_t = 3, help_heading = COMPARISON)]
     pub worst: usize,
-    /// Also write a picture of the errors (.png): false hits red, false misses orange, other objects
-    /// yellow, errors of t and normals blue; of colours allowed differences blue, others red to yellow
-    #[arg(short, long, value_name = "ERRORS.png")]
+    /// Also write a picture of the errors (.png)
+    ///
+    /// False hits are red, false misses orange, other objects yellow, errors of t and normals blue. Of
+    /// colours, allowed differences are blue, others red to yellow.
+    #[arg(short, long, value_name = "ERRORS.png", help_heading = COMPARISON)]
     pub output: Option<PathBuf>,
     #[command(flatten)]
-    pub device: DeviceArgs,
-    #[command(flatten)]
     pub size: SizeArgs,
-    /// N × N samples a pixel, at most 16 × 16 [default: those of the picture, else of the scene]
-    #[arg(long, value_name = "N", value_parser = samples_parser())]
+    /// N × N samples per pixel [default: those of the picture, or of the scene]
+    #[arg(long, value_name = "N", value_parser = samples_parser(), help_heading = PICTURE)]
     pub samples: Option<Samples>,
     #[command(flatten)]
     pub picture: PictureArgs,
+    #[command(flatten)]
+    pub device: DeviceArgs,
 }
+
+const COMPARISON: &str = "Comparison";
 
 /// Returns the table of the transforms.
 fn transforms_help() -> String {
@@ -93,23 +100,23 @@ fn transforms_help() -> String {
     format!("Transforms:\n{}", TRANSFORMS.map(line).concat())
 }
 
-/// A comparison.
+/// A comparison of two files.
 #[derive(Serialize)]
 pub struct Summary {
-    /// The first file.
+    /// First file; with a scene, the file that is compared with the scene.
     a: String,
-    /// The second file.
+    /// Second file; with a scene, the scene.
     b: String,
     /// Device that traced the scene.
     #[serde(flatten)]
     on: Option<On>,
     /// Transforms that were applied.
     transforms: Vec<String>,
-    /// The hits, compared with a scene's.
+    /// Ids, `t` and normals, compared with a scene; `null` if they are not compared.
     hits: Option<HitSummary>,
-    /// The colours; of two pictures all channels.
+    /// Colours; of two pictures, all channels; `null` if they are not compared.
     picture: Option<PictureDifference>,
-    /// Differences beyond the allowed ones.
+    /// Differences beyond the allowed ones, one sentence each; empty if the comparison succeeds.
     broken: Vec<String>,
 }
 

@@ -119,7 +119,7 @@ mod tests {
     /// No adapter here lacks f64, so one is made to.
     #[test]
     fn an_adapter_without_f64_leaves_the_f64_kernel_to_the_cpu() {
-        let talk = TalkArgs { json: false, quiet: true, verbose: false };
+        let talk = TalkArgs { quiet: true, ..TalkArgs::default() };
         let run = Run { start: Instant::now(), control: Arc::default(), talk };
         let open = |f64| {
             let mut gpu = Gpu::open("").expect("a Vulkan device; ci/setup.sh installs one");

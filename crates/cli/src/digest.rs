@@ -14,44 +14,49 @@ use kugelblitz_judge::cost::ObjectCounts;
 use kugelblitz_judge::markup::{document, escaped};
 use serde::Serialize;
 
-use crate::args::{DeviceArgs, SizeArgs, WholeArgs};
+use crate::args::{DeviceArgs, PICTURE, SizeArgs, WholeArgs};
 use crate::head::{Done, On};
 use crate::options::{parse_size, samples_parser};
-use crate::output::refuse_overwriting;
-use crate::picture::PictureArgs;
+use crate::output::{refuse_overwriting, text_quoted};
+use crate::picture::{GivenOptions, PictureArgs};
 use crate::progress::Progress;
 use crate::{Run, device, wrong_usage};
 
-/// Print one hash of a picture's exact content
+/// Print the digest of a picture: a hash of its exact content
 ///
-/// Of ids, t, normals and 8-bit colours by the kernel certified: the same on every device, with every
-/// driver and number of threads. A project can keep it in place of a reference picture and its
-/// tolerances.
+/// Of the ids, t, normals and 8-bit colours of the kernel certified: the same on every device, with every
+/// driver and number of threads. A project can keep it instead of a reference picture and tolerances.
 #[derive(Args)]
 pub struct DigestArgs {
-    /// Scene files (TOML), or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is standard input
+    /// Scenes (TOML) or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is stdin
     #[arg(value_name = "SCENE", required_unless_present = "check", conflicts_with = "check")]
     pub scenes: Vec<PathBuf>,
-    /// Also write the digests into this text file, a line for each scene
-    #[arg(long, value_name = "DIGESTS.txt", conflicts_with_all = ["check", "crop"])]
+    /// Also write the digests to this text file, one line per scene
+    #[arg(long, value_name = "DIGESTS.txt", conflicts_with_all = ["check", "crop"], help_heading = DIGESTS)]
     pub write: Option<PathBuf>,
-    /// Compare with the digests of such a file, whose scenes are drawn at the size and with the samples that it
-    /// says, and with the other options as they are given now; exit code 6 where one is another
-    #[arg(long, value_name = "DIGESTS.txt", conflicts_with_all = ["size", "crop", "samples"])]
+    /// Compare with the digests of such a file
+    ///
+    /// Size and samples come from the file, all other options from this command line. The exit code is 6 if
+    /// a digest differs.
+    #[arg(long, value_name = "DIGESTS.txt", conflicts_with_all = ["size", "crop", "samples"], help_heading = DIGESTS)]
     pub check: Option<PathBuf>,
-    /// Also write what --check finds as a JUnit report (.xml), which CI systems show
-    #[arg(long, value_name = "REPORT.xml", requires = "check", conflicts_with = "scenes")]
+    /// Also write the result of --check as a JUnit report (.xml), for CI systems
+    #[arg(long, value_name = "REPORT.xml", requires = "check", conflicts_with = "scenes", help_heading = DIGESTS)]
     pub junit: Option<PathBuf>,
-    /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1]
-    #[arg(long, value_name = "N", value_parser = samples_parser())]
-    pub samples: Option<Samples>,
-    #[command(flatten)]
-    pub device: DeviceArgs,
     #[command(flatten)]
     pub size: SizeArgs,
+    /// N × N samples per pixel [default: the scene's [image], or 1]
+    #[arg(long, value_name = "N", value_parser = samples_parser(), help_heading = PICTURE)]
+    pub samples: Option<Samples>,
+    #[command(flatten)]
+    given: GivenOptions,
     #[command(flatten)]
     pub picture: PictureArgs,
+    #[command(flatten)]
+    pub device: DeviceArgs,
 }
+
+const DIGESTS: &str = "Files of digests";
 
 /// A picture, and what its digest is to be.
 struct Picture {
@@ -61,26 +66,37 @@ struct Picture {
     expected: Option<String>,
 }
 
-/// One picture's digest.
+/// The digest of a picture.
 #[derive(Serialize)]
 pub struct Digested {
     #[serde(flatten)]
     on: On,
+    /// Path of the scene.
     scene: String,
+    /// Width and height, pixels.
     size: [u32; 2],
+    /// Number of samples across a pixel, and down it.
     samples: u32,
+    /// Objects of the scene.
     objects: ObjectCounts,
+    /// `kb2:` and 64 hexadecimal digits, see [digests](digests.md).
     digest: String,
-    /// The digest that `--check` has for it.
+    /// With `--check`: the digest in the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     expected: Option<String>,
 }
 
+/// The digests of pictures.
 #[derive(Serialize)]
 #[serde(untagged)]
 pub enum Summary {
+    /// A single scene, without `--check`.
     One(Digested),
-    Many { digests: Vec<Digested> },
+    /// Several scenes, or `--check`.
+    Many {
+        /// Digests, in the order of the scenes.
+        digests: Vec<Digested>,
+    },
 }
 
 impl Digested {
@@ -94,6 +110,15 @@ impl Digested {
     fn fault(&self) -> Option<String> {
         let expected = self.expected.as_ref().filter(|expected| **expected != self.digest)?;
         Some(format!("{}: {}, expected {expected}", self.scene.shown(), self.digest))
+    }
+
+    /// Returns the command that renders the picture; `options` are those given for the scene.
+    fn render_command(&self, options: &GivenOptions) -> String {
+        let Digested { scene, size: [width, height], samples, .. } = self;
+        let scene = text_quoted(scene);
+        format!(
+            "kugelblitz render {scene} -o picture.png --size {width}x{height} --samples {samples}{options}"
+        )
     }
 }
 
@@ -113,15 +138,19 @@ pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
     let digested = |picture| digest(picture, args, output, run);
     let mut digests = pictures.into_iter().map(digested).collect::<Result<Vec<_>>>()?;
     let lines: String = digests.iter().map(Digested::line).collect();
-    let faults: Vec<String> = digests.iter().filter_map(Digested::fault).collect();
+    let fault = |digested: &Digested| {
+        let command = digested.render_command(&args.given);
+        digested.fault().map(|fault| format!("{fault}\n  {command}\n"))
+    };
+    let faults: Vec<String> = digests.iter().filter_map(fault).collect();
     let text = if args.junit.is_some() { &junit(&digests, faults.len()) } else { &lines };
     let file = file.map(|file| file.filled(text.as_bytes())).transpose()?;
     let (n, n_wrong) = (digests.len(), faults.len());
     let broken = (n_wrong > 0).then(|| format!("{n_wrong} of {n} digests differ"));
     let words = match &args.check {
         Some(path) => {
-            let wrong: String = faults.iter().map(|fault| format!("{fault}\n")).collect();
-            format!("{wrong}{} of {n} digests are those of {}\n", n - n_wrong, path.shown())
+            let (wrong, path) = (faults.concat(), path.shown());
+            format!("{wrong}{} of {n} digests are those of {path}\n", n - n_wrong)
         }
         None if n == 1 => format!("{}\n", digests[0].digest),
         None => lines,

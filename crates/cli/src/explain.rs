@@ -13,12 +13,14 @@ use crate::device;
 use crate::head::{Done, On};
 use crate::{Run, wrong_usage};
 
-/// An explanation, and the device that it asked.
+/// The explanation of a ray.
 #[derive(Serialize)]
 pub struct Summary {
     #[serde(flatten)]
     on: On,
+    /// Objects of the scene.
     objects: ObjectCounts,
+    /// Explanation of the ray.
     explanation: Explanation,
 }
 

@@ -12,12 +12,16 @@ use crate::head::Done;
 use crate::output::{is_stdout, refuse_overwriting, shell_quoted};
 use crate::picture::read_composed;
 
+/// A scene for another renderer.
 #[derive(Serialize)]
 pub struct Summary {
+    /// `pov` or `tachyon`.
     language: &'static str,
+    /// Width and height, pixels.
     size: [u32; 2],
+    /// Objects of the scene.
     objects: ObjectCounts,
-    /// The command line that renders the file.
+    /// Command that renders the file.
     run: String,
 }
 

@@ -16,26 +16,28 @@ use crate::head::Done;
 use crate::output::{check_ending, is_stdout, refuse_overwriting, written};
 use crate::picture::PictureArgs;
 
-/// Draw one of the lecture's figures 2 to 5 from a scene, as SVG
+/// Draw figure 2, 3, 4 or 5 of the lecture from a scene, as SVG
 ///
-/// Figure 3 is a plane with its point a and normal n, figure 4 a sphere with its centre c and radius r,
-/// both in the world's coordinate system, as the scene's camera sees them: a figure fits over the
-/// picture of the same size. Figures 2 and 5 are plans, with the camera at t = 0: figure 2 has rays from the
-/// left to the right edge of the picture and what they meet in their plane, from above; figure 5 the ray in the
-/// middle, and the discriminant D of each sphere, which is turned about the ray into the plane. What is
-/// hidden is dashed; the colours suit light and dark pages.
+/// Figure 2: the rays from the left to the right edge of the picture and the objects they hit, seen from above.
+/// Figure 3: a plane with its point a and normal n; figure 4: a sphere with its centre c and radius r; both in
+/// the world's coordinate system, from the scene's camera, so that they fit over its picture. Figure 5: the
+/// central ray, and the discriminant D of each sphere, which is rotated about the ray into the drawing. Hidden
+/// lines are dashed; the colours suit light and dark pages.
 #[derive(Args)]
 pub struct FigureArgs {
-    /// Number of the figure in the lecture: 2, 3, 4 or 5
+    /// Figure of the lecture: 2, 3, 4 or 5
     #[arg(value_name = "N", value_parser = figure_parser(), hide_possible_values = true)]
     pub figure: Figure,
-    /// Scene file (TOML), or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is standard input [default:
-    /// the lecture's figure]
+    /// Scene (TOML) or data: .npy, .csv, .xyz, LAMMPS dumps; `-` is stdin
+    ///
+    /// [default: the lecture's figure]
     pub scene: Option<PathBuf>,
-    /// The file, .svg. `-` is standard output
+    /// Drawing (.svg); `-` is stdout
     #[arg(short, long, value_name = "OUT.svg", default_value = "-")]
     pub output: PathBuf,
-    /// Id of the only object to draw [default: all; in figures 3 and 4 the first plane or sphere]
+    /// Draw only the object with this id
+    ///
+    /// [default: all; in figures 3 and 4 the first plane or sphere]
     #[arg(long, value_name = "ID")]
     pub object: Option<u32>,
     #[command(flatten)]
@@ -58,11 +60,16 @@ fn figure_parser() -> impl TypedValueParser<Value = Figure> {
     })
 }
 
+/// A figure of the lecture.
 #[derive(Serialize)]
 pub struct Summary {
+    /// Number of the figure in the lecture.
     figure: &'static str,
+    /// Width and height, pixels.
     size: [u32; 2],
+    /// Id of the object that the figure shows; `null` for all objects, in figures 2 and 5.
     object: Option<u32>,
+    /// `en` or `de`.
     lang: &'static str,
 }
 

@@ -18,24 +18,24 @@ use kugelblitz_judge::cost::ObjectCounts;
 use serde::Serialize;
 
 use crate::args::RenderArgs;
-use crate::head::{Done, Drawn, Times, Work};
+use crate::head::{Done, Drawn, Millis, Work};
 use crate::output::{is_stdout, shell_quoted};
 use crate::progress::Progress;
 use crate::render::{Begun, size};
 use crate::{Run, wrong_usage};
 
-/// Several frames in place of one picture.
+/// Frames of a film instead of one picture.
 #[derive(Args)]
-#[command(next_help_heading = "Films: OUT-0001.png, OUT-0002.png, …")]
+#[command(next_help_heading = "Film (OUT-0001.png, OUT-0002.png, …)")]
 pub struct FilmArgs {
-    /// N frames of a camera that moves once around the point it looks at
+    /// N frames, once around the point the camera looks at
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_FRAMES)))]
     pub turntable: Option<u32>,
     /// Only these frames, from 1: 10-20, 10-, or 10
-    #[arg(long, value_name = "A-B", value_parser = parse_frames, requires = "turntable")]
+    #[arg(long, value_name = "A-B", value_parser = parse_frames, requires = "turntable", hide_short_help = true)]
     pub frames: Option<[u32; 2]>,
     /// Skip frames whose file exists, whatever it shows
-    #[arg(long, requires = "turntable")]
+    #[arg(long, requires = "turntable", hide_short_help = true)]
     pub resume: bool,
 }
 
@@ -61,26 +61,41 @@ fn parse_frames(text: &str) -> Result<[u32; 2], String> {
     }
 }
 
+/// `render` with `--turntable`.
 #[derive(Serialize)]
 pub struct Summary {
     #[serde(flatten)]
     work: Work,
-    /// Frames of the whole film.
+    /// Number of frames of the whole film.
     n_frames: u32,
-    /// The frames that were asked for.
+    /// Frames of this run.
     frames: Vec<Frame>,
+    /// Memory on the device, bytes.
     bytes_device: u64,
-    ms: Times,
-    /// The command that makes a film of all frames.
+    /// Times of the whole run, milliseconds.
+    ms: FilmTimes,
+    /// Command that makes a film of all frames; absent if ffmpeg cannot read their format.
     #[serde(skip_serializing_if = "Option::is_none")]
     ffmpeg: Option<String>,
 }
 
+/// Times of a film, milliseconds.
+#[derive(Serialize)]
+struct FilmTimes {
+    /// Reading the input.
+    read: Millis,
+    /// Total time since the start of the program.
+    total: Millis,
+}
+
+/// A frame of a film.
 #[derive(Serialize)]
 struct Frame {
+    /// Number of the frame, from 1.
     frame: u32,
+    /// Path of the picture.
     file: String,
-    /// True where --resume found its file.
+    /// Whether `--resume` found the file and skipped the frame.
     skipped: bool,
     #[serde(flatten)]
     drawn: Option<Drawn>,
@@ -173,7 +188,7 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         n_frames,
         frames,
         bytes_device: session.bytes_device(),
-        ms: Times(vec![("read", begun.read), ("total", total)]),
+        ms: FilmTimes { read: Millis(begun.read), total: Millis(total) },
         ffmpeg,
     };
     Ok(Done { files: begun.beside, said, ..Done::in_words(summary, String::new()) })

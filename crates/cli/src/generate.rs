@@ -10,19 +10,33 @@ use kugelblitz::words::{count, duration};
 use serde::Serialize;
 
 use crate::args::GenerateArgs;
-use crate::head::{Done, Times};
+use crate::head::{Done, Millis};
 use crate::output::{check_ending, is_stdout};
 use crate::progress::Progress;
 use crate::{Run, wrong_usage};
 
+/// A generated data file.
 #[derive(Serialize)]
 pub struct Summary {
+    /// Distribution of the spheres.
     distribution: &'static str,
+    /// Number of spheres.
     count: u64,
+    /// Seed of the random numbers.
     seed: u64,
+    /// Path of the data file.
     file: String,
+    /// Path of the scene file; `null` without `--scene`.
     scene: Option<String>,
-    ms: Times,
+    /// Times, milliseconds.
+    ms: GenerateTimes,
+}
+
+/// Times, milliseconds.
+#[derive(Serialize)]
+struct GenerateTimes {
+    /// Total time since the start of the program.
+    total: Millis,
 }
 
 /// Makes a cloud.
@@ -54,7 +68,7 @@ pub fn run(args: &GenerateArgs, run: &Run) -> Result<Done<Summary>> {
         seed,
         file: named(&args.output),
         scene: args.scene.as_ref().map(named),
-        ms: Times(vec![("total", took)]),
+        ms: GenerateTimes { total: Millis(took) },
     };
     let line = format!(
         "{}, {}, seed {seed}, in {}",

@@ -1,6 +1,7 @@
 //! The JSON summaries: the head of each, and the parts that several have.
 
 use std::ffi::OsString;
+use std::fmt::{self, Display, Formatter};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -26,12 +27,14 @@ use crate::{CommandLine, Run, arguments};
 /// The version of `docs/json.md`; a report has its own.
 const SCHEMA: u32 = 1;
 
-/// Every summary: its head, then the fields of the command, then what went wrong.
+/// Head of every summary, followed by the fields of the command and by a failure.
 #[derive(Serialize)]
 struct Summary<'a, Fields> {
+    /// Version of the fields: 3 for `report`, 1 for all other commands.
     schema: u32,
+    /// Version of the program.
     version: &'static str,
-    /// `None` where the command line names none.
+    /// Name of the command; `null` if the command line has none.
     command: Option<&'a str>,
     #[serde(flatten)]
     fields: Option<&'a Fields>,
@@ -117,40 +120,49 @@ impl<S: Serialize> Done<S> {
     }
 }
 
-/// What went wrong.
+/// A failure.
 #[derive(Serialize)]
 struct Failure {
+    /// Place and problem, as on standard error. The wording may change.
     error: String,
-    /// The exit code.
+    /// Exit code.
     code: u8,
-    /// The next step.
+    /// Next step; absent if there is none. The wording may change.
     #[serde(skip_serializing_if = "String::is_empty")]
     help: String,
-    /// The place of a scene error.
+    /// Place of an error in a scene or in data.
     #[serde(skip_serializing_if = "Option::is_none")]
     place: Option<Place>,
-    /// Data file, line, column and key of an error.
+    /// Place of an error in data, or key whose value is wrong. A field that does not apply to the error is `null`.
     #[serde(skip_serializing_if = "Option::is_none")]
     subject: Option<SubjectSummary>,
 }
 
-/// The data file, line, row, column and key that an error is about, and the value there.
+/// The data file, line, row, column and key of an error, and the value there.
 #[derive(Serialize)]
 struct SubjectSummary {
+    /// Data file; `null` for the scene file.
     file: Option<String>,
+    /// Line of a text file, from 1.
     line: Option<u64>,
+    /// Row of a NumPy array, from 0.
     row: Option<u64>,
+    /// Name of the column in the file.
     column: Option<String>,
+    /// Key of the scene whose value is wrong or does not fit the data.
     key: Option<&'static str>,
+    /// Value in the data.
     value: Option<String>,
 }
 
 /// The place of a scene error.
 #[derive(Serialize)]
 struct Place {
+    /// Scene file, or the data if there is no scene file.
     file: String,
-    /// From 1; 0 where the error is about the file as a whole.
+    /// Line, from 1; 0 if the error is about the whole file, or if there is no scene file.
     line: usize,
+    /// Column in characters, from 1; 0 if `line` is 0.
     column: usize,
 }
 
@@ -203,15 +215,21 @@ pub fn failed_in_json<C: CommandLine>(error: &Error) {
 /// The adapter and the kind of device that traced.
 #[derive(Serialize)]
 pub struct On {
+    /// Adapter of the device; `null` for the CPU.
     adapter: Option<Adapter>,
+    /// `gpu` or `cpu`.
     device: &'static str,
 }
 
+/// Name, type and driver of a Vulkan adapter.
 #[derive(Serialize)]
 struct Adapter {
+    /// Name of the adapter.
     name: String,
+    /// `discrete`, `integrated`, `virtual`, `software` or `other`.
     #[serde(rename = "type")]
     kind: &'static str,
+    /// Name and version of the driver.
     driver: String,
 }
 
@@ -226,9 +244,10 @@ impl From<&Device> for On {
     }
 }
 
-/// Rays, and how many each stage decided.
+/// Number of rays, in total and by the stage that decided them.
 #[derive(Serialize)]
 pub struct RayCounts {
+    /// Number of rays.
     total: u64,
     #[serde(flatten)]
     stages: StageCounts,
@@ -240,46 +259,107 @@ impl From<StageCounts> for RayCounts {
     }
 }
 
-/// Times by the names of what took them, as milliseconds.
-pub struct Times(pub Vec<(&'static str, Duration)>);
+/// A time, as milliseconds in JSON.
+#[derive(Clone, Copy)]
+pub struct Millis(pub Duration);
 
-impl Serialize for Times {
+impl Serialize for Millis {
     fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        serializer.collect_map(self.0.iter().map(|&(name, time)| (name, ms(time))))
+        serializer.serialize_f64(ms(self.0))
     }
 }
 
-impl Times {
-    /// `read 1.2 ms, prepare 0.1 ms`
-    pub fn in_words(&self) -> String {
-        let times = self.0.iter().map(|&(name, time)| format!("{name} {}", duration(time)));
-        joined(times, ", ")
+/// Times of tracing and of colours, milliseconds.
+#[derive(Serialize)]
+pub struct StageTimes {
+    /// Tracing in f32, and everything that a device does.
+    trace: Millis,
+    /// Tracing in f64.
+    refine: Millis,
+    /// Exact arithmetic.
+    decide: Millis,
+    /// Transfer from the device into memory.
+    readback: Millis,
+    /// Colours; absent in `ms_runs` if the picture is neither lit nor sampled.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shade: Option<Millis>,
+}
+
+impl From<&Rendered> for StageTimes {
+    fn from(Rendered { timing, shade, .. }: &Rendered) -> StageTimes {
+        StageTimes {
+            trace: Millis(timing.trace),
+            refine: Millis(timing.refine),
+            decide: Millis(timing.decide),
+            readback: Millis(timing.readback),
+            shade: Some(Millis(*shade)),
+        }
     }
 }
 
-/// The stages of tracing and colours.
-pub fn stages(Rendered { timing, shade, .. }: &Rendered) -> [(&'static str, Duration); 5] {
-    [
-        ("trace", timing.trace),
-        ("refine", timing.refine),
-        ("decide", timing.decide),
-        ("readback", timing.readback),
-        ("shade", *shade),
-    ]
+/// Times of a picture or of a list of rays, milliseconds.
+#[derive(Serialize)]
+pub struct DrawTimes {
+    /// Reading the input; absent for a frame of a film.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    read: Option<Millis>,
+    /// Computing the records of the kernel.
+    prepare: Millis,
+    /// Building the hierarchy over many spheres, or updating it for another camera.
+    build: Millis,
+    /// Transfer to the device.
+    upload: Millis,
+    /// Compiling the shader.
+    compile: Millis,
+    #[serde(flatten)]
+    stages: StageTimes,
+    /// Writing the file.
+    write: Millis,
+    /// Total time since the start of the program, with opening the device; of a frame of a film, since the start of the
+    /// frame.
+    total: Millis,
+}
+
+/// `read 1.2 ms, prepare 0.1 ms`
+impl Display for DrawTimes {
+    fn fmt(&self, to: &mut Formatter) -> fmt::Result {
+        let DrawTimes { read, prepare, build, upload, compile, stages, write, total } = self;
+        let StageTimes { trace, refine, decide, readback, shade } = stages;
+        let times = [
+            ("read", read.as_ref()),
+            ("prepare", Some(prepare)),
+            ("build", Some(build)),
+            ("upload", Some(upload)),
+            ("compile", Some(compile)),
+            ("trace", Some(trace)),
+            ("refine", Some(refine)),
+            ("decide", Some(decide)),
+            ("readback", Some(readback)),
+            ("shade", shade.as_ref()),
+            ("write", Some(write)),
+            ("total", Some(total)),
+        ];
+        let present = times.into_iter().filter_map(|(name, time)| Some((name, time?)));
+        let words = present.map(|(name, time)| format!("{name} {}", duration(time.0)));
+        to.write_str(&joined(words, ", "))
+    }
 }
 
 /// A traced picture or list of rays.
 #[derive(Serialize)]
 pub struct Drawn {
+    /// Rays of the pixels, without shadow rays, or of the list.
     rays: RayCounts,
+    /// Number of pixels that show an object, or of rays that hit one.
     hits: u64,
-    /// Shadow rays cast, of lit pictures only.
+    /// [Shadow rays](#shadow-rays) of a lit picture.
     #[serde(skip_serializing_if = "Option::is_none")]
     shadow_rays: Option<RayCounts>,
-    /// Pixels by where their colours are from, of lit pictures only.
+    /// Number of lit pixels, by the device that computed the colour. Unstable in JSON.
     #[serde(skip_serializing_if = "Option::is_none")]
     colors: Option<ColorCounts>,
-    pub ms: Times,
+    /// Times, milliseconds.
+    pub ms: DrawTimes,
 }
 
 impl Drawn {
@@ -292,21 +372,21 @@ impl Drawn {
         total: Duration,
         is_lit: bool,
     ) -> Drawn {
-        let before = [
-            ("prepare", making.prepare),
-            // The hierarchy over many spheres, or fitting it to another view.
-            ("build", making.build),
-            ("upload", making.upload),
-            ("compile", making.compile),
-        ];
-        let read = read.map(|read| ("read", read));
-        let times = read.into_iter().chain(before).chain(stages(done));
         Drawn {
             rays: RayCounts::from(done.counts),
             hits: done.hits,
             shadow_rays: is_lit.then(|| done.shadow_rays.into()),
             colors: is_lit.then_some(done.colors),
-            ms: Times(times.chain([("write", done.write), ("total", total)]).collect()),
+            ms: DrawTimes {
+                read: read.map(Millis),
+                prepare: Millis(making.prepare),
+                build: Millis(making.build),
+                upload: Millis(making.upload),
+                compile: Millis(making.compile),
+                stages: StageTimes::from(done),
+                write: Millis(done.write),
+                total: Millis(total),
+            },
         }
     }
 }
@@ -316,12 +396,14 @@ impl Drawn {
 pub struct Work {
     #[serde(flatten)]
     on: On,
+    /// Name of the kernel.
     kernel: &'static str,
-    /// Width and height; absent for lists of rays.
+    /// Width and height, pixels; absent for a list of rays.
     #[serde(skip_serializing_if = "Option::is_none")]
     size: Option<[u32; 2]>,
+    /// Objects of the scene.
     objects: ObjectCounts,
-    /// Samples across and down a pixel, where there are several.
+    /// Number of samples across a pixel, and down it; absent for one sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     samples: Option<u32>,
 }
@@ -340,23 +422,24 @@ impl Work {
     }
 }
 
-/// The summary of `render` and `trace`.
+/// A picture of `render`, or the hits of `trace`.
 #[derive(Serialize)]
 pub struct Traced {
     #[serde(flatten)]
     pub work: Work,
     #[serde(flatten)]
     pub drawn: Drawn,
-    /// What the colours show, where they are not the objects' own.
+    /// With `--show`: the quantity that the colours show.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub show: Option<&'static str>,
-    /// What the colours mean.
+    /// With `--show`: the meaning of the colours.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub legend: Option<Vec<Entry>>,
+    /// Memory on the device, bytes.
     pub bytes_device: u64,
-    /// Times of the `--repeat` runs, in order.
+    /// With `--repeat`: times of each run after the first, milliseconds.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub ms_runs: Option<Vec<Times>>,
+    pub ms_runs: Option<Vec<StageTimes>>,
 }
 
 /// `3 spheres, 1 plane, certified on the CPU, in 24 ms`, all that the user waited for.

@@ -21,16 +21,17 @@ use crate::output::is_stdout;
 use crate::picture::{PictureArgs, unused_columns};
 use crate::progress::Progress;
 
-/// Print what is in a file: a scene, data, a picture or hits
+/// Describe a file: a scene, data, a picture or hits
 ///
 /// Of scenes and data: objects, lights, memory, and the size of the picture; nothing is rendered. Of pictures by
-/// `render`: version, hash of the scene, camera, size, samples, kernel, and number of proven pixels; the line
-/// `camera = …` can be pasted into a scene file. Of other pictures: format, size and channels. The whole file
-/// is read, so that a truncated one is found. An .npy with 3 to 7 columns, or with fields x, y and z, is data.
+/// `render`: version, hash of the scene, camera, size, samples, kernel, and number of certified pixels; the line
+/// `camera = …` can be pasted into a scene file. Of other pictures: format, size and channels. The whole file is
+/// read, so that a truncated one is found. An .npy with 3 to 7 columns, or with fields x, y and z, is data.
 #[derive(Args)]
 pub struct InfoArgs {
-    /// Scene file (TOML), data (.npy, .csv, .xyz, LAMMPS dumps), or picture (PNG, OpenEXR, NPY, PPM); `-` is a scene on
-    /// standard input
+    /// Scene (TOML), data (.npy, .csv, .xyz, LAMMPS dumps), or picture (PNG, OpenEXR, NPY, PPM)
+    ///
+    /// `-` is a scene or data on standard input.
     pub file: PathBuf,
     #[command(flatten)]
     pub size: SizeArgs,

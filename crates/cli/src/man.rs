@@ -20,10 +20,10 @@ use kugelblitz::words::did_you_mean;
 /// Print a manual page (roff), or write all of them
 #[derive(Args)]
 pub struct ManArgs {
-    /// The page of one command, or of the scene format: `scene` [default: the program]
+    /// Command, or `scene` for the scene format [default: the program]
     #[arg(value_name = "COMMAND")]
     of: Vec<String>,
-    /// Write all pages into this folder, which is made where it is missing
+    /// Write all pages to this folder, which is created if it does not exist
     #[arg(long, value_name = "DIR", conflicts_with = "of")]
     dir: Option<PathBuf>,
 }

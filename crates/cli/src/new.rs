@@ -14,12 +14,14 @@ use crate::{Run, wrong_usage};
 /// Write a small lit scene to start from
 #[derive(Args)]
 pub struct NewArgs {
-    /// The file (.toml), which must not be there yet. `-` is standard output
+    /// New scene file (.toml), which must not exist; `-` is stdout
     pub scene: PathBuf,
 }
 
+/// A new scene file.
 #[derive(Serialize)]
 pub struct Summary {
+    /// Path of the file.
     file: String,
 }
 

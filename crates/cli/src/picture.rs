@@ -12,8 +12,8 @@ use kugelblitz::error::{Message, Setting};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::{Shown, plain_json};
 use kugelblitz::scene::schema::{
-    self, CameraKeys, CloudKeys, ColorSpace, ColumnKeys, LightKeys, MissingRows, SkyKeys,
-    Value as _, option, read_value,
+    self, Argument, CameraKeys, CloudKeys, ColorSpace, ColumnKeys, LightKeys, MissingRows, SkyKeys,
+    option, read_argument,
 };
 use kugelblitz::scene::{
     Cloud, Color, ColorMap, Composed, Framing, InputFormat, Samples, Scene, SceneOverrides,
@@ -22,6 +22,7 @@ use kugelblitz::scene::{
 use kugelblitz::words::joined;
 use kugelblitz::{Error, Result};
 
+use crate::args::{CAMERA, DATA, LIGHT, PICTURE};
 use crate::options::{check_size, number, parser_of, samples_parser};
 use crate::output::{is_stdout, print, refuse_overwriting, text_quoted};
 use crate::progress::Progress;
@@ -42,10 +43,11 @@ pub struct PictureArgs {
 
 /// The camera.
 #[derive(Args, Clone, Default, PartialEq)]
-#[command(next_help_heading = "What the picture shows (wins over the scene)")]
+#[command(next_help_heading = CAMERA)]
 pub struct CameraArgs {
-    /// Frame all spheres, seen from this side: quarter, iso, x, -x, y, -y, z, -z [default without a
-    /// camera: quarter]
+    /// Frame everything from this side: quarter, iso, x, -x, y, -y, z or -z
+    ///
+    /// `quarter` is from the front, slightly right and above. [default without a camera: quarter]
     #[arg(
         long,
         value_name = "SIDE",
@@ -55,22 +57,30 @@ pub struct CameraArgs {
         conflicts_with = "position"
     )]
     pub view: Option<Viewpoint>,
-    /// Frame everything, with this part of the picture's shorter side free at each edge [default: 0.04]
-    #[arg(long, value_name = "PART", value_parser = parse_margin, allow_negative_numbers = true, conflicts_with = "position")]
+    /// Frame everything, with this free margin at each edge, as a fraction of the picture's shorter
+    /// side, from 0 to 0.45 [default: 0.04]
+    #[arg(long, value_name = "PART", value_parser = parse_margin, allow_negative_numbers = true, conflicts_with = "position",
+        hide_short_help = true)]
     pub margin: Option<f64>,
-    /// The camera's place
+    /// Camera position
     #[arg(long, value_name = "X,Y,Z", value_parser = option(schema::point), allow_hyphen_values = true)]
     pub position: Option<DVec3>,
-    /// The point in the middle of the picture
+    /// Point at the centre of the picture
     #[arg(long, value_name = "X,Y,Z", value_parser = option(schema::point), allow_hyphen_values = true)]
     pub look_at: Option<DVec3>,
-    /// The direction that appears upward: X,Y,Z, or x, -x, y, -y, z, -z [default: y]
+    /// Up direction: X,Y,Z, or x, -x, y, -y, z, -z
+    ///
+    /// [default: y]
     #[arg(long, value_name = "AXIS", value_parser = parse_up, allow_hyphen_values = true)]
     pub up: Option<DVec3>,
-    /// Vertical field of view of a perspective camera, degrees [default without a camera: 30]
+    /// Perspective camera: vertical field of view
+    ///
+    /// In degrees, between 0 and 180. [default without a camera: 30]
     #[arg(long, value_name = "DEGREES", value_parser = option(schema::fov), allow_negative_numbers = true, conflicts_with = "height")]
     pub fov: Option<f64>,
-    /// An orthographic camera: the picture's height in the scene's unit, or `auto` to frame everything
+    /// Orthographic camera: height of the picture, or auto
+    ///
+    /// In scene units; `auto` frames everything.
     #[arg(long, value_name = "H", value_parser = value_or("auto", "", option(schema::height)), allow_negative_numbers = true)]
     pub height: Option<ValueOr<f64>>,
 }
@@ -82,33 +92,47 @@ impl CameraArgs {
     }
 }
 
-/// Light, and what is seen where no object is.
+/// Light, and the background.
 #[derive(Args, Clone, Default)]
-#[command(next_help_heading = "What the picture shows (wins over the scene)")]
+#[command(next_help_heading = LIGHT)]
 pub struct LightArgs {
-    /// Colour where no object is: "#rrggbb", a name of CSS, or linear R,G,B
+    /// eye, X,Y,Z or sun:X,Y,Z, each @INTENSITY; or none
+    ///
+    /// Light that replaces all lights of the scene; can be repeated. `eye` is a headlight, `X,Y,Z` a
+    /// point light, `sun:X,Y,Z` a directional light that shines in this direction. `@` sets the
+    /// intensity: 4,6,3@0.7. `none` removes all lights.
+    #[arg(long, value_name = "LIGHT", value_parser = value_or("none", LIGHT_USAGE, parse_light), allow_hyphen_values = true)]
+    pub light: Vec<ValueOr<LightKeys>>,
+    /// Ambient occlusion: intensity, directions; or none
+    ///
+    /// Soft light from all directions: the intensity on an open plane, and the number of directions,
+    /// from 1 to 65536 [default: 16]. Each direction costs one shadow ray per sample. `none` removes
+    /// the sky.
+    #[arg(long, value_name = "I,N", value_parser = value_or("none", SKY_USAGE, parse_sky), allow_negative_numbers = true)]
+    pub sky: Option<ValueOr<SkyKeys>>,
+    /// Uniform light on every surface: a number or a colour; or none
+    #[arg(long, value_name = "LIGHT", value_parser = value_or("none", "", option(schema::ambient)), allow_negative_numbers = true,
+        hide_short_help = true)]
+    pub ambient: Option<ValueOr<Color>>,
+    /// Background colour
+    ///
+    /// "#rrggbb", a CSS name, or linear R,G,B from 0 to 1.
     #[arg(long, value_name = "COLOR", value_parser = option(schema::color))]
     pub background: Option<Color>,
-    /// A light in place of all others; can be given several times: eye, a point X,Y,Z, a sun's way
-    /// sun:X,Y,Z, each with its intensity behind @ (4,6,3@0.7); or none
-    #[arg(long, value_name = "LIGHT", value_parser = value_or("none", LIGHT, parse_light), allow_hyphen_values = true)]
-    pub light: Vec<ValueOr<LightKeys>>,
-    /// Soft light from everywhere: intensity, or intensity,directions; or none
-    #[arg(long, value_name = "I,N", value_parser = value_or("none", SKY, parse_sky), allow_negative_numbers = true)]
-    pub sky: Option<ValueOr<SkyKeys>>,
-    /// Light that every surface gets: a number or a colour; or none
-    #[arg(long, value_name = "LIGHT", value_parser = value_or("none", "", option(schema::ambient)), allow_negative_numbers = true)]
-    pub ambient: Option<ValueOr<Color>>,
 }
 
-/// What is drawn, and the scene that all this amounts to.
+/// How a picture is drawn, and the scene with all options.
 #[derive(Args, Clone)]
-#[command(next_help_heading = "What the picture shows (wins over the scene)")]
+#[command(next_help_heading = PICTURE)]
 pub struct DrawArgs {
-    /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1; 2 for data]
+    /// N × N samples per pixel, for smooth edges
+    ///
+    /// Antialiasing, with N from 1 to 16. [default: the scene's [image], or 1; 2 for data]
     #[arg(long, value_name = "N", value_parser = samples_parser())]
     pub samples: Option<Samples>,
-    /// Write the scene that all this amounts to, to standard output or to FILE; without -o, do no more
+    /// Write the scene file of this picture
+    ///
+    /// With all options, to FILE or to standard output. Without --output, nothing is rendered.
     #[arg(
         long,
         value_name = "FILE",
@@ -123,44 +147,54 @@ pub struct DrawArgs {
 
 /// How data are read, and the spheres of a scene's only cloud.
 #[derive(Args, Clone, Default)]
-#[command(next_help_heading = "Data (.npy, .csv, .xyz, LAMMPS dumps), or a scene's only cloud")]
+#[command(next_help_heading = DATA)]
 pub struct DataArgs {
-    /// Format of SCENE, if its content is not recognized: toml, npy, csv, xyz or lammps
-    #[arg(long, value_name = "FORMAT", value_parser = parser_of(InputFormat::ALL.map(|(_, format)| format), name_of_input),
-        hide_possible_values = true)]
-    pub input_format: Option<InputFormat>,
-    /// Radius of all spheres, if the data have none [default: half the median distance between
-    /// neighbours]
+    /// Radius of all spheres, if the data have none
+    ///
+    /// [default: half the median distance between neighbours]
     #[arg(long, value_name = "R", value_parser = option(schema::radius), allow_negative_numbers = true)]
     pub radius: Option<f64>,
-    /// Colour of all spheres, if the data have none: "#rrggbb", a CSS name, or linear R,G,B
+    /// Colour of all spheres, if the data have none
+    ///
+    /// "#rrggbb", a CSS name, or linear R,G,B from 0 to 1.
     #[arg(long, value_name = "COLOR", value_parser = option(schema::color), conflicts_with = "color_by")]
     pub color: Option<Color>,
-    /// Colour space of colours in the data: srgb or linear [default: srgb]
-    #[arg(long, value_name = "SPACE", value_parser = option(schema::color_space))]
-    pub color_space: Option<ColorSpace>,
-    /// Apply a colour map to this column
+    /// Colour the spheres by a column
     #[arg(long, value_name = "COLUMN")]
     pub color_by: Option<String>,
-    /// Colour map: viridis, magma, turbo, coolwarm, grey, … [default: viridis]
+    /// Colour map: viridis, magma, turbo, coolwarm, …
+    ///
+    /// [default: viridis]
     #[arg(long, value_name = "NAME", value_parser = option(schema::colormap))]
     pub colormap: Option<ColorMap>,
-    /// Numbers at the ends of the colour map [default: the column's minimum and maximum]
+    /// Values at the ends of the colour map
+    ///
+    /// [default: the column's minimum and maximum]
     #[arg(long, value_name = "LO,HI", value_parser = option(schema::range), allow_hyphen_values = true)]
     pub range: Option<[f64; 2]>,
-    /// Columns whose names are not known ones (radius=R,x=px), columns to ignore (radius=false), and a coordinate of all spheres
-    /// (z=0.0)
-    #[arg(long, value_name = "KEY=NAME,…", value_delimiter = ',', value_parser = parse_column)]
-    pub columns: Vec<(String, String)>,
-    /// Line that names the columns of a table, from 1
-    #[arg(long, value_name = "LINE", value_parser = option(schema::header))]
-    pub header: Option<u32>,
-    /// Treatment of rows without a coordinate or a radius: skip leaves them out [default: an error]
-    #[arg(long, value_name = "WHAT", value_parser = option(schema::missing))]
-    pub missing: Option<MissingRows>,
-    /// Frame of a file of several, from 0; -1 is the last one [default: 0]
+    /// Frame, if the file has several, from 0
+    ///
+    /// -1 is the last one. [default: 0]
     #[arg(long, value_name = "N", value_parser = option(schema::frame), allow_negative_numbers = true)]
     pub frame: Option<i32>,
+    /// Meaning of columns with unusual names: radius=R,x=px
+    ///
+    /// radius=false ignores a column; z=0.0 is a coordinate of all spheres.
+    #[arg(long, value_name = "KEY=NAME,…", value_delimiter = ',', value_parser = parse_column, hide_short_help = true)]
+    pub columns: Vec<(String, String)>,
+    /// Colour space of colours in the data: srgb or linear [default: srgb]
+    #[arg(long, value_name = "SPACE", value_parser = option(schema::color_space), hide_short_help = true)]
+    pub color_space: Option<ColorSpace>,
+    /// Line that names the columns of a table, from 1
+    #[arg(long, value_name = "LINE", value_parser = option(schema::header), hide_short_help = true)]
+    pub header: Option<u32>,
+    /// Rows without a coordinate or a radius: `skip` leaves them out [default: an error]
+    #[arg(long, value_name = "WHAT", value_parser = option(schema::missing), hide_short_help = true)]
+    pub missing: Option<MissingRows>,
+    /// Format of SCENE, if its content is not recognized: toml, npy, csv, xyz or lammps
+    #[arg(long, value_name = "FORMAT", value_parser = parser_of(InputFormat::ALL.map(|(_, format)| format), name_of_input),
+        hide_possible_values = true, hide_short_help = true)]
+    pub input_format: Option<InputFormat>,
 }
 
 /// Returns the name of an input format.
@@ -363,11 +397,10 @@ impl DataArgs {
         if let Some((key, _)) = self.columns.iter().find(|(key, _)| !said.insert(key)) {
             return wrong_usage(format!("--columns: `{key}` is said twice; say it once"));
         }
-        let pair =
-            |(key, value): &(String, String)| format!("{} = {}", key.toml(), column_toml(value));
-        let toml = format!("{{ {} }}", joined(self.columns.iter().map(pair), ", "));
+        let pair = |(key, value): &(String, String)| (key.clone(), column_argument(value));
+        let columns = Argument::Table(self.columns.iter().map(pair).collect());
         let columns =
-            read_value::<ColumnKeys>("columns", &toml, schema::table).map_err(|fault| {
+            read_argument::<ColumnKeys>("columns", &columns, schema::table).map_err(|fault| {
                 Error::Usage(Message::new(format!("--columns: {}", fault.message), fault.hint))
             })?;
         Ok(CloudKeys {
@@ -392,14 +425,13 @@ pub fn unused_columns(cloud: &Cloud) -> String {
     format!("columns not used: {names}")
 }
 
-/// Returns the value of a column in TOML: `false` for none, a number with a point for all spheres, else a name.
-fn column_toml(value: &str) -> String {
-    let is_float =
-        value.contains(['.', 'e', 'E']) && value.parse::<f64>().is_ok_and(f64::is_finite);
-    match value {
-        "false" => value.into(),
-        _ if is_float => value.parse::<f64>().map_or(value.toml(), |number| number.toml()),
-        _ => value.toml(),
+/// Reads the value of a column: `false` for none, a number with a decimal point for all spheres, else a name.
+fn column_argument(value: &str) -> Argument {
+    let number = value.parse().ok().filter(|number: &f64| number.is_finite());
+    match number.filter(|_| value.contains(['.', 'e', 'E'])) {
+        Some(number) => Argument::Float(number),
+        None if value == "false" => Argument::Boolean(false),
+        None => Argument::Text(value.into()),
     }
 }
 
@@ -443,7 +475,7 @@ fn parse_column(text: &str) -> Result<(String, String), String> {
     }
 }
 
-const LIGHT: &str = "; give eye, a point X,Y,Z, a sun's way sun:X,Y,Z, each with its intensity behind @ where it is \
+const LIGHT_USAGE: &str = "; give eye, a point X,Y,Z, a sun's way sun:X,Y,Z, each with its intensity behind @ where it is \
                      not 1, e.g. 4,6,3@0.7";
 
 fn parse_light(text: &str) -> Result<LightKeys, String> {
@@ -460,7 +492,7 @@ fn parse_light(text: &str) -> Result<LightKeys, String> {
     })
 }
 
-const SKY: &str =
+const SKY_USAGE: &str =
     "; give the light of an open plane, and perhaps the number of directions, e.g. 0.5,16";
 
 fn parse_sky(text: &str) -> Result<SkyKeys, String> {

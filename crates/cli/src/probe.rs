@@ -11,8 +11,10 @@ use crate::Run;
 use crate::head::Done;
 use crate::quiet::{self, quietly};
 
+/// The Vulkan adapters.
 #[derive(Serialize)]
 pub struct Summary {
+    /// Adapters, the best first.
     adapters: Vec<Probed>,
 }
 
@@ -21,8 +23,9 @@ pub struct Summary {
 pub struct Probed {
     #[serde(flatten)]
     facts: AdapterFacts,
+    /// Measured arithmetic; `null` if it could not be measured.
     arithmetic: Option<Measured>,
-    /// Why the arithmetic could not be measured.
+    /// Reason why the arithmetic could not be measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     failure: Option<String>,
 }
@@ -30,9 +33,11 @@ pub struct Probed {
 /// The findings of the self-test.
 #[derive(Serialize)]
 struct Measured {
+    /// Arithmetic in f32.
     f32: Arithmetic,
+    /// Arithmetic in f64; `null` if shaders do not support it.
     f64: Option<Arithmetic>,
-    /// True where the certified kernel's f32 stage runs on this device, rather than on the CPU.
+    /// Whether the f32 stage of the kernel `certified` runs on this adapter instead of the CPU.
     certified_on_device: bool,
 }
 

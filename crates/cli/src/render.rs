@@ -20,7 +20,7 @@ use kugelblitz_judge::show::{self, Entry, Show};
 
 use crate::args::RenderArgs;
 use crate::device;
-use crate::head::{Done, Drawn, Times, Traced, Work, stages, traced_in_words};
+use crate::head::{Done, Drawn, StageTimes, Traced, Work, traced_in_words};
 use crate::output::{check_ending, refuse_overwriting, written};
 use crate::picture::read_composed;
 use crate::progress::Progress;
@@ -80,9 +80,10 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         let Plan { style, wants, n_band_rows, .. } = plan;
         let done =
             session.render_into(&pixels, style, wants, n_band_rows, &mut (), &run.control)?;
+        let mut times = StageTimes::from(&done);
         // Flat colours count only with the first picture.
-        let counts = |(name, _): &(&str, Duration)| !(is_flat && *name == "shade");
-        Ok(Times(stages(&done).into_iter().filter(counts).collect()))
+        times.shade = times.shade.filter(|_| !is_flat);
+        Ok(times)
     };
     let ms_runs = args
         .repeat
@@ -102,7 +103,7 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     };
     let lines: Vec<String> = summary.legend.iter().flatten().map(Entry::to_string).collect();
     let line = format!("{}, {}", size(&pixels), traced_in_words(&session, run));
-    let times = format!("note: {}", summary.drawn.ms.in_words());
+    let times = format!("note: {}", summary.drawn.ms);
     let mut done = Done::with_file(summary, begun.beside, file, &line);
     done.said.extend(lines);
     if shows_nothing {

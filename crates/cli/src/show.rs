@@ -10,7 +10,7 @@ use crate::wrong_usage;
 
 /// The name on the command line.
 pub fn name_of_show(show: Show) -> PossibleValue {
-    PossibleValue::new(show.name())
+    PossibleValue::new(show.name()).help(show.explanation())
 }
 
 /// Refuses options that the shown numbers have no use for.

@@ -14,7 +14,7 @@ use crate::head::{Done, On};
 use crate::progress::Progress;
 use crate::render::size;
 
-/// What was found on a device.
+/// The verification of a picture.
 #[derive(Serialize)]
 pub struct Summary {
     #[serde(flatten)]
@@ -27,7 +27,7 @@ pub struct Summary {
 pub fn run(args: &VerifyArgs, run: &Run) -> Result<Done<Summary>> {
     let scene = args.scene.scene(run)?;
     let pixels = args.scene.pixels(&scene)?;
-    let verification = Verification::new(&scene, &pixels, args.samples, args.seed)?;
+    let verification = Verification::new(&scene, &pixels, args.samples, args.seed);
     let only = (!args.all_kernels).then_some(args.kernel.kernel);
     let device = device::open(&args.device.device, only, run)?;
     run.control.check()?;

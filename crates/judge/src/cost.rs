@@ -16,31 +16,33 @@ use kugelblitz::words::count;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
-/// Size and memory of a scene.
+/// Size and memory of a scene or of data.
 #[derive(Clone, Debug, Serialize)]
 pub struct Cost {
-    /// The objects.
+    /// Objects of the scene.
     pub objects: ObjectCounts,
-    /// The light; `None` for a scene without light.
+    /// Light of the scene; `null` for a scene without light.
     pub light: Option<LightOf>,
-    /// Samples across and down a pixel.
+    /// Number of samples across a pixel, and down it.
     pub samples: u32,
     /// Files of spheres, in the order of their ids.
     pub clouds: Vec<CloudFile>,
-    /// Bytes of the objects in memory, without the records of a kernel.
+    /// Memory of the objects without the records of a kernel, bytes.
     pub bytes_scene: u64,
-    /// Bytes of the objects on the device, by kernel.
+    /// Memory of the objects on the device without light, bytes, by the name of the kernel.
     pub bytes_device: BTreeMap<&'static str, u64>,
-    /// The hierarchy over many spheres; `None` if there are few.
+    /// Hierarchy over many spheres; `null` if there are few. Unstable in JSON.
     pub hierarchy: Option<Built>,
-    /// The cost of a picture; `None` without a camera.
+    /// Memory for a picture; `null` without a camera.
     pub picture: Option<PictureCost>,
 }
 
-/// The objects of a scene.
+/// Number of objects of a scene.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ObjectCounts {
+    /// Number of spheres, including spheres of data files.
     spheres: usize,
+    /// Number of planes.
     planes: usize,
 }
 
@@ -61,9 +63,9 @@ impl Display for ObjectCounts {
 /// The light of a scene.
 #[derive(Clone, Debug, Serialize)]
 pub struct LightOf {
-    /// Number of lights.
+    /// Number of `[[light]]` tables.
     pub lights: usize,
-    /// Number of suns of the sky; 0 without a sky.
+    /// Number of directions of the sky; 0 without a sky.
     pub sky_directions: u32,
     /// Whether there is ambient light.
     pub ambient: bool,
@@ -106,11 +108,11 @@ pub struct CloudFile {
 /// Memory for a picture.
 #[derive(Clone, Debug, Serialize)]
 pub struct PictureCost {
-    /// Columns and rows.
+    /// Width and height, pixels.
     pub size: [u32; 2],
-    /// Number of centre rays.
+    /// Number of pixels.
     pub rays: u64,
-    /// Memory for hits and writing, bytes, by format.
+    /// Memory for hits and for writing, bytes, by format, without formats that cannot store the picture.
     pub bytes_memory: BTreeMap<&'static str, u64>,
     /// Other memory, bytes: the objects, and the hierarchy over many spheres with the nodes that the picture and its samples
     /// see.

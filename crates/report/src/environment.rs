@@ -12,7 +12,7 @@ use serde::Serialize;
 pub struct Environment {
     /// Version of the program.
     pub version: String,
-    /// Commit of the program, if the build knew it.
+    /// Commit of the program; `null` if the build did not know it.
     pub commit: Option<String>,
     /// Date and time of the start, UTC, as in `2026-11-21T07:00:00Z`.
     pub date: String,
@@ -36,7 +36,7 @@ pub struct AdapterArithmetic {
     pub facts: AdapterFacts,
     /// Measured arithmetic in f32.
     pub arithmetic_f32: Arithmetic,
-    /// Measured arithmetic in f64; `None` without f64.
+    /// Measured arithmetic in f64; `null` without f64.
     pub arithmetic_f64: Option<Arithmetic>,
 }
 

@@ -42,7 +42,7 @@ pub fn sphere_at_distance(distance: f64, seed: u64) -> (Arc<Scene>, Rays) {
     (Arc::new(Scene { spheres, ..Scene::default() }), Rays::List(rays))
 }
 
-/// Generates spheres uniformly in a cube, as `kugelblitz generate cloud` does, and a picture of all of them.
+/// Generates spheres uniformly in a cube, as `kugelblitz generate` does, and a picture of all of them.
 pub fn spheres_in_cube(
     count: u64,
     seed: u64,

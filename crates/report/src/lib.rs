@@ -37,15 +37,15 @@ pub struct Report {
     pub settings: Settings,
     /// Measured scenes.
     pub scenes: Vec<ReportScene>,
-    /// Scenes of a class taken together.
+    /// Scenes of a class taken together: sums of counts, and the largest of the scenes' quantiles.
     pub classes: Vec<ClassRow>,
     /// Time and error of each scene.
     pub rays: Vec<SceneRow>,
-    /// Error against the distance of a sphere.
+    /// Error against the distance of a sphere; empty if scenes are given.
     pub distance: Vec<DistanceRow>,
-    /// Time against the number of spheres.
+    /// Time against the number of spheres in a cube; empty if scenes are given.
     pub spheres: Vec<SpheresRow>,
-    /// Shadows with and without an epsilon.
+    /// Shadows of each scene with lights.
     pub shadows: Vec<ShadowRow>,
     /// Everything that could not be measured.
     pub missing: Vec<Unmeasured>,
@@ -64,9 +64,9 @@ pub struct Settings {
     pub rounds: usize,
     /// Timed runs in each round, after one that is not timed.
     pub runs: usize,
-    /// Distances of a sphere of radius 1 from the camera.
+    /// Distances of a sphere of radius 1 from the camera. Unstable in JSON.
     pub distances: Vec<f64>,
-    /// Numbers of spheres to time.
+    /// Numbers of spheres to time. Unstable in JSON.
     pub spheres: Vec<u64>,
 }
 
@@ -106,7 +106,8 @@ pub struct ClassRow {
     /// Sums of counts, and the largest of the scenes' quantiles.
     #[serde(flatten)]
     pub errors: RayErrors,
-    /// Geometric means of the scenes' medians, minima and maxima, nanoseconds per ray.
+    /// Time to find the visible object of each pixel, nanoseconds per ray: geometric means of the scenes' medians, minima and
+    /// maxima.
     pub ns_per_ray: TimeSpread,
 }
 
@@ -150,7 +151,7 @@ pub struct SpheresRow {
     /// Kernel and device.
     #[serde(flatten)]
     pub of: KernelOnDevice,
-    /// Time to find the visible object of each pixel, as in [`SceneRow::ns_per_ray`].
+    /// Time to find the visible object of each pixel in all stages, without the read-back, nanoseconds per ray.
     pub ns_per_ray: TimeSpread,
     /// Time to build the hierarchy over the spheres, milliseconds; 0 without one.
     pub build_ms: TimeSpread,
@@ -163,7 +164,7 @@ pub struct ShadowRow {
     pub scene: String,
     /// Name of the kernel. The CPU computes the shadows of all kernels.
     pub kernel: &'static str,
-    /// Distance from the surface at which shadow rays start, world units; `None` for a kernel without an epsilon.
+    /// Distance from the surface at which shadow rays start, world units; `null` for a kernel without an epsilon.
     pub epsilon: Option<f64>,
     /// Number of compared pixels.
     pub pixels: u64,

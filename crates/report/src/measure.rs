@@ -4,14 +4,12 @@ use std::sync::Arc;
 
 use kugelblitz::control::Control;
 use kugelblitz::device::{Device, Made};
-use kugelblitz::memory;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::render::hits_bytes;
 use kugelblitz::scene::{Camera, Scene};
 use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants};
 use kugelblitz::{Error, Result};
-use kugelblitz_judge::verify::{SAMPLE_BYTES, Truth, sample};
+use kugelblitz_judge::verify::{Truth, sample};
 
 use super::generated::{DISTANCE_RAYS, MOST_TESTED, sphere_at_distance, spheres_in_cube};
 use super::{
@@ -88,10 +86,8 @@ impl<'a> Work<'a> {
     /// Measures everything. The control counts [`Work::n_rays`] rays.
     ///
     /// # Errors
-    /// Returns [`Error::TooLarge`] if the pictures do not fit into memory, the errors of tracing, and
-    /// [`Error::Interrupted`].
+    /// Returns the errors of tracing, and [`Error::Interrupted`].
     pub fn measure(self, environment: Environment) -> Result<Report> {
-        self.refuse_what_cannot_fit()?;
         let mut report = Report {
             environment,
             settings: self.settings.clone(),
@@ -137,16 +133,6 @@ impl<'a> Work<'a> {
             if n_benchmarks > 0 { n_traced + self.n_compared(workload) } else { 0 }
         };
         self.workloads().map(of_workload).sum::<u64>() + self.n_shadow_rays()
-    }
-
-    fn refuse_what_cannot_fit(&self) -> Result<()> {
-        let [width, height] = self.settings.size;
-        let n_rays = n_pixels([width, height]);
-        // Each ray may be undecided.
-        let hits = hits_bytes(n_rays, SURFACE) + n_rays * size_of::<u32>() as u64;
-        let samples = n_rays.min(self.settings.samples as u64) * SAMPLE_BYTES;
-        let what = format!("measuring pictures of {width}x{height} pixels");
-        memory::require(what, hits + samples, "measure a smaller --size, or fewer --samples")
     }
 
     fn workloads(self) -> impl Iterator<Item = Workload<'a>> {

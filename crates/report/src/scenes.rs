@@ -40,7 +40,7 @@ impl SceneClass {
 /// A scene to measure.
 #[derive(Clone, Debug, Serialize)]
 pub struct ReportScene {
-    /// File name without folder and extension.
+    /// File name without folder and extension; the path if two files have the same name.
     pub name: String,
     /// Class of the scene.
     pub class: SceneClass,

@@ -44,7 +44,7 @@ impl TimeSpread {
     }
 }
 
-/// Quantiles of errors. An infinite error belongs to a result that is not finite; JSON has `null` for it.
+/// Quantiles of errors. A result that is not finite has an infinite error, which is `null` in JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ErrorQuantiles {
     /// Median.
@@ -86,9 +86,9 @@ pub struct RayErrors {
     pub false_misses: u64,
     /// Rays that hit another object than the visible one.
     pub wrong_object: u64,
-    /// Error of `t` in f32 steps at the exact `t`, where the object is right.
+    /// Error of `t` in f32 steps at the exact `t`, where the object is right; `null` if it never is.
     pub t_ulp: Option<ErrorQuantiles>,
-    /// Angle to the exact normal, degrees, where the object is right.
+    /// Angle to the exact normal, degrees, where the object is right; `null` if it never is.
     pub normal_degrees: Option<ErrorQuantiles>,
 }
 

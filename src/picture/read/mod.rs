@@ -13,7 +13,11 @@ use crate::error::{Error, Result};
 use crate::input;
 use crate::memory;
 use crate::plain::Shown;
-use crate::trace::StageCounts;
+use crate::rays::Pixels;
+use crate::shade::Colors;
+use crate::trace::{Hits, StageCounts};
+
+pub use npy::channel_name;
 
 /// A picture, or a list of results, as it was read from a file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -132,40 +136,82 @@ impl ChannelValues {
     }
 }
 
-/// What a picture's file says of itself.
+/// Format, size, channels and metadata of a picture or of hits.
 #[derive(Clone, Debug, Serialize)]
 pub struct ImageFacts {
     /// Path of the file.
     pub file: String,
     /// Format of the file.
     pub format: &'static str,
-    /// Columns and rows.
+    /// Width and height, pixels.
     pub size: [usize; 2],
-    /// Left column, top row, width and height of a part.
+    /// Left column, top row, width and height of a part; `null` for a whole picture.
     pub window: Option<[i64; 4]>,
-    /// Columns and rows of the whole picture.
+    /// Width and height of the whole picture, pixels.
     pub whole: [usize; 2],
-    /// True for an array with one axis, as [`Image::is_list`].
+    /// Whether the file is an array with one axis, such as the hits of `trace`.
     pub is_list: bool,
-    /// The channels, in the order of the file.
+    /// Channels, in the order of the file.
     pub channels: Vec<ChannelFacts>,
-    /// What it says of how it was made.
+    /// Texts of the file that describe how it was made, by name.
     pub metadata: BTreeMap<String, String>,
-    /// Pixels that each stage decided, of files with `level`.
+    /// Number of pixels that each stage decided; `null` for a file without the channel `level`.
     pub levels: Option<StageCounts>,
 }
 
-/// What a channel is.
+/// Name and type of a channel.
 #[derive(Clone, Debug, Serialize)]
 pub struct ChannelFacts {
-    /// The channel's name.
+    /// Name of the channel.
     pub name: String,
-    /// The type of its numbers, as [`ChannelValues::kind`].
+    /// Type of its numbers: `u8`, `f32` and the like.
     #[serde(rename = "type")]
     pub kind: &'static str,
 }
 
 impl Image {
+    /// Creates the picture of these pixels from their colours, and from their hits if they are given.
+    pub fn of_pixels(
+        format: &'static str,
+        pixels: &Pixels,
+        colors: &Colors,
+        hits: Option<&Hits>,
+    ) -> Image {
+        let mut channels = Vec::new();
+        let mut add = |name: &str, samples: ChannelValues| {
+            channels.push(Channel { name: name.into(), samples });
+        };
+        for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
+            let samples = match colors {
+                Colors::Srgb8(all) => ChannelValues::U8(all.iter().map(|color| color[c]).collect()),
+                Colors::Srgb16(all) => {
+                    ChannelValues::U16(all.iter().map(|color| color[c]).collect())
+                }
+                Colors::Linear(all) => {
+                    ChannelValues::F32(all.iter().map(|color| color[c]).collect())
+                }
+            };
+            add(name, samples);
+        }
+        if let Some(hits) = hits {
+            add("id", ChannelValues::U32(hits.id.clone()));
+            add("Z", ChannelValues::F32(hits.t.clone()));
+            for (axis, name) in ["N.X", "N.Y", "N.Z"].into_iter().enumerate() {
+                let components = hits.normal.iter().map(|normal| normal[axis]);
+                add(name, ChannelValues::F32(components.collect()));
+            }
+        }
+        Image {
+            format,
+            width: pixels.width as usize,
+            height: pixels.height as usize,
+            whole: [pixels.image_width as usize, pixels.image_height as usize],
+            first: [pixels.x.into(), pixels.y.into()],
+            channels,
+            ..Image::default()
+        }
+    }
+
     /// What the file at `path`, from which it was read, says of itself.
     pub fn facts(&self, path: &Path) -> ImageFacts {
         let ([width, height], [x, y]) = ([self.width, self.height], self.first);

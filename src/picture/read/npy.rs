@@ -63,13 +63,20 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
     })
 }
 
-/// The name of a channel: of this program's fields, as its OpenEXR files have it; in an array without fields, three or
-/// four channels may be colours.
+/// The name of a channel of an array. Without fields, three or four channels may be colours.
 fn name(cell: &Cell, inner: usize, n_inner: usize) -> String {
-    match (cell.field.as_str(), cell.element) {
-        ("", _) if n_inner == 1 => "value".into(),
-        ("", _) if matches!(n_inner, 3 | 4) => ["R", "G", "B", "A"][inner].into(),
-        ("", _) => format!("value.{inner}"),
+    match cell.field.as_str() {
+        "" if n_inner == 1 => "value".into(),
+        "" if matches!(n_inner, 3 | 4) => ["R", "G", "B", "A"][inner].into(),
+        "" => format!("value.{inner}"),
+        field => channel_name(field, cell.element),
+    }
+}
+
+/// Returns the name of the channel of a field, or of an element of a field with several elements. Fields that this
+/// program writes have the names of the channels of its OpenEXR files.
+pub fn channel_name(field: &str, element: Option<usize>) -> String {
+    match (field, element) {
         ("t", None) => "Z".into(),
         ("a", None) => "A".into(),
         ("normal", Some(i @ 0..3)) => format!("N.{}", ["X", "Y", "Z"][i]),

@@ -5,9 +5,10 @@ use toml::de::DeValue;
 
 use super::{Key, Section, keys_of, lines};
 use crate::error::{Hint, SceneError};
-use crate::memory;
 use crate::plain::steers;
 use crate::scene::places::quoted;
+pub use crate::scene::raw::Argument;
+use crate::scene::raw::{RawContent, RawValue};
 use crate::scene::table::{Checked, Field, read_table};
 use crate::scene::{
     Color, ColorMap, DataFormat, MAX_SIDE, Samples, Sky, Source, hex, linear_from_srgb,
@@ -19,13 +20,15 @@ pub type Reader<T> = fn(&Field) -> Checked<T>;
 
 /// True or false.
 pub fn flag(field: &Field) -> Checked<bool> {
-    field.value().as_bool().ok_or_else(|| field.wrong_type("true or false"))
+    match field.content() {
+        RawContent::Boolean(flag) => Ok(flag),
+        _ => Err(field.wrong_type("true or false")),
+    }
 }
 
 /// A text in quotes.
 pub fn text(field: &Field) -> Checked<String> {
-    let text = field.value().as_str();
-    text.map(str::to_owned).ok_or_else(|| field.wrong_type("a string in quotes"))
+    field.text().map(str::to_owned).ok_or_else(|| field.wrong_type("a string in quotes"))
 }
 
 /// A point, world units.
@@ -177,7 +180,7 @@ pub fn srgb_color(field: &Field) -> Checked<Color> {
 }
 
 fn read_color(field: &Field, expected: &str, what: &str, linear: fn(f64) -> f64) -> Checked<Color> {
-    if let Some(text) = field.value().as_str() {
+    if let Some(text) = field.text() {
         return Color::parse(text)
             .ok_or_else(|| field.misspelt("a colour", text, Color::css_names(), expected));
     }
@@ -190,15 +193,17 @@ fn read_color(field: &Field, expected: &str, what: &str, linear: fn(f64) -> f64)
 
 /// A colour, or a number for white light, which is not bounded by 1.
 pub fn ambient(field: &Field) -> Checked<Color> {
-    match field.value() {
-        DeValue::Integer(_) | DeValue::Float(_) => intensity(field).map(|light| Color([light; 3])),
+    match field.content() {
+        RawContent::Integer(_) | RawContent::Float(_) => {
+            intensity(field).map(|light| Color([light; 3]))
+        }
         _ => color(field),
     }
 }
 
 /// Where a lamp is: a point, or at the eye.
 pub fn lamp(field: &Field) -> Checked<Source> {
-    match field.value().as_str() {
+    match field.text() {
         Some("eye") => Ok(Source::Eye),
         Some(other) => {
             Err(field
@@ -243,28 +248,28 @@ pub enum ColumnChoice {
 
 /// The name of a column or its place, `false` for none, or a float for all spheres.
 pub fn column_choice(field: &Field) -> Checked<ColumnChoice> {
-    match field.value() {
-        DeValue::Boolean(false) => Ok(ColumnChoice::Absent),
-        DeValue::Integer(number) => Ok(ColumnChoice::Named(number.to_string())),
-        DeValue::String(text) => Ok(ColumnChoice::Named(text.to_string())),
-        DeValue::Float(_) => field.number().map(ColumnChoice::Constant),
+    match field.content() {
+        RawContent::Boolean(false) => Ok(ColumnChoice::Absent),
+        RawContent::Integer(Ok(place)) => Ok(ColumnChoice::Named(place.to_string())),
+        RawContent::Text(text) => Ok(ColumnChoice::Named(text.to_owned())),
+        RawContent::Float(_) => field.number().map(ColumnChoice::Constant),
         _ => Err(field.wrong_type("the name of a column, or false for none")),
     }
 }
 
 /// The name of a column, or its place.
 pub fn column(field: &Field) -> Checked<String> {
-    match field.value() {
-        DeValue::Integer(number) => Ok(number.to_string()),
-        DeValue::String(text) => Ok(text.to_string()),
+    match field.content() {
+        RawContent::Integer(Ok(place)) => Ok(place.to_string()),
+        RawContent::Text(text) => Ok(text.to_owned()),
         _ => Err(field.wrong_type("the name of a column")),
     }
 }
 
 /// A table under its header, or in a line.
 pub fn table<S: Section>(field: &Field) -> Checked<S> {
-    match field.value() {
-        DeValue::Table(table) => read_table(table, field.span()),
+    match field.content() {
+        RawContent::Table(table) => read_table(&table, field.span()),
         _ => Err(field.wrong_type(format!("one table under {}", S::INFO.header))),
     }
 }
@@ -272,14 +277,11 @@ pub fn table<S: Section>(field: &Field) -> Checked<S> {
 /// Tables, each under its own header, or a list of them.
 pub fn tables<S: Section>(field: &Field) -> Checked<Vec<S>> {
     let expected = || format!("a list of tables, each under its own {}", S::INFO.header);
-    let list = field.value().as_array().ok_or_else(|| field.wrong_type(expected()))?;
-    // Each is kept whole until the file is read, however short it is.
-    let bytes = list.len() as u64 * size_of::<S>() as u64;
-    let advice = "give many spheres as a cloud, in a file of their own: [[spheres]]";
-    memory::require(format!("reading {} tables", list.len()), bytes, advice)
-        .map_err(|error| SceneError::new(field.span(), error.to_string(), advice))?;
-    let read = |value: &toml::Spanned<DeValue>| match value.get_ref() {
-        DeValue::Table(table) => read_table(table, value.span()),
+    let RawContent::List(list) = field.content() else {
+        return Err(field.wrong_type(expected()));
+    };
+    let read = |value: RawValue| match value.content() {
+        RawContent::Table(table) => read_table(&table, value.span()),
         _ => Err(Field { value, ..*field }.wrong_type(expected())),
     };
     list.iter().map(read).collect()
@@ -421,22 +423,22 @@ impl<S: Section> Value for Vec<S> {
 /// Reads values as a command line gives them: a number, numbers between commas, or a text. What it can't read, it
 /// answers with what was expected.
 pub fn option<T>(read: Reader<T>) -> impl Fn(&str) -> Result<T, String> + Clone {
-    // As TOML has them: whole numbers stay whole, and infinity is in lower case.
+    // Whole numbers stay whole.
     let number = |part: &str| {
         let part = part.trim();
-        let whole = part.parse::<i64>().ok().map(|number| number.to_string());
-        let float = || part.parse::<f64>().ok().map(|number| format!("{number:?}").to_lowercase());
-        whole.or_else(float)
+        let whole = part.parse().ok().map(Argument::Integer);
+        whole.or_else(|| part.parse().ok().map(Argument::Float))
     };
     move |text| {
-        let numbers: Option<Vec<String>> = text.split(',').map(number).collect();
-        let toml = match numbers.as_deref() {
-            Some([one]) => one.clone(),
-            Some(several) => format!("[{}]", several.join(", ")),
-            None => text.toml(),
+        let numbers: Option<Vec<Argument>> = text.split(',').map(number).collect();
+        let value = match numbers {
+            Some(mut numbers) if numbers.len() == 1 => numbers.remove(0),
+            Some(several) => Argument::List(several),
+            None => Argument::Text(text.to_owned()),
         };
         // Lists have no brackets there.
-        read_value("", &toml, read).map_err(|fault| fault.hint.to_string().replace(['[', ']'], ""))
+        let hint = |fault: Box<SceneError>| fault.hint.to_string().replace(['[', ']'], "");
+        read_argument("", &value, read).map_err(hint)
     }
 }
 
@@ -447,8 +449,20 @@ pub fn option<T>(read: Reader<T>) -> impl Fn(&str) -> Result<T, String> + Clone 
 pub fn read_value<T>(name: &'static str, toml: &str, read: Reader<T>) -> Checked<T> {
     let value =
         DeValue::parse(toml).map_err(|error| SceneError::new(0..0, error.message(), Hint::NONE))?;
+    read_raw(name, RawValue::Toml(&value), read)
+}
+
+/// Reads the value that a program gives for the key `name`.
+///
+/// # Errors
+/// Returns the errors of [`read_value`].
+pub fn read_argument<T>(name: &'static str, value: &Argument, read: Reader<T>) -> Checked<T> {
+    read_raw(name, RawValue::Argument(value), read)
+}
+
+fn read_raw<T>(name: &'static str, value: RawValue, read: Reader<T>) -> Checked<T> {
     let key = &Key { name, example: "", meaning: "" };
-    read(&Field { key, value: &value }).map_err(|mut fault| {
+    read(&Field { key, value }).map_err(|mut fault| {
         fault.subject.key.get_or_insert(name);
         fault
     })
@@ -470,6 +484,41 @@ mod tests {
             let fault = read(wrong, srgb_color).unwrap_err();
             assert!(!fault.hint.to_string().contains("linear"), "{wrong}: {}", fault.hint);
         }
+    }
+
+    #[test]
+    fn arguments_are_read_as_toml() {
+        use crate::scene::schema::{CloudKeys, PlaneKeys};
+        let numbers = |numbers: [f64; 3]| Argument::List(numbers.map(Argument::Float).into());
+        let entries = [
+            ("name", Argument::Text("floor".into())),
+            ("point", numbers([0.0, -1.0, 0.0])),
+            ("normal", Argument::List([0, 1, 0].map(Argument::Integer).into())),
+            ("color", numbers([0.5, 0.0, 1.0])),
+        ];
+        let mut entries = entries.map(|(key, value)| (key.to_owned(), value));
+        let plane = |entries: &[(String, Argument)]| {
+            read_argument("plane", &Argument::Table(entries.to_vec()), table::<PlaneKeys>)
+        };
+        let toml = "{ name = \"floor\", point = [0.0, -1.0, 0.0], normal = [0, 1, 0], color = [0.5, 0.0, 1.0] }";
+        let mut of_toml: PlaneKeys = read_value("plane", toml, table).unwrap();
+        of_toml.spans().fill(0..0);
+        assert_eq!(plane(&entries).unwrap(), of_toml);
+        for (value, toml) in [
+            (Argument::Float(f64::INFINITY), "inf"),
+            (Argument::LargeInteger("9223372036854775808".into()), "9223372036854775808"),
+            (Argument::Boolean(true), "true"),
+            (Argument::List(Vec::new()), "[]"),
+            (Argument::Table(Vec::new()), "{}"),
+        ] {
+            let of_argument = read_argument("radius", &value, radius).unwrap_err();
+            let of_toml = read_value("radius", toml, radius).unwrap_err();
+            assert_eq!(of_argument.message, of_toml.message);
+        }
+        entries[0].0 = "nam".into();
+        assert!(plane(&entries).unwrap_err().hint.to_string().contains("`name`"));
+        let both = ["color", "color_by"].map(|key| (key.to_owned(), Argument::Text("red".into())));
+        read_argument("spheres", &Argument::Table(both.into()), table::<CloudKeys>).unwrap_err();
     }
 
     #[test]

@@ -178,5 +178,5 @@ fn a_report_of_large_pictures_is_refused_with_numbers() {
     let line = format!("report {} --size 8192x8192 --device cpu", scene_file("figure1"));
     let (code, said) = within("-v", 800_000, folder.path(), &line);
     assert_eq!(code, 7, "{said}");
-    assert!(said.contains("8192x8192 pixels needs 1544 MiB"), "{said}");
+    assert!(said.contains("hits of 67108864 rays needs 1280 MiB"), "{said}");
 }

@@ -2,10 +2,10 @@
 
 use kugelblitz::control::Control;
 use kugelblitz::error::Message;
-use kugelblitz::picture::{Channel, ChannelValues, Image};
+use kugelblitz::picture::{ChannelValues, Image};
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Camera, Samples, parse_scene};
-use kugelblitz::shade::{Colors, Encoding, Style};
+use kugelblitz::shade::{Encoding, Style};
 use kugelblitz::trace::{Kernel, Wants};
 use kugelblitz::{Error, Result, Session};
 
@@ -58,40 +58,8 @@ pub fn exact_picture(
     let style = Style { n_samples, ..Style::new(encoding) };
     let wants = Wants { surface: has_hits, level: false };
     let (kept, _) = session.keep(pixels, style, wants, control)?;
-    let mut image = Image {
-        format: "exact picture",
-        width: pixels.width as usize,
-        height: pixels.height as usize,
-        whole: [pixels.image_width as usize, pixels.image_height as usize],
-        first: [pixels.x.into(), pixels.y.into()],
-        ..Image::default()
-    };
-    let mut add = |name: &str, samples: ChannelValues| {
-        image.channels.push(Channel { name: name.into(), samples });
-    };
-    for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
-        add(
-            name,
-            match &kept.colors {
-                Colors::Srgb8(all) => ChannelValues::U8(all.iter().map(|color| color[c]).collect()),
-                Colors::Srgb16(all) => {
-                    ChannelValues::U16(all.iter().map(|color| color[c]).collect())
-                }
-                Colors::Linear(all) => {
-                    ChannelValues::F32(all.iter().map(|color| color[c]).collect())
-                }
-            },
-        );
-    }
-    if has_hits {
-        add("id", ChannelValues::U32(kept.hits.id));
-        add("Z", ChannelValues::F32(kept.hits.t));
-        for (axis, name) in ["N.X", "N.Y", "N.Z"].into_iter().enumerate() {
-            let component = kept.hits.normal.iter().map(|normal| normal[axis]);
-            add(name, ChannelValues::F32(component.collect()));
-        }
-    }
-    Ok(image)
+    let hits = has_hits.then_some(&kept.hits);
+    Ok(Image::of_pixels("exact picture", pixels, &kept.colors, hits))
 }
 
 /// Name of the text with the camera.

@@ -236,9 +236,9 @@ pub struct HitDifference {
 /// A comparison of hits, in numbers.
 #[derive(Serialize)]
 pub struct HitSummary {
-    /// Columns and rows of the whole picture; `null` for a list of rays.
+    /// Width and height of the whole picture, pixels; `null` for a list of rays.
     size: Option<[u32; 2]>,
-    /// Left column, top row, width and height of a part.
+    /// Left column, top row, width and height of a part; `null` for a whole picture and for a list of rays.
     crop: Option<[u32; 4]>,
     /// Objects of the scene.
     objects: ObjectCounts,
@@ -246,19 +246,19 @@ pub struct HitSummary {
     rays: usize,
     /// Quantities compared.
     compared: Vec<&'static str>,
-    /// Allowed errors.
+    /// Allowed errors, as for `--allow`.
     allowed: String,
-    /// Errors away from silhouettes.
+    /// Errors away from silhouettes; of a list of rays, all errors.
     away: ErrorStats,
     /// Errors at silhouettes; `null` for a list of rays.
     silhouettes: Option<ErrorStats>,
     /// Wrong rays by object, most wrong first.
     by_object: Vec<ObjectErrors>,
-    /// Worst rays.
+    /// Rays with the largest errors.
     worst: Vec<Finding>,
-    /// The transforms that explain the errors.
+    /// Transforms that explain the errors; `null` if none do.
     explained_by: Option<TransformMatch>,
-    /// Errors beyond the allowed ones.
+    /// Errors beyond the allowed ones, one sentence each; empty if the comparison succeeds.
     broken: Vec<String>,
 }
 

@@ -13,19 +13,19 @@ use super::{Allowed, RayError};
 /// Number of wrong rays of an object.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ObjectErrors {
-    /// Id of the object, 0 for the background.
+    /// Id of the object; 0 for the background.
     pub id: u32,
-    /// Name of the object.
+    /// Name of the object; `null` if it has none.
     pub name: Option<String>,
     /// Rays that see the object by exact arithmetic.
     pub rays: u64,
-    /// Rays among them, and rays that are said to see it, with a wrong id.
+    /// Rays with a wrong id that see the object by exact arithmetic or in the file.
     pub wrong_ids: u64,
-    /// Rays among them with a wrong `t`.
+    /// Rays that see the object, with a wrong `t`.
     pub wrong_t: u64,
-    /// Rays among them with a wrong normal.
+    /// Rays that see the object, with a wrong normal.
     pub wrong_normals: u64,
-    /// Share of all wrong rays that see this object or are said to, 0 to 1.
+    /// Share of all wrong rays that see the object by exact arithmetic or in the file, 0 to 1.
     pub share_of_wrong: f64,
 }
 

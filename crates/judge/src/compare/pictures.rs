@@ -15,30 +15,30 @@ use super::{Allowed, AllowedKey, Transform, TransformMatch};
 
 use crate::wrong_usage;
 
-/// How two pictures differ.
+/// Differences between two pictures.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct PictureDifference {
-    /// The first one.
+    /// First picture.
     pub a: PictureSide,
-    /// The second one.
+    /// Second picture.
     pub b: PictureSide,
-    /// What may differ, in words.
+    /// Allowed differences, as for `--allow`.
     pub allowed: String,
-    /// Pixels compared; 0 where the sizes differ.
+    /// Pixels compared; 0 if the sizes differ.
     pub pixels: u64,
     /// Pixels with any difference.
     pub differing: u64,
-    /// Pixels that differ by more than is allowed.
+    /// Pixels that differ by more than the allowed differences.
     pub beyond: u64,
-    /// Column and row of the first pixel with any difference.
+    /// Column and row of the first pixel that differs; `null` if none does.
     pub first: Option<[usize; 2]>,
-    /// The channels that both have.
+    /// Channels that both pictures have.
     pub channels: Vec<ChannelDifference>,
-    /// The names of texts that both have and that say something else.
+    /// Names of the texts in both files that differ.
     pub metadata_differs: Vec<String>,
-    /// What is more than allowed, one sentence each.
+    /// Differences beyond the allowed ones, one sentence each; empty if the comparison succeeds.
     pub broken: Vec<String>,
-    /// The transforms of the first picture that explain the differences.
+    /// Transforms of the first picture that explain the differences; `null` if none do.
     pub explained_by: Option<TransformMatch>,
     /// The largest difference of each pixel: whether it is beyond what is allowed of it, and 0 to 1 of its channel.
     #[serde(skip)]
@@ -48,36 +48,36 @@ pub struct PictureDifference {
 /// One of two pictures.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct PictureSide {
-    /// The file's name.
+    /// Path of the file.
     pub file: String,
-    /// The file's format.
+    /// Format of the file.
     pub format: &'static str,
-    /// Columns and rows.
+    /// Width and height, pixels.
     pub size: [usize; 2],
-    /// The channels that it alone has.
+    /// Channels that the other picture lacks.
     pub only: Vec<String>,
 }
 
-/// How two channels of one name differ.
+/// Differences between two channels with the same name.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ChannelDifference {
-    /// The name.
+    /// Name of the channel.
     pub name: String,
-    /// The types in both files.
+    /// Types in both files.
     pub types: [&'static str; 2],
-    /// The type in which they are compared.
+    /// Type in which the channels are compared.
     pub compared_as: &'static str,
     /// Pixels with any difference.
     pub differing: u64,
-    /// The largest difference.
+    /// Largest difference; `null` in JSON if it is infinite.
     pub largest: f64,
-    /// The most steps from one float to the other.
+    /// Largest difference in steps between two floats; `null` for other types.
     pub largest_ulp: Option<u64>,
-    /// Index of the pixel with the largest difference.
+    /// Index of the pixel with the largest difference; `null` if none differs. Unstable in JSON.
     pub at: Option<usize>,
-    /// The two numbers of that pixel.
+    /// Two numbers of the pixel with the largest difference; `null` if none differs.
     pub values: Option<[f64; 2]>,
-    /// Column and row of that pixel.
+    /// Column and row of the pixel with the largest difference; `null` if none differs.
     pub pixel: Option<[usize; 2]>,
 }
 

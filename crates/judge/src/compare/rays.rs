@@ -154,25 +154,25 @@ impl NormalError {
     }
 }
 
-/// How many rays differ in what, and how far at most.
+/// Number of rays that differ, and the largest differences.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RayDifferences {
     /// Rays compared.
     pub rays: u64,
-    /// Rays that hit an object where there is none.
+    /// Rays that hit an object instead of the background.
     pub false_hits: u64,
-    /// Rays that miss an object that is there.
+    /// Rays that hit the background instead of an object.
     pub false_misses: u64,
-    /// Rays that hit another object than the right one.
+    /// Rays that hit another object than the visible one.
     pub wrong_object: u64,
-    /// Rays on the right object whose `t` is not the f32 nearest to the right one.
+    /// Rays on the right object whose `t` is not the f32 nearest to the exact one.
     pub t_differs: u64,
-    /// The largest error of `t` on the right object, in f32 steps.
+    /// Largest error of `t` on the right object, in f32 steps; `null` in JSON if it is infinite.
     pub t_ulp_max: f64,
-    /// Rays on the right object with a normal whose components are not the f32 nearest to the right ones.
+    /// Rays on the right object with a component of the normal that is not the f32 nearest to the exact one.
     #[serde(rename = "normals_not_nearest")]
     pub normal_differs: u64,
-    /// The largest distance of a normal from the right one, on the right object.
+    /// Largest distance between a normal and the exact one, on the right object.
     pub normal_distance_max: f64,
     /// Index of the first ray with a wrong id.
     pub first_wrong_id: Option<usize>,
@@ -245,28 +245,29 @@ pub fn compare(a: &Hits, b: &Hits) -> RayDifferences {
     found
 }
 
-/// The errors of some rays.
+/// Errors of a class of rays.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ErrorStats {
-    /// How many rays these are.
+    /// Number of rays.
     pub rays: u64,
     /// Rays with a wrong id.
     pub wrong_ids: u64,
-    /// Rays that hit an object where there is none.
+    /// Rays that hit an object instead of the background.
     pub false_hits: u64,
-    /// Rays that hit nothing where there is an object.
+    /// Rays that hit the background instead of an object.
     pub false_misses: u64,
     /// Rays that hit another object than the visible one.
     pub wrong_object: u64,
-    /// Errors of `t` in f32 steps, where the object is right.
+    /// Errors of `t` in f32 steps, where the object is right; `null` if no ray has one.
     pub t_ulp: Option<ErrorSpread>,
-    /// Errors of `t` relative to the exact one.
+    /// Errors of `t` relative to the exact `t`, where the object is right; `null` if no ray has one.
     pub t_relative: Option<ErrorSpread>,
-    /// Angles between the normals and the exact ones, degrees.
+    /// Angles between the normals and the exact ones, degrees; `null` if no ray has one.
     pub normal_degrees: Option<ErrorSpread>,
-    /// Largest difference of a component of each normal from the exact one, without normalizing the normal.
+    /// Largest difference of a component of each normal from the exact one, without normalizing the normal; `null` if no ray
+    /// has one.
     pub normal_component: Option<ErrorSpread>,
-    /// Least and greatest length of the normals on the right objects, without NaN.
+    /// Least and greatest length of the normals on the right objects, without NaN; `null` if no ray has one.
     pub normal_length: Option<[f64; 2]>,
 }
 
@@ -315,20 +316,20 @@ impl ErrorStats {
     }
 }
 
-/// Errors of many rays in a few numbers. Infinite ones are those of results that are not finite.
+/// Distribution of errors. A result that is not finite has an infinite error, which is `null` in JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ErrorSpread {
-    /// How many there are.
+    /// Number of errors.
     pub n: u64,
-    /// Half of them are not larger.
+    /// Median: half of the errors do not exceed it.
     pub median: f64,
-    /// 99 of 100 are not larger.
+    /// Error that 99 % of the rays do not exceed.
     pub p99: f64,
-    /// The largest.
+    /// Maximum.
     pub worst: f64,
-    /// The first ray that has it.
+    /// Index of the first ray with the largest error.
     pub worst_ray: usize,
-    /// Column and row of that ray, where the rays are those of pixels.
+    /// Column and row of that ray; `null` for a list of rays.
     pub worst_pixel: Option<[u32; 2]>,
 }
 

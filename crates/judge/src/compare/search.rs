@@ -37,11 +37,11 @@ const NORMAL_ERROR: f64 = 0.1;
 /// Transforms that explain the errors of a comparison.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TransformMatch {
-    /// The transforms, as `--transform` takes them.
+    /// Transforms, as for `--transform`.
     pub transforms: String,
-    /// Share of the sampled rays that agree with them, 0 to 1.
+    /// Share of the sampled rays or pixels that agree with the transforms, 0 to 1.
     pub agree: f64,
-    /// Share of the sampled rays that agree without them, 0 to 1.
+    /// Share of the sampled rays or pixels that agree without the transforms, 0 to 1.
     pub agree_without: f64,
 }
 

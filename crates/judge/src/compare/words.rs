@@ -10,20 +10,20 @@ use super::objects::ObjectErrors;
 use super::{ErrorSpread, ErrorStats, NormalError, RayError, short};
 use crate::explain::six_digits;
 
-/// An error of one ray.
+/// A wrong result of one ray.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// What is wrong: `wrong id`, `wrong id at a silhouette`, `t`, `normal`.
+    /// `wrong id`, `wrong id at a silhouette`, `t` or `normal`.
     pub kind: &'static str,
     /// Index of the ray.
     pub ray: usize,
-    /// Column and row, where the ray belongs to a pixel.
+    /// Column and row of the ray; `null` for a list of rays.
     pub pixel: Option<[u32; 2]>,
-    /// What is claimed.
+    /// Result in the file. Unstable in JSON.
     pub says: String,
-    /// What is right.
+    /// Exact result. Unstable in JSON.
     pub exact: String,
-    /// How one sees why.
+    /// Command that explains the ray. Unstable in JSON.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub explain: Option<String>,
 }

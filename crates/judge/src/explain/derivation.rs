@@ -32,7 +32,7 @@ pub struct Derivation {
     /// The lines.
     #[serde(skip)]
     pub(super) lines: Vec<Line>,
-    /// The numbers in each arithmetic, as rows of the table.
+    /// The numbers in each arithmetic. Unstable in JSON.
     pub quantities: Vec<FormulaNumber>,
 }
 

@@ -6,71 +6,71 @@ use super::derivation::Derivation;
 use super::numbers::Exact;
 use super::words::Remark;
 
-/// How the point that a ray sees is lit, and the colour that comes of it.
+/// Light on the point that a ray sees, and the resulting colour.
 #[derive(Clone, Debug, Serialize)]
 pub struct Shading {
-    /// The lights, in the order of the scene file; none for the background.
+    /// Lights, in the order of the scene file; none for the background.
     pub lights: Vec<LightExplanation>,
-    /// The sky.
+    /// Sky; `null` without one.
     pub sky: Option<SkyExplanation>,
-    /// The colour of the ray.
+    /// Colour of the ray.
     pub color: ColorExplanation,
-    /// The colour of the pixel, where it is the mean of several samples.
+    /// Colour of the pixel as the mean of several samples; `null` with one sample.
     pub mean: Option<MeanExplanation>,
 }
 
-/// A light as it falls on the point.
+/// A light and its effect on the point.
 #[derive(Clone, Debug, Serialize)]
 pub struct LightExplanation {
-    /// `light 1`, counted in the order of the scene file.
+    /// Number in the order of the scene file: `light 1`.
     pub name: String,
-    /// `at (4, 6, 3)`
+    /// Position or direction in words: `at (4, 6, 3)`.
     pub place: Remark,
-    /// Whether it counts, exactly.
+    /// Whether the light illuminates the point, by exact arithmetic.
     pub verdict: LightVerdict,
-    /// The verdict in words, and what else is worth a remark.
+    /// The verdict in words, and remarks.
     pub why: Vec<Remark>,
     /// `w`, `n·ω`, `s` of what is in its way, and what it gives.
     #[serde(flatten)]
     pub derivation: Derivation,
 }
 
-/// Whether a light counts.
+/// Whether a light illuminates a point.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "is", rename_all = "snake_case")]
 pub enum LightVerdict {
-    /// It counts.
+    /// The light illuminates the point.
     Counts,
-    /// `n·ω < 0`.
+    /// The light is behind the surface, `n·ω < 0`.
     Behind,
-    /// `n·ω = 0`; also a light at the point itself.
+    /// The light is in the tangent plane, `n·ω = 0`, or at the point itself.
     Grazing,
-    /// Something is in its way.
+    /// An object occludes the light.
     Hidden {
-        /// Id of the first object in the way.
+        /// Id of the first occluder.
         by: u32,
     },
-    /// It is black, or its intensity is 0.
+    /// The light is black, or its intensity is 0.
     Dark,
 }
 
-/// The suns of the sky.
+/// The directions of the sky.
 #[derive(Clone, Debug, Serialize)]
 pub struct SkyExplanation {
-    /// All of them.
+    /// Number of directions of the sky.
     pub directions: usize,
-    /// Suns that illuminate the point.
+    /// Directions that illuminate the point.
     pub counting: usize,
-    /// Suns below the surface's horizon.
+    /// Directions behind the surface.
     pub behind: usize,
-    /// Suns that something hides from the point.
+    /// Directions that an object occludes.
     pub hidden: usize,
     /// How many count, and what they give together.
     #[serde(flatten)]
     pub derivation: Derivation,
 }
 
-/// A linear colour and its bytes.
+/// A linear colour and its bytes. Unstable in JSON.
 #[derive(Clone, Debug, Serialize)]
 pub struct ColorExplanation {
     /// Red, green and blue.
@@ -78,7 +78,7 @@ pub struct ColorExplanation {
     /// The channels in each arithmetic; how they come about, where light falls on what is seen.
     #[serde(flatten)]
     pub derivation: Derivation,
-    /// What is worth a remark.
+    /// Remarks.
     pub why: Vec<Remark>,
 }
 
@@ -87,20 +87,20 @@ pub struct ColorExplanation {
 pub struct ChannelByte {
     /// `red`, `green` or `blue`.
     pub name: &'static str,
-    /// The byte.
+    /// Byte of the channel.
     pub byte: u8,
-    /// The linear values that it stands for, from the first to below the second; endless for 0 and
-    /// 255.
+    /// Range of linear values with this byte, without its upper end. The lower end for 0 and the upper end for 255 are
+    /// infinite, which is `null` in JSON.
     pub range: [f64; 2],
-    /// How far the exact value is from the nearest end of the range.
+    /// Distance of the exact value from the nearest end of `range`.
     pub from_edge: Exact,
 }
 
 /// The colour of a pixel.
 #[derive(Clone, Debug, Serialize)]
 pub struct MeanExplanation {
-    /// Samples across and down the pixel.
+    /// Number of samples across a pixel, and down it.
     pub samples: u32,
-    /// Their mean.
+    /// Mean of the samples.
     pub color: ColorExplanation,
 }

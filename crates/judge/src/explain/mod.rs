@@ -37,7 +37,6 @@ use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::exact::{Root, Side, nearest};
-use kugelblitz::memory;
 use kugelblitz::parallel;
 use kugelblitz::plain::steers;
 use kugelblitz::prepare::Prepared;
@@ -94,34 +93,36 @@ pub struct Explanation {
     /// Digits of the results in formulas.
     #[serde(skip)]
     pub digits: usize,
-    /// The pixel, where the ray belongs to one.
+    /// The pixel; `null` for a ray that belongs to no pixel.
     pub pixel: Option<PixelOf>,
-    /// Camera's part of the ray, and the formulas from the pixel to the ray; `None` for a ray that belongs to no pixel.
+    /// The camera's part of the ray, and the formulas from the pixel to the ray; `null` for a ray that belongs to no pixel.
+    /// Unstable in JSON.
     pub camera: Option<CameraExplanation>,
-    /// `o` and `d`, six numbers. `stable` takes the origin in f64 or in two parts, so it has no
-    /// number for `o`.
+    /// Origin `o` and direction `d`, six numbers. Unstable in JSON.
+    ///
+    /// `stable` takes the origin in f64 or in two parts, so it has no number for `o`.
     #[serde(serialize_with = "quantities_alone")]
     pub ray: Derivation,
-    /// The objects: those that the ray hits, the nearest first, then those that it misses, the
-    /// ones that it passes nearest first.
+    /// Objects that the ray hits, the nearest first, then objects that the ray misses, the nearest to the ray first.
     pub objects: Vec<ObjectExplanation>,
-    /// Objects of the whole scene.
+    /// Number of objects of the scene.
     pub n_objects: usize,
-    /// Counts of the objects that are not among [`Explanation::objects`].
+    /// Number of the objects that are missing in `objects`.
     pub left_out: LeftOut,
-    /// The object that the ray sees, exactly; `None` for the background.
+    /// Visible object, by exact arithmetic; `null` for the background.
     pub winner: Option<Winner>,
-    /// The point where the ray meets it: the coordinates, `f(p)`, which is 0, and the unit normal that
-    /// faces the ray; `None` for the background. `stable` has its points relative to the camera, so it has
-    /// no number for `p`. The column of f64 is the kernel `double`, here and for all that follows.
+    /// Point where the ray hits the visible object: its coordinates `p`, `f(p)`, which is 0, and the unit normal that faces the
+    /// ray; `null` for the background. Unstable in JSON.
+    ///
+    /// `stable` has points relative to the camera, so it has no number for `p`. The column of f64 is the kernel `double`, here
+    /// and in all parts that follow.
     pub point: Option<Derivation>,
-    /// The light on what the ray sees, and its colour; `None` for a scene without light and pixels of
-    /// one sample.
+    /// Light on the visible object, and its colour; absent for a scene without light with one sample per pixel. Unstable in JSON.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shading: Option<Shading>,
-    /// The level at which the kernel `certified` decided the ray.
+    /// Stage that decided the ray with the kernel `certified`: `f32`, `f64` or `exact`.
     pub level: &'static str,
-    /// The results of each kernel, on the CPU and then on the device, where there is one.
+    /// Results of each kernel, on the CPU and then on the device.
     pub seen: Vec<KernelResult>,
 }
 
@@ -139,84 +140,85 @@ pub struct PixelOf {
     pub x: u32,
     /// Row.
     pub y: u32,
-    /// Width of the whole picture.
+    /// Width of the whole picture, pixels.
     pub width: u32,
-    /// Height of the whole picture.
+    /// Height of the whole picture, pixels.
     pub height: u32,
 }
 
-/// One object as the ray meets it.
+/// An object and its intersection with the ray.
 #[derive(Clone, Debug, Serialize)]
 pub struct ObjectExplanation {
-    /// Object id.
+    /// Id of the object.
     pub id: u32,
-    /// `sphere 3 (red giant)`, without anything that would steer a terminal.
+    /// Shape, id and name: `sphere 3 (red giant)`, without control characters. Unstable in JSON.
     pub label: String,
-    /// `sphere` or `plane`.
+    /// `sphere` or `plane`. Unstable in JSON.
     pub shape: &'static str,
-    /// The lecture's formulas with the exact numbers put in.
+    /// The lecture's formulas with the exact numbers put in. Unstable in JSON.
     pub formulas: Vec<String>,
     /// The numbers of the formula in each arithmetic.
     #[serde(flatten)]
     pub derivation: Derivation,
-    /// Why the object won or lost, exactly.
+    /// Reason why the object is visible or not, by exact arithmetic.
     pub reason: Reason,
-    /// The reason in words, and what else is worth a remark.
+    /// The reason in words, and remarks. Unstable in JSON.
     pub why: Vec<Remark>,
-    /// How far from the object the ray passes, world units, where it misses.
+    /// Distance between the ray and the object, world units; `null` if the ray hits it. Unstable in JSON.
     pub gap: Option<f64>,
 }
 
-/// Why an object is seen, or isn't.
+/// Reason why an object is visible or not.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "is", rename_all = "snake_case")]
 pub enum Reason {
-    /// The nearest positive `t`.
+    /// The object has the smallest positive `t`.
     Visible,
-    /// There is a nearer one.
+    /// Another object is nearer.
     Farther {
         /// Id of the visible object.
         than: u32,
     },
     /// Another object has the same `t` and a lower id.
     TieLost {
-        /// Id of that object.
+        /// Id of the other object.
         to: u32,
     },
-    /// `D < 0`.
+    /// The line of the ray misses the object, `D < 0`.
     Missed,
     /// No root is positive.
     Behind,
-    /// `d·n = 0`.
+    /// The ray is parallel to the plane, `d·n = 0`.
     Parallel,
-    /// `t` is larger than f32 can tell.
+    /// `t` is too large for f32.
     TooFar,
-    /// The equation has no solution to speak of: the ray's direction is zero. (No command takes
-    /// such a ray.)
+    /// The direction of the ray is zero.
+    ///
+    /// No command accepts such a ray.
     Degenerate,
 }
 
-/// How many objects are not explained, by what they are to the ray.
+/// Number of objects that are not explained.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct LeftOut {
-    /// Hit by it, but not first.
+    /// Objects that the ray hits, but not first.
     pub hit: usize,
-    /// Behind its origin, or at it.
+    /// Objects behind the origin of the ray, or at it.
     pub behind: usize,
-    /// Missed by the whole line.
+    /// Objects that the whole line misses.
     pub missed: usize,
 }
 
-/// The object that a ray sees, exactly.
+/// The visible object of a ray, by exact arithmetic.
 #[derive(Clone, Debug, Serialize)]
 pub struct Winner {
-    /// Object id.
+    /// Id of the object.
     pub id: u32,
-    /// The object's name, as [`ObjectExplanation::label`].
+    /// Shape, id and name, as in `objects`. Unstable in JSON.
     pub label: String,
-    /// `t`, to 20 digits.
+    /// Ray parameter `t` to 20 digits.
     pub t: String,
-    /// `t`, correctly rounded.
+    /// `t`, rounded to the nearest f32.
     pub t_f32: f32,
     /// Unit normal that faces the ray, to 20 digits.
     pub normal: [String; 3],
@@ -229,32 +231,28 @@ pub struct Winner {
 /// The result of a kernel on one device.
 #[derive(Clone, Debug, Serialize)]
 pub struct KernelResult {
-    /// The kernel's name.
+    /// Name of the kernel.
     pub kernel: &'static str,
-    /// `cpu` or `gpu`.
+    /// `gpu` or `cpu`.
     pub device: &'static str,
-    /// Object id; 0 is the background.
+    /// Id of the object; 0 for the background.
     pub id: u32,
-    /// The object's name, as [`ObjectExplanation::label`], or `background`.
+    /// Shape, id and name, as in `objects`, or `background`. Unstable in JSON.
     pub label: String,
-    /// Ray parameter; +∞ on the background.
+    /// Ray parameter; +∞ on the background, which is `null` in JSON.
     pub t: f32,
     /// Unit normal; zero on the background.
     pub normal: [f32; 3],
-    /// True where the id is the exact one.
+    /// Whether the id is the exact one.
     pub right: bool,
-    /// Error of `t` in f32 steps, where the right object is hit.
+    /// Error of `t` in f32 steps; `null` if it is infinite, or if the id is wrong.
     pub t_error_ulp: Option<f64>,
 }
-
-/// Upper bound of the memory for the explanation of an object and for its text, bytes. Measured: 19 KiB with 40 digits.
-const SHOWN_BYTES: u64 = 24 << 10;
 
 /// Explains one ray in a style.
 ///
 /// # Errors
-/// [`kugelblitz::Error::Usage`] where `rays` is not one ray, or for digits that can't be;
-/// [`kugelblitz::Error::TooLarge`] where there is not the memory to explain so many objects.
+/// Returns [`kugelblitz::Error::Usage`] if `rays` is not one ray, or the number of digits is out of range.
 pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<Explanation> {
     let &ExplainStyle { limit, lang, digits } = style;
     if !(1..=MAX_DIGITS).contains(&digits) {
@@ -263,14 +261,6 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, style: &ExplainStyle) -> Result<
     let mut numbers = RayNumbers::new(scene, rays, style)?;
     let n_objects = scene.n_objects();
     let limit = limit.unwrap_or(MOST_OBJECTS).clamp(1, MOST_OBJECTS);
-    let n_shown = limit.min(n_objects);
-    // The ranks are put together from parts; every object may be hit.
-    let ranking = n_objects * (2 * size_of::<Rank>() + size_of::<Root>());
-    memory::require(
-        format!("explaining {n_shown} of {n_objects} objects"),
-        ranking as u64 + n_shown as u64 * SHOWN_BYTES,
-        "free some, explain fewer objects, or split the scene",
-    )?;
     let (ranked, left_out) = ranked(&numbers, limit);
     let first = ranked.first().filter(|rank| rank.root.is_some()).map(|rank| rank.id);
     numbers.hit = nearest(&numbers.exact, first.and_then(|id| Some((id, scene.object(id)?))));

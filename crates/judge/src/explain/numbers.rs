@@ -37,12 +37,12 @@ impl Short {
     }
 }
 
-/// A number as it is.
+/// An exact number. Unstable in JSON.
 #[derive(Clone, Debug, Serialize)]
 pub struct Exact {
-    /// To 20 digits.
+    /// The number to 20 digits.
     pub decimal: String,
-    /// -1, 0 or 1.
+    /// Sign: -1, 0 or 1.
     pub signum: i32,
     #[serde(skip)]
     pub(super) root: Root,
@@ -103,31 +103,30 @@ pub fn scaled(x: f32, exponent: i32) -> f64 {
     libm::ldexp(x.into(), exponent)
 }
 
-/// A number as one arithmetic has it.
+/// A number in one arithmetic. Unstable in JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Approximation {
-    /// `None` where there is none: the root of a line that is taken for a miss.
+    /// The number; `null` if this arithmetic has none, such as the root of a line that counts as a miss.
     pub value: Option<f64>,
-    /// Error of the value in steps at the exact number: f32's, in the column of f64 f64's. Infinite where
-    /// the value isn't finite, or where it should be 0 and isn't. `None` where one of the two
-    /// numbers doesn't exist.
+    /// Error of `value` at the exact number, in f32 steps; in the column `f64`, in f64 steps. `null` if one of the two numbers
+    /// does not exist, and in JSON if it is infinite: if `value` is not finite, or if only the exact number is 0.
     pub error_ulp: Option<f64>,
-    /// True where its sign is not the exact one's.
+    /// Whether the sign differs from the sign of the exact number.
     pub wrong_sign: bool,
 }
 
-/// One number of a formula, in each arithmetic.
+/// A number of a formula, in each arithmetic. Unstable in JSON.
 #[derive(Clone, Debug, Serialize)]
 pub struct FormulaNumber {
-    /// As in the formula.
+    /// Symbol in the formula.
     pub symbol: &'static str,
-    /// In f32, as the kernel `lecture` has it; `None` where it has no such number.
+    /// The number in f32, as in the kernel `lecture`; `null` if it has no such number.
     pub lecture: Option<Approximation>,
-    /// In f32, as the kernel `stable` has it; `None` where it has no such number.
+    /// The number in f32, as in the kernel `stable`; `null` if it has no such number.
     pub stable: Option<Approximation>,
-    /// The lecture's formula in f64; `None` where it has no such number.
+    /// The number in f64, with the lecture's formula; `null` if it has no such number.
     pub f64: Option<Approximation>,
-    /// `None` where there is no such number.
+    /// The exact number; `null` if there is none.
     pub exact: Option<Exact>,
 }
 

@@ -3,11 +3,10 @@
 use std::time::{Duration, Instant};
 
 use kugelblitz::control::Control;
-use kugelblitz::memory;
 use kugelblitz::output::OutputFile;
 use kugelblitz::picture::{Metadata, PictureWriter, Sink};
 use kugelblitz::rays::Pixels;
-use kugelblitz::render::{Plan, band_rows, bands, hits_bytes};
+use kugelblitz::render::{Plan, band_rows, bands};
 use kugelblitz::scene::Samples;
 use kugelblitz::shade::{Colors, Encoding, Framebuffer, Pixel, Rendered, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
@@ -73,9 +72,6 @@ impl ShownPicture {
     ) -> Result<Vec<Rgb>> {
         let wants = self.show.wants();
         let n_rows = band_rows(pixels, wants);
-        let of_band = hits_bytes(u64::from(n_rows) * u64::from(pixels.width), wants);
-        let bytes = of_band.saturating_add((pixels.len() * size_of::<Rgb>()) as u64);
-        memory::require("a picture in memory", bytes, "show a smaller one")?;
         let mut colors = Vec::new();
         for band in bands(pixels, n_rows) {
             colors.extend(self.paint(session, &band, control)?);

@@ -12,15 +12,15 @@ use super::{Rgb, Show, Tint, tint};
 /// A colour with its meaning, and the pixels that have it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Entry {
-    /// sRGB.
+    /// sRGB colour, `#rrggbb` in JSON. Unstable in JSON.
     #[serde(serialize_with = "as_hex")]
     pub color: Rgb,
-    /// In words.
+    /// Meaning in words. Unstable in JSON.
     pub meaning: String,
-    /// How many pixels have this meaning; `None` where they aren't counted.
+    /// Number of pixels with this meaning; absent if they are not counted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pixels: Option<u64>,
-    /// Picture column and row of each, from the top, where they are so few that nobody would find them.
+    /// Column and row of each of these pixels; absent unless they are few.
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     pub at: Vec<[u32; 2]>,
 }

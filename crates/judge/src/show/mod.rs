@@ -54,17 +54,17 @@ impl Show {
     /// The name and one sentence.
     fn words(self) -> (&'static str, &'static str) {
         match self {
-            Show::Color => ("color", "What the command render draws, with light and samples"),
-            Show::Depth => ("depth", "t, the depth along the view axis, on a logarithmic scale"),
-            Show::Normal => ("normal", "The unit normal: x, y, z as red, green, blue"),
-            Show::Id => ("id", "A colour for each object id"),
+            Show::Color => ("color", "Colour, with light and samples"),
+            Show::Depth => ("depth", "Depth t along the view axis, on a logarithmic scale"),
+            Show::Normal => ("normal", "Unit normal: x, y, z as red, green, blue"),
+            Show::Id => ("id", "Object id, one colour each"),
             Show::Discriminant => (
                 "discriminant",
-                "D of the visible sphere, else of the one that the line comes nearest to. It counts \
+                "Discriminant of the visible sphere, or of the one nearest to the line. It counts \
                  points of the line: the ray, t > 0, may have fewer",
             ),
-            Show::Error => ("error", "The kernel against exact arithmetic, pixel by pixel"),
-            Show::Stage => ("stage", "The stage that decided which object is seen"),
+            Show::Error => ("error", "Error of the kernel, against exact arithmetic"),
+            Show::Stage => ("stage", "Arithmetic that decided the pixel: f32, f64 or exact"),
         }
     }
 

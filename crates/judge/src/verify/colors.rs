@@ -14,10 +14,6 @@ use kugelblitz::{Result, Session};
 use super::lit::{LitPoint, exact_mean};
 use super::{Near, hit_of};
 
-/// Bytes of a pixel whose colour is compared: its index and its colours, and the same once more on the
-/// way.
-pub const COLOR_BYTES: u64 = 64;
-
 /// Colours of the same pixels in every encoding.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RenderedColors {
@@ -135,7 +131,7 @@ pub(crate) fn samples_of_pixel<'a>(
     parallel::map(0..n_samples * n_samples, sample)
 }
 
-/// How many pixels have other colours.
+/// Number of pixels whose colours differ.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct ColorDifferences {
     /// Pixels compared.
@@ -146,7 +142,7 @@ pub struct ColorDifferences {
     pub srgb16: u64,
     /// Pixels whose linear floats differ, bit by bit.
     pub linear: u64,
-    /// Index of the first pixel that differs anywhere.
+    /// Index of the first pixel that differs; `null` if none does.
     pub first: Option<usize>,
 }
 

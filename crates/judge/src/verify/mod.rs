@@ -7,13 +7,13 @@ mod picture;
 mod truth;
 
 pub(crate) use colors::samples_of_pixel;
-pub use colors::{COLOR_BYTES, ColorDifferences, RenderedColors};
+pub use colors::{ColorDifferences, RenderedColors};
 pub(crate) use lit::{LitPoint, exact_mean};
 #[cfg(feature = "gpu")]
 pub use picture::{ColorsOfKernel, OfKernel, OnBoth, Parity, Verification, Verified};
 use truth::hit_of;
 pub(crate) use truth::{Near, candidates, is_clearly_missed};
-pub use truth::{SAMPLE_BYTES, TrueHit, Truth, sample};
+pub use truth::{TrueHit, Truth, sample};
 
 pub use crate::compare::RayError;
 use crate::compare::{RayDifferences, RayResult};

@@ -1,83 +1,80 @@
 //! A picture's kernels on both devices, held against each other and against exact arithmetic.
 
-use kugelblitz::error::{Hint, Setting};
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
-use kugelblitz::memory;
 use kugelblitz::rays::{Pixels, Rays};
-use kugelblitz::render::{bands, hits_bytes, n_steps, sampled_band_rows};
+use kugelblitz::render::{bands, n_steps, sampled_band_rows};
 use kugelblitz::scene::{Samples, Scene};
-use kugelblitz::shade::{Encoding, Lighting};
-use kugelblitz::trace::{Hits, Kernel, Wants};
+use kugelblitz::shade::Lighting;
+use kugelblitz::trace::{Hits, Kernel};
 use kugelblitz::{Result, Session};
 use serde::Serialize;
 
 use super::{
-    COLOR_BYTES, ColorDifferences, Differences, RenderedColors, SAMPLE_BYTES, Truth,
-    broken_promises,
+    ColorDifferences, Differences, RenderedColors, Truth, broken_promises,
     colors::{ENCODINGS, WANTS},
     promise, sample,
 };
 use crate::compare::RayDifferences;
 use crate::cost::ObjectCounts;
 
-/// What became of a picture's kernels.
+/// Results of the verification of a picture.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verified {
-    /// Columns and rows.
+    /// Width and height, pixels.
     pub size: [u32; 2],
     /// Objects of the scene.
     pub objects: ObjectCounts,
     /// Pixels traced.
     pub rays: usize,
-    /// Pixels that were held against exact arithmetic.
+    /// Pixels compared with exact arithmetic.
     pub samples: usize,
-    /// Seed of the draw of these pixels.
+    /// Seed of the draw of the compared pixels.
     pub seed: u64,
-    /// Each kernel.
+    /// Results of each kernel.
     pub kernels: Vec<OfKernel>,
 }
 
 /// The results of one kernel.
 #[derive(Clone, Debug, Serialize)]
 pub struct OfKernel {
-    /// The kernel's name.
+    /// Name of the kernel.
     pub kernel: &'static str,
-    /// What it promises, in words.
+    /// Promise of the kernel in words. Unstable in JSON.
     pub promise: String,
-    /// `null` where only the CPU traced.
+    /// Differences between the devices; `null` if only the CPU traced.
     pub gpu_against_cpu: Option<Parity>,
-    /// How the sampled pixels differ from what is exact.
+    /// Differences between the sampled pixels and the exact picture.
     pub against_exact: OnBoth<RayDifferences>,
-    /// The colours of lit or sampled pictures.
+    /// Colours of the kernel; absent unless the picture is lit or sampled.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colors: Option<ColorsOfKernel>,
-    /// Promises that are broken, one sentence each.
+    /// Broken promises, one sentence each; empty if the verification succeeds.
     pub broken: Vec<String>,
 }
 
 /// The colours of one kernel.
 #[derive(Clone, Debug, Serialize)]
 pub struct ColorsOfKernel {
-    /// `null` where only the CPU traced.
+    /// Differences between the devices; `null` if only the CPU traced.
     pub gpu_against_cpu: Option<ColorDifferences>,
-    /// How the sampled pixels' colours differ from the exact ones.
+    /// Differences between the colours of the sampled pixels and the exact ones.
     pub against_exact: OnBoth<ColorDifferences>,
 }
 
-/// Results of both devices; `null` where only the CPU traced.
+/// Results of both devices.
 #[derive(Clone, Debug, Serialize)]
 pub struct OnBoth<T> {
-    /// The result of the GPU.
+    /// Result of the GPU; `null` if only the CPU traced.
     pub gpu: Option<T>,
-    /// The result of the CPU.
+    /// Result of the CPU.
     pub cpu: T,
 }
 
-/// How the GPU's hits differ from the CPU's.
+/// Differences between the hits of the GPU and the CPU.
 #[derive(Clone, Debug, Serialize)]
 pub struct Parity {
     /// Rays compared.
@@ -88,13 +85,13 @@ pub struct Parity {
     pub other_object: u64,
     /// Rays on the same object with another `t`.
     pub t_differs: u64,
-    /// Largest distance of two `t` on the same object, in f32 steps at the CPU's.
+    /// Largest distance of two `t` on the same object, in f32 steps at the `t` of the CPU.
     pub t_ulp_max: u64,
     /// Rays on the same object with another normal.
     pub normal_differs: u64,
-    /// Largest Euclidean distance of two normals on the same object.
+    /// Largest distance of two normals on the same object.
     pub normal_distance_max: f64,
-    /// Index of the first ray that differs.
+    /// Index of the first ray that differs; `null` if none does.
     pub first: Option<usize>,
 }
 
@@ -135,15 +132,12 @@ pub struct Verification {
 
 impl Verification {
     /// Draws so many pixels by `seed`, to be held against exact arithmetic; without a number, as many as take some seconds.
-    ///
-    /// # Errors
-    /// [`Error::TooLarge`](kugelblitz::Error::TooLarge) where that does not fit the memory.
     pub fn new(
         scene: &Arc<Scene>,
         pixels: &Pixels,
         n_samples: Option<NonZeroUsize>,
         seed: u64,
-    ) -> Result<Verification> {
+    ) -> Verification {
         let lighting = Lighting::new(scene, &pixels.view);
         let of_pixel = scene.samples.unwrap_or_default();
         let is_colored = of_pixel > Samples::ONE || lighting.is_some();
@@ -156,43 +150,17 @@ impl Verification {
             ((1 << 31) / n_work).min((1 << 20) / n_ways).clamp(least, 1 << 16)
         };
         let n_samples = n_samples.map_or_else(some_seconds, NonZeroUsize::get).min(pixels.len());
-        let verification = Verification {
+        Verification {
             scene: Arc::clone(scene),
             pixels: *pixels,
             colors: is_colored.then_some(of_pixel),
-            samples: Vec::new(),
+            samples: sample(pixels.len(), n_samples, seed),
             seed,
-        };
-        verification.refuse_what_cannot_fit(n_samples)?;
-        Ok(Verification { samples: sample(pixels.len(), n_samples, seed), ..verification })
+        }
     }
 
     fn n_band_rows(&self) -> u32 {
         sampled_band_rows(&self.pixels, self.colors.unwrap_or_default(), WANTS)
-    }
-
-    /// Two results of a band, one a device, and the samples.
-    fn refuse_what_cannot_fit(&self, n_samples: usize) -> Result<()> {
-        let n_rays = u64::from(self.pixels.width) * u64::from(self.n_band_rows());
-        let mut sample_bytes = SAMPLE_BYTES;
-        let mut bytes = 2 * hits_bytes(n_rays, WANTS);
-        if let Some(of_pixel) = self.colors {
-            sample_bytes += COLOR_BYTES;
-            let color_bytes: usize = ENCODINGS.map(Encoding::pixel_bytes).iter().sum();
-            let n_samples = n_rays * u64::from(of_pixel.of_pixel());
-            // The shared light also has the linear colours, the indices of the lit pixels, and the ids of their samples.
-            let of_light = size_of::<[f64; 3]>() + size_of::<usize>();
-            bytes += n_rays * (2 * color_bytes + of_light) as u64;
-            bytes += 2 * hits_bytes(n_samples, Wants::default());
-        }
-        memory::require(
-            format!("comparing {n_rays} pixels at once"),
-            bytes.saturating_add(n_samples as u64 * sample_bytes),
-            Hint::new(
-                "verify a smaller {}, or fewer {}",
-                [Setting::named("size"), Setting::named("samples")],
-            ),
-        )
     }
 
     /// Returns the number of steps of these kernels, with a GPU or without, that [`Control`] counts.

@@ -14,10 +14,6 @@ use kugelblitz::trace::WorldRay;
 use crate::compare::RayResult;
 use crate::wrong_usage;
 
-/// Bytes of a ray that is compared: its index, what is exact about it, and the same once more on the
-/// way.
-pub const SAMPLE_BYTES: u64 = 128;
-
 /// The exact results for some of the rays.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
