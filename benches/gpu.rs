@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use criterion::{Criterion, Throughput};
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::Gpu;
+use kugelblitz::lighting::certified_lighting;
 use kugelblitz::prepare::Prepared;
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays};
 use kugelblitz::scene::{Samples, Scene};
-use kugelblitz::shade::certified_lighting;
-use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::{Error, Result, Session};
 
 use kugelblitz_benches::{Candidate, compare, criterion, figure};
@@ -23,7 +23,7 @@ fn candidate<'a>(
 ) -> Result<Candidate<'a>> {
     let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
     let device = Device::Gpu(Arc::clone(gpu));
-    let mut tracer = device.tracer(&prepared, Wants::default())?.tracer;
+    let mut tracer = device.tracer(&prepared, Outputs::default())?.tracer;
     let mut hits = Hits::default();
     let n_rays = Throughput::Elements(rays.len() as u64);
     let work = move || tracer.trace(rays, &Control::default(), &mut hits);
@@ -37,7 +37,7 @@ fn compare_light(criterion: &mut Criterion) -> Result<()> {
     let (scene, rays) = (Arc::new(scene), Rays::Pixels(pixels));
     let name = format!("light of figure 1 on {}", gpu.facts.name);
     let prepared = Arc::new(Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays)?);
-    let mut tracer = Device::Gpu(Arc::new(gpu)).tracer(&prepared, Wants::default())?.tracer;
+    let mut tracer = Device::Gpu(Arc::new(gpu)).tracer(&prepared, Outputs::default())?.tracer;
     let n_pixels = Throughput::Elements(pixels.len() as u64);
     let lighting = certified_lighting(&prepared, &pixels, Samples::ONE)
         .ok_or_else(|| Error::Usage("f32 has no say in this light".into()))?;

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use criterion::{Criterion, Throughput};
 use glam::DVec3;
+use kugelblitz::Control;
 use kugelblitz::Result;
-use kugelblitz::control::Control;
 use kugelblitz::prepare::Prepared;
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::tracer::Tracer;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -19,7 +19,7 @@ use kugelblitz_benches::{Candidate, compare, criterion, figure};
 /// Traces a whole picture, ids alone.
 fn candidate<'a>(scene: &Arc<Scene>, kernel: Kernel, rays: &'a Rays) -> Result<Candidate<'a>> {
     let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
-    let mut tracer = Tracer::on_cpu(prepared, Wants::default());
+    let mut tracer = Tracer::on_cpu(prepared, Outputs::default());
     let mut hits = Hits::default();
     let n_rays = Throughput::Elements(rays.len() as u64);
     let work = move || tracer.trace(rays, &Control::default(), &mut hits);

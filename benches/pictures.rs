@@ -4,14 +4,14 @@ use std::io::Cursor;
 use std::sync::Arc;
 
 use criterion::Throughput;
+use kugelblitz::Control;
 use kugelblitz::Result;
-use kugelblitz::control::Control;
+use kugelblitz::lighting::{Framebuffer, Palette, Style};
 use kugelblitz::picture::{Format, Metadata, PictureOptions, PictureWriter, Sink};
 use kugelblitz::prepare::Prepared;
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays};
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::Scene;
-use kugelblitz::shade::{Framebuffer, Palette, Style};
-use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::tracer::Tracer;
 
 use kugelblitz_benches::{Candidate, compare, criterion, figure};
@@ -36,7 +36,7 @@ fn main() -> Result<()> {
     let (scene, pixels) = figure("figure1.toml", [1280, 720])?;
     let (scene, rays) = (Arc::new(scene), Rays::Pixels(pixels));
     let prepared = Arc::new(Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays)?);
-    let (wants, mut hits) = (Wants { surface: true, level: false }, Hits::default());
+    let (wants, mut hits) = (Outputs { surface: true, level: false }, Hits::default());
     Tracer::on_cpu(prepared, wants).trace(&rays, &Control::default(), &mut hits)?;
 
     let (pixels, scene, hits) = (&pixels, &*scene, &hits);

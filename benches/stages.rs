@@ -4,10 +4,10 @@
 use std::sync::Arc;
 
 use criterion::Throughput;
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::prepare::Prepared;
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays, StageCounts, WorldRay};
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants, WorldRay};
 use kugelblitz::tracer::Tracer;
 use kugelblitz::{Error, Result};
 
@@ -23,7 +23,7 @@ fn candidate<'a>(
     expected: StageCounts,
 ) -> Result<Candidate<'a>> {
     let prepared = Arc::new(Prepared::new(Arc::clone(scene), Kernel::Certified, rays)?);
-    let mut tracer = Tracer::on_cpu(prepared, Wants::default());
+    let mut tracer = Tracer::on_cpu(prepared, Outputs::default());
     let mut hits = Hits::default();
     tracer.trace(rays, &Control::default(), &mut hits)?;
     if hits.counts != expected {

@@ -4,8 +4,8 @@
 
 use kugelblitz::Session;
 use kugelblitz::device::Device;
+use kugelblitz::query::Kernel;
 use kugelblitz::scene::{Camera, Color, Plane, Projection, Scene, Spheres};
-use kugelblitz::trace::Kernel;
 
 fn main() -> kugelblitz::Result<()> {
     // x, y, z and radius.

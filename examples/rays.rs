@@ -2,11 +2,11 @@
 //!
 //! `cargo run --release -p kugelblitz --example rays`
 
+use kugelblitz::Control;
 use kugelblitz::Session;
-use kugelblitz::control::Control;
 use kugelblitz::device::Device;
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays, WorldRay};
 use kugelblitz::scene::{Scene, Spheres};
-use kugelblitz::trace::{Hits, Kernel, Rays, Wants, WorldRay};
 
 fn main() -> kugelblitz::Result<()> {
     // x, y, z and radius.
@@ -24,7 +24,7 @@ fn main() -> kugelblitz::Result<()> {
 
     let mut session = Session::new(scene, Device::best(), Kernel::Certified);
     let mut hits = Hits::default();
-    let wants = Wants { surface: true, level: true };
+    let wants = Outputs { surface: true, level: true };
     session.trace(&rays, wants, &Control::default(), &mut hits)?;
     for i in 0..hits.id.len() {
         println!(

@@ -4,8 +4,8 @@
 
 use kugelblitz::Session;
 use kugelblitz::device::Device;
+use kugelblitz::query::Kernel;
 use kugelblitz::scene::{Camera, Projection, Scene, Spheres};
-use kugelblitz::trace::Kernel;
 
 /// `n` spheres on a spiral around a ball: x, y, z and radius, and a colour for each.
 fn spiral(n: usize) -> (Vec<[f64; 4]>, Vec<[f32; 3]>) {

@@ -1,6 +1,6 @@
-// The objects that a ray looks at one after the other. Their formulas are printed from src/seen: printed/seen.wgsl.
+// The objects that a ray looks at one after the other. Their formulas are printed from src/shape: printed/shape.wgsl.
 
-fn sphere_bounds(sphere: SphereSeen, ray: Ray) -> Bounds {
+fn sphere_bounds(sphere: SphereRecord, ray: Ray) -> Bounds {
     let bounds = leaf_bounds(sphere_leaf(sphere), ray);
     //#if close
     let close = sphere_bounds_close(sphere, ray);

@@ -1,4 +1,4 @@
-// Bytes of pixels in the light of the kernel certified: where bounds in f32 tell one byte of each colour, these, else OPEN.
+// Bytes of pixels in the light of the kernel certified: where bounds in f32 tell one byte of each colour, these, else UNDECIDED.
 // The bounds are printed: printed/light.wgsl.
 
 struct Lamp {
@@ -13,7 +13,7 @@ struct Lamp {
 }
 
 struct Lighting {
-    @align(16) lengths: Lengths,
+    @align(16) lengths: SurfaceErrorTerms,
     @align(16) ambient: LightBounds,
     @align(16) width: Bounds,
 }
@@ -22,14 +22,14 @@ struct Lighting {
 @group(0) @binding(next) var<uniform> lighting: Lighting;
 //#if tree
 struct AnchoredSphere {
-    seen: SphereSeen,
+    seen: SphereRecord,
     anchor: Anchor,
 }
 // By ids: of all objects the colours, the background's first, and of all spheres how the eye and shadow rays meet them.
 @group(0) @binding(next) var<storage, read> colors: array<vec4f>;
 @group(0) @binding(next) var<storage, read> seen_spheres: array<AnchoredSphere>;
 //#if lamps
-@group(0) @binding(next) var<storage, read> met_in_tree: array<SphereMet>;
+@group(0) @binding(next) var<storage, read> met_in_tree: array<SphereOccluder>;
 //#end
 //#else
 @group(0) @binding(next) var<uniform> colors: array<vec4f, N_COLORS>;
@@ -39,7 +39,7 @@ struct AnchoredSphere {
 //#if lamps
 //#each met shape
 struct OccludingShape {
-    met: ShapeMet,
+    met: ShapeOccluder,
     id: u32,
 }
 @group(0) @binding(next) var<uniform> met_shapes: array<OccludingShape, N_MET_SHAPES>;
@@ -66,7 +66,7 @@ fn color_of(id: u32) -> vec3f {
 //#end
 
 //#each indexed shape
-fn shape_of(id: u32) -> ShapeSeen {
+fn shape_of(id: u32) -> ShapeRecord {
     var shape = shapes[0];
     for (var i = 1u; i < N_SHAPES; i++) {
         if id == shape_id(i) {
@@ -77,7 +77,7 @@ fn shape_of(id: u32) -> ShapeSeen {
 }
 //#end
 
-fn sphere_surface(sphere: SphereSeen, ray: Ray, lengths: Lengths) -> SurfacePoint {
+fn sphere_surface(sphere: SphereRecord, ray: Ray, lengths: SurfaceErrorTerms) -> SurfacePoint {
     //#if close
     if sphere.is_close > 0.0 {
         return sphere_surface_close(sphere, ray, lengths);
@@ -116,14 +116,14 @@ fn side_at(lamp: Lamp, id: u32) -> f32 {
 
 //#if lamps
 // With an object that is in the way of no ray that starts on it.
-fn with_occluder(verdict: Verdict, next: Verdict, is_own: bool) -> Verdict {
+fn with_occluder(verdict: Occlusion, next: Occlusion, is_own: bool) -> Occlusion {
     return verdict_with(
-        verdict, Verdict(select(next.blocked, -1.0, is_own), select(next.clear, 1.0, is_own)));
+        verdict, Occlusion(select(next.blocked, -1.0, is_own), select(next.clear, 1.0, is_own)));
 }
 
 //#if tree
 // With the spheres of the tree. What an ended walk has not looked at may be in the way.
-fn verdict_in_tree(listed: Verdict, ray: ShadowRay, lamp: Lamp, own: u32) -> Verdict {
+fn verdict_in_tree(listed: Occlusion, ray: ShadowRay, lamp: Lamp, own: u32) -> Occlusion {
     let slabs = shadow_slabs(ray);
     var verdict = listed;
     var at = 0u;
@@ -144,14 +144,14 @@ fn verdict_in_tree(listed: Verdict, ray: ShadowRay, lamp: Lamp, own: u32) -> Ver
             verdict = with_occluder(verdict, next, own == step.id);
         }
     }
-    return Verdict(verdict.blocked, select(verdict.clear, -1.0, at < walk.n_boxes));
+    return Occlusion(verdict.blocked, select(verdict.clear, -1.0, at < walk.n_boxes));
 }
 //#end
 
 fn given_of(lamp: Lamp, surface: SurfacePoint, id: u32) -> Bounds {
     let ray = shadow_ray(lamp.aim, surface.point, surface.point_error);
     // From inside a sphere it is left open.
-    var verdict = Verdict(-1.0, surface.front);
+    var verdict = Occlusion(-1.0, surface.front);
     //#each met shape
     for (var i = 0u; i < N_MET_SHAPES; i++) {
         let other = met_shapes[i];
@@ -172,7 +172,7 @@ fn given_of(lamp: Lamp, surface: SurfacePoint, id: u32) -> Bounds {
     }
     //#end
     if lamp.casts_shadows == 0.0 {
-        verdict = Verdict(-1.0, 1.0);
+        verdict = Occlusion(-1.0, 1.0);
     }
     return behind(given, verdict);
 }
@@ -206,7 +206,7 @@ fn with_sample_at(sum: LightBounds, place: vec2u) -> LightBounds {
     let id = id_of(ray);
     var surface = surface_of(id, ray, steps_at(place));
     let is_none = id == 0u;
-    let is_known = !is_none & (id != OPEN) & (surface.point_error < KNOWN);
+    let is_known = !is_none & (id != UNDECIDED) & (surface.point_error < KNOWN);
     // Of what is not known numbers may be huge. A cosine says nothing where a normal is off by 1.
     surface.point = select(vec3f(0.0), surface.point, is_known);
     surface.normal =
@@ -240,6 +240,6 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
     let b = byte_of(pixel_light.low.z, pixel_light.high.z);
     let is_open = (r | g | b) > 255u;
     if pixel.x < params.width && index < params.n_rays {
-        codes[index] = select(r | g << 8u | b << 16u, OPEN, is_open);
+        codes[index] = select(r | g << 8u | b << 16u, UNDECIDED, is_open);
     }
 }

@@ -1,4 +1,4 @@
-// Twin of PlainRay, Hit and the search for the nearest one in src/kernel/plain.rs.
+// Twin of BaselineRay, Hit and the search for the nearest one in src/kernel/baseline.rs.
 
 struct Ray {
     origin: Vec3,
@@ -31,7 +31,7 @@ fn closer(hit: Hit, t: Real, id: u32) -> Hit {
 
 // The numbers of an object, for where this ray starts if a kernel's are for a point.
 //#each listed shape
-fn shape_at(ray: Ray, index: u32) -> ShapeRecord {
+fn shape_at(ray: Ray, index: u32) -> ShapeElement {
     //#if moved
     return shape_from(ray, shapes[index]);
     //#else

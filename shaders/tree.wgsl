@@ -1,6 +1,6 @@
 // Each ray walks through the boxes of the tree alone, as tests/src/twins/ids.rs does.
 
-@group(0) @binding(next) var<uniform> walk: Walk;
+@group(0) @binding(next) var<uniform> walk: Traversal;
 // Storage textures, whose texels a software device loads for all lanes at once also within a loop, without a look at levels: from
 // storage buffers the walk takes some hundred times as long there. Of a box, two texels (FlatBox in src/bvh/flat.rs), and
 // behind the boxes one for each sphere that is not in the tree, with its id.

@@ -1,4 +1,4 @@
-// Twin of V3::dot in src/num/mod.rs and of facing in src/kernel/plain.rs.
+// Twin of V3::dot in src/num/mod.rs and of facing in src/kernel/baseline.rs.
 
 // a·b, summed from left to right on every device: the built-in dot leaves the order open.
 fn dot3(a: Vec3, b: Vec3) -> Real {

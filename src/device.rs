@@ -11,8 +11,8 @@ use crate::error::Result;
 use crate::gpu::{AdapterFacts, Gpu, GpuTracer};
 use crate::prepare::Prepared;
 #[cfg(feature = "gpu")]
-use crate::trace::Kernel;
-use crate::trace::Wants;
+use crate::query::Kernel;
+use crate::query::Outputs;
 use crate::tracer::Tracer;
 
 #[cfg(feature = "gpu")]
@@ -53,7 +53,7 @@ impl Device {
     ///
     /// # Errors
     /// Those of [`GpuTracer::new`].
-    pub fn tracer(&self, prepared: &Arc<Prepared>, wants: Wants) -> Result<Made> {
+    pub fn tracer(&self, prepared: &Arc<Prepared>, wants: Outputs) -> Result<Made> {
         let prepared = Arc::clone(prepared);
         match self {
             #[cfg(feature = "gpu")]

@@ -35,12 +35,12 @@ use std::fmt::Write;
 use sha2::{Digest as _, Sha256};
 
 use crate::error::{Result, wrong_usage};
-use crate::parallel;
+use crate::lighting::{Colors, Framebuffer};
 use crate::picture::Sink;
+use crate::query::Hits;
 use crate::rays::Pixels;
 use crate::scene::{Color, Light, Samples, Scene, Source};
-use crate::shade::{Colors, Framebuffer};
-use crate::trace::Hits;
+use crate::support::parallel;
 
 /// The text before the digits: it tells the version.
 pub const PREFIX: &str = "kb2:";

@@ -9,15 +9,15 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use crate::control::Control;
 use crate::error::{Error, Result, wrong_usage};
-use crate::memory;
 use crate::output::OutputFile;
-use crate::random::SplitMix;
 use crate::scene::schema::{CloudKeys, SceneKeys};
 use crate::scene::{
     Camera, Color, MAX_OBJECTS, Projection, Scene, Sphere, Spheres, seen_from, write_rows,
 };
+use crate::support::control::Control;
+use crate::support::memory;
+use crate::support::random::SplitMix;
 
 /// How the spheres lie in space. Colours follow the place, so that pictures can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

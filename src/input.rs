@@ -5,8 +5,8 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::memory;
 use crate::plain::Shown;
+use crate::support::memory;
 
 /// Maximum number of bytes of an input that is read as a whole: a text, such as a scene or a list of digests, and an input of unknown
 /// length, such as a pipe. A binary file of known length may be as large as the memory.

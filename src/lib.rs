@@ -1,16 +1,16 @@
 //! Kugelblitz: a ray tracer for spheres and planes that proves which object every ray sees, and every byte
 //! of the picture.
 //!
-//! A [`Scene`](scene::Scene), a [`Device`](device::Device) and a [`Kernel`](trace::Kernel) make a
-//! [`Session`]; rays and cameras go in, [`Hits`](trace::Hits) and pictures come out. With
-//! [`Kernel::Certified`](trace::Kernel::Certified) the object of every hit is the one that exact
+//! A [`Scene`](scene::Scene), a [`Device`](device::Device) and a [`Kernel`](query::Kernel) make a
+//! [`Session`]; rays and cameras go in, [`Hits`](query::Hits) and pictures come out. With
+//! [`Kernel::Certified`](query::Kernel::Certified) the object of every hit is the one that exact
 //! arithmetic sees.
 //!
 //! ```
 //! use kugelblitz::Session;
 //! use kugelblitz::device::Device;
 //! use kugelblitz::scene::parse_scene;
-//! use kugelblitz::trace::Kernel;
+//! use kugelblitz::query::Kernel;
 //!
 //! fn main() -> kugelblitz::Result<()> {
 //!     let text = r##"
@@ -59,78 +59,17 @@
 //!   the lower id wins.
 //! - **Normal.** Unit length, turned to face the ray.
 //! - **Colour.** Linear inside, sRGB in scene files, PNG and PPM. A number of a picture is the one whose
-//!   range holds the exact colour, see [`scene::Edges`]; a float is the nearest one.
+//!   range holds the exact colour, see [`scene::QuantizationTable`]; a float is the nearest one.
 //! - **Light.** A light counts where `n·ω > 0` and no object has a root `s` of `p + s·w`, `0 < s < 1`,
 //!   towards a point light, or `0 < s` towards a sun; touching is in the way. Without any light, sky or
 //!   ambient light, objects have their colours as they are.
 //! - **Samples.** `n` × `n` of them in a pixel are the centre rays of a picture `n` times as large.
 //!
-//! # Modules, along the way of the data
-//! | module | what it holds |
-//! | --- | --- |
-//! | [`scene`] | what the user wrote, in f64, checked; the reader of TOML and clouds, its errors |
-//! | [`generate`] | clouds of spheres made up from a seed |
-//! | [`rays`] | bundles of rays: a camera's pixels, and lists |
-//! | [`trace`] | what a tracer takes and gives |
-//! | [`tracer`] | [`tracer::Tracer`] of a prepared scene, and [`tracer::Backend`], what a device does for it |
-//! | [`prepare`] | scene → the plain numbers that are traced |
-//! | [`bvh`] | the tree over many spheres, and one walk through it |
-//! | [`guard`] | the error bounds of the certified kernel, with their derivation |
-//! | [`host`] | what the proofs ask of this processor, and a check |
-//! | [`kernel`] | the intersection kernels, and how those without a proof go through the objects |
-//! | [`num`] | numbers that a formula is written in: one by one or in lanes, with masks and no order |
-//! | [`seen`] | objects as rays see them: their numbers and formulas, a file a shape |
-//! | [`engine`] | what rays see of few objects, in squares, pixels and samples |
-//! | [`gpu`] | Vulkan devices: the [`tracer::Backend`] |
-//! | [`cpu`] | what the CPU finds of a kernel's stage |
-//! | [`Session`] | the facade that all others call |
-//! | [`device`] | a Vulkan device or the CPU, and a tracer for it |
-//! | [`exact`] | exact arithmetic, a file a shape, and the visible object |
-//! | [`input`] | whole files of others, within one limit |
-//! | [`memory`] | what fits, and refusing what does not |
-//! | [`render`] | pictures band by band, in bounded memory |
-//! | [`shade`] | hits → colours: lights, what is in their way, the mean of samples, and its bytes |
-//! | [`control`] | cancelling and progress |
-//! | [`output`] | files that appear whole or not at all |
-//! | `system` | what kinds of systems do differently |
-//! | [`parallel`] | work in parts, on all threads |
-//! | [`picture`] | PNG, EXR, PPM and NPY, written and read; what a picture says of itself; files of rays and of what they hit |
-//! | [`frames`] | cameras and file names of a turntable film |
-//! | [`digest`] | one hash of a picture, the same on every device |
-//! | [`plain`] | text of others, made fit to be shown |
-//! | [`random`] | seeded random numbers |
-//! | [`words`] | numbers and counts as words, and names that are nearly right |
-//! | [`error`] | what can go wrong, with the program's exit code for it |
-//!
-//! Crates beside it hold what is made of its results: `kugelblitz-judge` holds them, and those of other renderers, against
-//! exact arithmetic and explains them, `kugelblitz-report` measures speed against error, `kugelblitz-cli` is the program, and
-//! `kugelblitz-view` the window.
-//!
-//! # The way of a pixel, from `crates/cli/src/render.rs` to the file
-//! 1. [`scene::compose_scene`] reads the [`scene::Scene`], or makes one of data; `SizeArgs::pixels` makes [`rays::Pixels`] of its camera.
-//! 2. [`Session::make_ready`] prepares: [`prepare::Prepared`] has the kernel's numbers of each object
-//!    and, over many spheres, the tree of [`bvh`]. [`device::Device::tracer`] makes a
-//!    [`tracer::Tracer`] of it; on a device, `gpu/compile.rs` puts the shader together.
-//! 3. [`Session::draw`] calls [`render::render`], which goes through the picture band by band.
-//! 4. [`tracer::Tracer::trace`] takes strips of 16 rows through all stages (`cpu/mod.rs`), side by side. f32 finds an id or
-//!    "undecided": on a device beforehand, `render` in `shaders/render.wgsl`; on the CPU [`engine::Search`] looks at squares of
-//!    pixels, large ones first, with the formulas of [`seen`] in lanes, or through the tree, and `cpu/plain.rs` goes through the
-//!    objects of kernels without a proof.
-//! 5. f64 decides what was left open, by the same formulas ([`engine::Find64`]), and exact arithmetic ([`exact::nearest`]) the
-//!    rest; `certify/surfaces.rs` fills in `t` and normals; what f64 cannot round goes through numbers of 100 bits
-//!    (`exact/sight.rs`) before exact ones.
-//! 6. [`shade::Painter::paint`] makes colours of the hits: flat ones by a table, means of unlit samples by
-//!    `shade/unlit.rs`, which [`tracer::Tracer::trace_samples`] finds, on the CPU after the engine has proven which
-//!    pixels show one object alone. Lit ones come of `shade/lit.rs`: `shade/pass.rs` finds bounds of their colours, of bytes
-//!    first in f32, in f64 what that leaves open and all others, both with the points of `certify/surfaces.rs` and the shadow
-//!    rays of [`seen::shadow`]; the rest is decided exactly (`shade/decide.rs`, `exact/light.rs`, `shade/mean.rs`). A card gives
-//!    bytes of f32 before: `gpu/light.rs` runs `shaders/lit.wgsl`. Kernels without a
-//!    proof shade plainly: `shade/plain.rs`, on a device its twin `shaders/plain_light.wgsl`, which `gpu/plain_light.rs`
-//!    runs.
-//! 7. [`picture::PictureWriter`] encodes them into an [`output::OutputFile`].
-//! 8. [`output::commit`] puts the file in its place, last of all.
-//!
-//! `CONTRIBUTING.md` says which files a change touches.
+//! # Architecture
+//! `docs/architecture.md` describes the modules and the stages from a scene to a picture; `CONTRIBUTING.md` lists the files that a
+//! change touches. [`Session`] is the entry point of all front ends. The crates next to this one use its results:
+//! `kugelblitz-judge` compares them, and those of other renderers, with exact arithmetic and explains them, `kugelblitz-report`
+//! measures speed against error, `kugelblitz-cli` is the command line, and `kugelblitz-view` the window.
 //!
 //! # What is not promised
 //! The kernels `lecture`, `stable` and `double` promise no object. A number that is not finite has no
@@ -139,48 +78,44 @@
 
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
+pub mod bounds;
 pub mod bvh;
-mod certify;
-pub mod control;
 pub mod cpu;
 pub mod device;
 pub mod digest;
-pub mod engine;
 pub mod error;
 pub mod exact;
 pub mod frames;
 pub mod generate;
 #[cfg(feature = "gpu")]
 pub mod gpu;
-pub mod guard;
-pub mod host;
 pub mod input;
 pub mod kernel;
-pub mod memory;
+pub mod lighting;
 mod npy;
 pub mod num;
 pub mod output;
-pub mod parallel;
 pub mod picture;
 pub mod plain;
 pub mod prepare;
-pub mod random;
+pub mod query;
 pub mod rays;
 pub mod render;
 pub mod scene;
-pub mod seen;
 mod session;
-pub mod shade;
-mod system;
-pub mod trace;
+pub mod shape;
+pub mod support;
+mod surface;
 pub mod tracer;
+pub mod visibility;
 pub mod words;
 
 /// The vectors of the interface are its.
 pub use glam;
 
 pub use error::{Error, Result};
-pub use session::{Making, Picture, Session};
+pub use session::{Picture, Session, SetupTimes};
+pub use support::control::Control;
 
 /// The examples of the guide.
 #[cfg(doctest)]

@@ -3,94 +3,15 @@
 mod literal;
 
 use std::io::{self, BufReader, Read};
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use bytemuck::bytes_of;
 use exr::prelude::f16;
 use literal::{Literal, LiteralValue};
 
 use crate::error::{Error, Result};
-use crate::memory;
 use crate::plain::Shown;
-use crate::trace::{Coverage, Hits};
+use crate::support::memory;
 use crate::words::{count, joined};
-
-/// The layout of one record of a structured array of hits: `id` (u4), `t` (f4), `normal` (3f4),
-/// then what is asked for. Fields follow each other without padding, in this machine's byte order,
-/// which the header tells.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Record {
-    /// `rgb` (3f4): linear colour.
-    pub rgb: bool,
-    /// `a` (f4): alpha.
-    pub alpha: bool,
-    /// `level` (u1).
-    pub level: bool,
-}
-
-impl Record {
-    /// Each field's name, its type, how many numbers it has, and their bytes.
-    fn fields(self) -> impl Iterator<Item = (&'static str, &'static str, usize, usize)> {
-        let fields = [
-            (true, ("id", "u4", 1, 4)),
-            (true, ("t", "f4", 1, 4)),
-            (true, ("normal", "f4", 3, 12)),
-            (self.rgb, ("rgb", "f4", 3, 12)),
-            (self.alpha, ("a", "f4", 1, 4)),
-            (self.level, ("level", "u1", 1, 1)),
-        ];
-        fields.into_iter().filter_map(|(is_there, field)| is_there.then_some(field))
-    }
-
-    /// Bytes of a record.
-    pub fn bytes(self) -> usize {
-        self.fields().map(|(.., n_bytes)| n_bytes).sum()
-    }
-
-    /// The header of an array of this `shape`.
-    pub fn header(self, shape: &[u64]) -> Vec<u8> {
-        let field = |(name, kind, n, n_bytes)| {
-            let order = match n_bytes {
-                1 => '|',
-                _ if cfg!(target_endian = "big") => '>',
-                _ => '<',
-            };
-            let shape = if n > 1 { format!(", ({n},)") } else { String::new() };
-            format!("('{name}', '{order}{kind}'{shape}), ")
-        };
-        header(&format!("[{}]", self.fields().map(field).collect::<String>()), shape)
-    }
-
-    /// Appends the records of the hits in `range`, which have every field of this layout.
-    /// `rgb` has their linear colours; a layout without `rgb` doesn't look at it. Alpha is 1 without
-    /// a coverage.
-    pub fn append(
-        self,
-        hits: &Hits,
-        range: Range<usize>,
-        rgb: &[[f32; 3]],
-        coverage: Option<&Coverage>,
-        out: &mut Vec<u8>,
-    ) {
-        out.reserve(range.len() * self.bytes());
-        for i in range {
-            // Few copies: one of each number is several times slower.
-            let [x, y, z] = hits.normal[i].map(f32::to_bits);
-            out.extend_from_slice(bytes_of(&[hits.id[i], hits.t[i].to_bits(), x, y, z]));
-            if self.rgb {
-                out.extend_from_slice(bytes_of(&rgb[i]));
-            }
-            if self.alpha {
-                let alpha = coverage.map_or(1.0, |coverage| coverage.alpha(i));
-                out.extend_from_slice(bytes_of(&alpha));
-            }
-            if self.level {
-                out.push(hits.level[i]);
-            }
-        }
-    }
-}
 
 /// The header of an array; `descr` is the type of an element.
 pub(crate) fn header(descr: &str, shape: &[u64]) -> Vec<u8> {
@@ -106,7 +27,7 @@ pub(crate) fn header(descr: &str, shape: &[u64]) -> Vec<u8> {
 /// An array in a file whose header is read. That of a table has the numbers of a row as cells, in their order.
 pub(crate) struct Array<R: Read> {
     /// What the file says of it.
-    pub header: Header,
+    pub header: NpyHeader,
     n_data_bytes: Option<u64>,
     path: PathBuf,
     reader: BufReader<R>,
@@ -128,7 +49,7 @@ impl<R: Read> Array<R> {
         expected: &str,
     ) -> Result<Array<R>> {
         let mut reader = BufReader::with_capacity(BUFFER_BYTES, reader);
-        let (header, n_header_bytes) = Header::read(&mut reader).map_err(|error| {
+        let (header, n_header_bytes) = NpyHeader::read(&mut reader).map_err(|error| {
             // A file that ends too early is a wrong file, not a failing disk.
             match error.kind() {
                 io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => Error::Input {
@@ -182,7 +103,7 @@ impl<R: Read> Array<R> {
     /// [`Error::Input`] for any other array.
     pub fn numbers(mut self, is_allowed: impl Fn(u64) -> bool, expected: &str) -> Result<Array<R>> {
         let wrong = |found: String| self.wrong(format!("{found}; expected {expected}"));
-        let Header { cells, shape, is_structured, is_fortran, .. } = &self.header;
+        let NpyHeader { cells, shape, is_structured, is_fortran, .. } = &self.header;
         let cell = match &cells[..] {
             [cell] if cell.kind.is_some() && !is_structured => cell,
             _ => return Err(wrong(format!("its dtype is {}", self.header.dtype()))),
@@ -198,7 +119,7 @@ impl<R: Read> Array<R> {
         let n_bytes_at_once = if *is_fortran { cell.n_bytes } else { row_bytes as usize };
         let offset = |column| if *is_fortran { 0 } else { column * cell.n_bytes };
         // No more than were allowed.
-        let cells = (0..n_columns as usize).map(|i| Cell { offset: offset(i), ..cell.clone() });
+        let cells = (0..n_columns as usize).map(|i| NpyCell { offset: offset(i), ..cell.clone() });
         self.header.cells = cells.collect();
         // Of Fortran order, each column stands by itself.
         self.header.element_bytes = Some(n_bytes_at_once);
@@ -255,7 +176,7 @@ impl<R: Read> Array<R> {
         wanted: &[(usize, T)],
         mut put: impl FnMut(usize, T, f64),
     ) -> Result<()> {
-        let Header { cells, is_fortran, .. } = &self.header;
+        let NpyHeader { cells, is_fortran, .. } = &self.header;
         let mut bytes = vec![0; self.element_bytes()?];
         let n_passes = if *is_fortran { cells.len() } else { 1 };
         for pass in 0..n_passes {
@@ -279,9 +200,9 @@ impl<R: Read> Array<R> {
 }
 
 /// The header of a file: what an array consists of, and how it lies there.
-pub(crate) struct Header {
+pub(crate) struct NpyHeader {
     /// The numbers of an element, one where it has no fields.
-    pub cells: Vec<Cell>,
+    pub cells: Vec<NpyCell>,
     /// Bytes of an element; `None` where it has no fixed length, or more than [`MAX_RECORD_BYTES`].
     element_bytes: Option<usize>,
     /// True for records with fields.
@@ -294,7 +215,7 @@ pub(crate) struct Header {
 
 /// One number of an element.
 #[derive(Clone)]
-pub(crate) struct Cell {
+pub(crate) struct NpyCell {
     /// The name of its field, `outer.inner` of a record in a record; empty in an array without fields.
     pub field: String,
     /// Place of the number in a field of several numbers.
@@ -332,12 +253,12 @@ fn invalid(message: impl Into<String>) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, message.into())
 }
 
-impl Header {
+impl NpyHeader {
     /// Reads the header of versions 1 to 3, and tells its length in bytes.
     ///
     /// # Errors
     /// `InvalidData` where it is none, `UnexpectedEof` where the file ends in it.
-    pub fn read(reader: &mut impl Read) -> io::Result<(Header, u64)> {
+    pub fn read(reader: &mut impl Read) -> io::Result<(NpyHeader, u64)> {
         let mut start = Vec::new();
         reader.take(8).read_to_end(&mut start)?;
         let &[0x93, b'N', b'U', b'M', b'P', b'Y', major, minor] = &start[..] else {
@@ -361,10 +282,10 @@ impl Header {
             3 => String::from_utf8(text).map_err(|_| invalid("its header is not UTF-8"))?,
             _ => text.into_iter().map(char::from).collect(),
         };
-        Ok((Header::parse(&text)?, 8 + n_length_bytes as u64 + n_text_bytes))
+        Ok((NpyHeader::parse(&text)?, 8 + n_length_bytes as u64 + n_text_bytes))
     }
 
-    fn parse(text: &str) -> io::Result<Header> {
+    fn parse(text: &str) -> io::Result<NpyHeader> {
         let header = literal::parse(text)?;
         let LiteralValue::Dict(entries) = &header.value else {
             return Err(header.wrong("a dictionary"));
@@ -381,7 +302,7 @@ impl Header {
         let LiteralValue::Bool(is_fortran) = order.value else {
             return Err(order.wrong("`True` or `False`"));
         };
-        Ok(Header {
+        Ok(NpyHeader {
             cells,
             element_bytes: at.filter(|n| *n > 0),
             is_structured: matches!(descr.value, LiteralValue::Sequence(_)),
@@ -392,7 +313,7 @@ impl Header {
 
     /// The type of an element, as the file has it; of a record, that of each field.
     pub fn dtype(&self) -> String {
-        let field = |cell: &Cell| format!("('{}', '{}')", cell.name(), cell.type_name);
+        let field = |cell: &NpyCell| format!("('{}', '{}')", cell.name(), cell.type_name);
         match &self.cells[..] {
             [cell] if !self.is_structured => format!("'{}'", cell.type_name),
             cells => format!("[{}]", joined(cells.iter().map(field), ", ")),
@@ -422,13 +343,13 @@ fn shape_of(shape: &Literal) -> io::Result<Vec<u64>> {
 /// Adds the numbers of a type to those of a record. `at` counts the bytes before it while they have a fixed
 /// number, up to [`MAX_RECORD_BYTES`].
 fn add_cells(
-    cells: &mut Vec<Cell>,
+    cells: &mut Vec<NpyCell>,
     field: &str,
     descr: &Literal,
     at: &mut Option<usize>,
 ) -> io::Result<()> {
     if let LiteralValue::Text(type_name) = &descr.value {
-        let (cell, n_bytes) = Cell::parse(type_name, field, at.unwrap_or_default())
+        let (cell, n_bytes) = NpyCell::parse(type_name, field, at.unwrap_or_default())
             .ok_or_else(|| descr.wrong("a type such as '<f8'"))?;
         cells.push(cell);
         let sum = at.zip(n_bytes).and_then(|(before, n_bytes)| before.checked_add(n_bytes));
@@ -469,10 +390,10 @@ fn add_cells(
     Ok(())
 }
 
-impl Cell {
+impl NpyCell {
     /// Parses `<f8` and the like; the number of bytes is `None` if it differs from one element to the next. Returns `None` for
     /// any other text.
-    fn parse(name: &str, field: &str, offset: usize) -> Option<(Cell, Option<usize>)> {
+    fn parse(name: &str, field: &str, offset: usize) -> Option<(NpyCell, Option<usize>)> {
         let (order, rest) = name.split_at_checked(1)?;
         let (code, rest) = rest.split_at_checked(1)?;
         if !["<", ">", "|"].contains(&order) {
@@ -488,7 +409,7 @@ impl Cell {
             _ => None,
         };
         let n_bytes = if code == "U" { n.and_then(|n| n.checked_mul(4)) } else { n };
-        let cell = Cell {
+        let cell = NpyCell {
             field: field.to_owned(),
             element: None,
             type_name: name.to_owned(),
@@ -555,6 +476,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
+    use crate::picture::hit_record::HitRecord;
 
     /// Returns the numbers of a file of these elements, one row after the other.
     fn numbers_of(descr: &str, shape: &[u64], data: &[u8]) -> Vec<f64> {
@@ -617,10 +539,10 @@ mod tests {
     fn each_record_of_hits_is_read_back() {
         for (rgb, alpha, level) in [(false, false, false), (true, false, true), (true, true, false)]
         {
-            let layout = Record { rgb, alpha, level };
+            let layout = HitRecord { rgb, alpha, level };
             let file = layout.header(&[3, 5]);
             assert_eq!(file.len() % 64, 0);
-            let (found, n_bytes) = Header::read(&mut &file[..]).unwrap();
+            let (found, n_bytes) = NpyHeader::read(&mut &file[..]).unwrap();
             assert_eq!(n_bytes, file.len() as u64);
             assert_eq!(
                 (found.element_bytes, &found.shape[..]),
@@ -666,7 +588,7 @@ mod tests {
                 ", character 50: expected a shape of fewer than 10¹⁸ numbers, found (3000000000, 3000000000)",
             ),
         ] {
-            let error = Header::parse(text).err().unwrap().to_string();
+            let error = NpyHeader::parse(text).err().unwrap().to_string();
             assert_eq!(error, format!("its header{expected}"), "{text}");
         }
     }
@@ -676,7 +598,7 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(20_260_219);
         let headers = [
             header("'<f8'", &[1000, 4]),
-            Record { rgb: true, alpha: true, level: true }.header(&[2, 3]),
+            HitRecord { rgb: true, alpha: true, level: true }.header(&[2, 3]),
             header(
                 "[('a b', [('x', '>i2', (2, 2)), ('', '|V3')]), ('t', '<M8[ns]'), ('u', '<U7')]",
                 &[9],
@@ -699,7 +621,7 @@ mod tests {
                 }
             }
             let text: String = text.into_iter().collect();
-            match Header::parse(&text) {
+            match NpyHeader::parse(&text) {
                 Ok(header) => {
                     assert!(header.element_bytes.is_none_or(|n| n <= MAX_RECORD_BYTES), "{text}");
                     n_read += 1;

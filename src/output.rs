@@ -8,10 +8,10 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::TempPath;
 
-use crate::control::Control;
 use crate::error::{Error, Result, wrong_usage};
 use crate::plain::Shown;
-use crate::system;
+use crate::support::control::Control;
+use crate::support::system;
 
 /// A file under construction. [`commit`] puts it in its place; dropped before that, it leaves no
 /// trace and the old file as it was.

@@ -1,9 +1,9 @@
 //! Scene → [`Prepared`]: the plain numbers that every backend traces, the same for all of them.
 
 mod certified_light;
+mod device_bvh;
 mod first_stage;
 mod hierarchy;
-mod in_space;
 mod lamp;
 mod unit;
 
@@ -14,29 +14,31 @@ use std::time::Duration;
 
 use glam::DVec3;
 
-use crate::control::Control;
+use crate::bounds::{self, Footprint};
 use crate::error::{Error, Result};
-use crate::guard::{self, Reach};
-use crate::host;
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::{FloatType, Kernel, Space};
-use crate::memory;
 use crate::num::Float as _;
 use crate::num::fields::words;
 use crate::num::typical::{largest_of_most, nth, sample};
+use crate::query::Outputs;
 use crate::rays::{Lens, Origins, Pixels, Rays, WorldRay, look_at_all};
 use crate::scene::{Object, Scene};
-use crate::seen::{Eye, PlaneSeen, Record as _, Seen as _, SphereLeaf, SphereSeen};
-use crate::trace::Wants;
+use crate::shape::{
+    PlaneRecord, RayOrigin, Record as _, ShapeRecord as _, SphereLeaf, SphereRecord,
+};
+use crate::support::control::Control;
+use crate::support::fpu_check;
+use crate::support::memory;
 
 pub use crate::kernel::certified::{FEW_SPHERES, LISTED_SPHERES};
 pub use crate::kernel::coordinates::split;
 pub use crate::kernel::{Lists, ObjectRecords};
-pub use crate::num::{Scaled, exponent_of, power_of_two};
+pub use crate::num::{ScaledInteger, exponent_of, power_of_two};
 pub use certified_light::{CertifiedLamp, CertifiedLighting};
+pub use device_bvh::DeviceBvh;
 pub use hierarchy::Hierarchy;
-pub use in_space::InSpace;
-pub use lamp::{Lamp, Lighting, MOST_IN_F32};
+pub use lamp::{Lighting, MOST_IN_F32, PreparedLight};
 pub use unit::LengthUnit;
 
 use first_stage::is_left_open;
@@ -70,7 +72,7 @@ pub struct ShaderKey {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum LightKey {
     /// As a kernel without a proof does.
-    Plain {
+    Baseline {
         /// Number of lamps.
         n_lamps: usize,
     },
@@ -80,7 +82,7 @@ pub enum LightKey {
         n_samples: u32,
         /// Number of lamps.
         n_lamps: usize,
-        /// Numbers of occluders: spheres, planes, and large spheres ([`crate::seen::GroundMet`]).
+        /// Numbers of occluders: spheres, planes, and large spheres ([`crate::shape::GroundOccluder`]).
         n_met: [usize; 3],
         /// Whether a lamp is close to a surface.
         has_contacts: bool,
@@ -106,7 +108,7 @@ pub struct Prepared {
     /// For the certified kernel and many spheres. `objects` then has only those that are not in the tree.
     pub hierarchy: Option<Hierarchy>,
     /// The rays as the objects' numbers in f32 ask for them.
-    pub eye: Eye,
+    pub eye: RayOrigin,
     /// All of the picture whose pixels the numbers hold for; `None` where they do for rays of lists that start no farther from
     /// the reference point than the eye's.
     pub(crate) picture: Option<Pixels>,
@@ -147,7 +149,7 @@ impl Prepared {
         let n_spheres = scene.spheres.len();
         let (mut in_range, mut hierarchy) = (true, None);
         if kernel == Kernel::Certified {
-            host::check_all()?;
+            fpu_check::check_all()?;
             in_range =
                 picture.is_none_or(|picture| picture.is_in_range()) && eye.spread <= f32::FARTHEST;
             let most_listed = if picture.is_some() { FEW_SPHERES } else { LISTED_SPHERES };
@@ -224,20 +226,20 @@ impl Prepared {
         };
         // A sphere's words begin with those of its leaf; the others are 0.
         let mut spheres = vec![words(&SphereLeaf::<f32>::nowhere()); n_spheres];
-        let mut planes = vec![words(&PlaneSeen::NEVER.round::<f32>()); self.scene.planes.len()];
+        let mut planes = vec![words(&PlaneRecord::NEVER.round::<f32>()); self.scene.planes.len()];
         let mut any_close = false;
         let listed = if self.in_range { self.listed(self.rest()) } else { Vec::new() };
         for (place, (id, object)) in listed.into_iter().enumerate() {
             let index = id as usize - 1;
             match object {
                 Object::Sphere(sphere) => {
-                    let seen = SphereSeen::new::<f32>(sphere, &self.eye);
+                    let seen = SphereRecord::new::<f32>(sphere, &self.eye);
                     any_close |= seen.is_close();
                     let place = if self.hierarchy.is_some() { place } else { index };
                     spheres[place] = words(&seen.round::<f32>());
                 }
                 Object::Plane(plane) => {
-                    let seen = PlaneSeen::new::<f32>(plane, &self.eye);
+                    let seen = PlaneRecord::new::<f32>(plane, &self.eye);
                     planes[index - self.scene.spheres.len()] = words(&seen.round::<f32>());
                 }
             }
@@ -329,7 +331,7 @@ impl Prepared {
     }
 
     /// The shader for this scene.
-    pub fn shader_key(&self, wants: Wants) -> ShaderKey {
+    pub fn shader_key(&self, wants: Outputs) -> ShaderKey {
         let is_certified = self.kernel == Kernel::Certified;
         ShaderKey {
             kernel: self.kernel,
@@ -347,15 +349,15 @@ impl Prepared {
 
     /// The shader for the light on what a picture's pixels see.
     pub fn light_key(&self, light: LightKey) -> ShaderKey {
-        ShaderKey { light: Some(light), ..self.shader_key(Wants::default()) }
+        ShaderKey { light: Some(light), ..self.shader_key(Outputs::default()) }
     }
 }
 
 /// All of the picture that rays are of, if they are of one, and the rays as the objects' numbers in f32 ask for them.
-fn eye_of(rays: &Rays, kernel: Kernel) -> Result<(Option<Pixels>, Eye)> {
+fn eye_of(rays: &Rays, kernel: Kernel) -> Result<(Option<Pixels>, RayOrigin)> {
     match rays {
         Rays::Pixels(pixels) => {
-            let eye = Eye::of_pixels(pixels, Reach::default(), f32::UNIT);
+            let eye = RayOrigin::of_pixels(pixels, Footprint::default(), f32::UNIT);
             Ok((Some(pixels.picture()), eye))
         }
         Rays::List(list) => {
@@ -369,7 +371,7 @@ fn eye_of(rays: &Rays, kernel: Kernel) -> Result<(Option<Pixels>, Eye)> {
                 }
                 (_, FloatType::F32) => origins_about(list, |_| true, None),
             };
-            Ok((None, Eye::of_list(reference, spread)))
+            Ok((None, RayOrigin::of_list(reference, spread)))
         }
     }
 }
@@ -412,7 +414,7 @@ fn origins_about(
         if low.x <= high.x { low / 2.0 + high / 2.0 } else { DVec3::ZERO }
     });
     let distance = |ray: &WorldRay| match is_in(ray.origin) {
-        true => guard::length_bound(ray.origin - reference),
+        true => bounds::length_bound(ray.origin - reference),
         false => 0.0,
     };
     Origins { reference, spread: look_at_all(rays, 0.0, distance, f64::max) }
@@ -429,6 +431,6 @@ fn ordinary_origins(rays: &[WorldRay]) -> Origins {
         nth(all.len() / 2, all)
     };
     let reference = DVec3::from_array(std::array::from_fn(median));
-    let distances = some.map(|at| guard::length_bound(at - reference)).collect();
+    let distances = some.map(|at| bounds::length_bound(at - reference)).collect();
     Origins { reference, spread: ROOM * largest_of_most(distances) }
 }

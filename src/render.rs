@@ -2,14 +2,14 @@
 
 use std::time::Instant;
 
-use crate::control::Control;
 use crate::error::{Error, Hint, Message, Result, Setting};
-use crate::memory::Available;
+use crate::lighting::{Background, Encoding, Framebuffer, Palette, RenderStats, Shading, Style};
 use crate::picture::{Format, PictureOptions, Sink, writer_bytes};
+use crate::query::{Hits, Outputs, Rays};
 use crate::rays::Pixels;
 use crate::scene::Samples;
-use crate::shade::{Background, Encoding, Framebuffer, Painter, Palette, Rendered, Style};
-use crate::trace::{Hits, Rays, Wants};
+use crate::support::control::Control;
+use crate::support::memory::Available;
 
 /// Bytes of [`Hits`] of a band. With ids alone that is twice a picture of 1920 × 1080; with `t` and
 /// normals it is 0.8 million rays, so that the slowest format, EXR, is not busy with one band for
@@ -26,7 +26,7 @@ pub struct Plan {
     /// How its pixels get their colours, with an epsilon of 0 unless it is changed.
     pub style: Style,
     /// The part of [`Hits`] that it needs.
-    pub wants: Wants,
+    pub wants: Outputs,
     /// Rows of a band; the last one may have fewer.
     pub n_band_rows: u32,
     /// Memory for the hits of a band and for writing it.
@@ -41,30 +41,30 @@ pub fn n_steps(pixels: &Pixels, samples: Samples, is_lit: bool) -> u64 {
 }
 
 /// Rows of a band for `pixels`: as many as 16 MiB of [`Hits`] hold, and at least one.
-pub fn band_rows(pixels: &Pixels, wants: Wants) -> u32 {
+pub fn band_rows(pixels: &Pixels, wants: Outputs) -> u32 {
     let row_bytes = Hits::bytes(u64::from(pixels.width), wants).max(1);
     let n_rows = u32::try_from(BAND_BYTES / row_bytes).unwrap_or(u32::MAX);
     n_rows.clamp(1, pixels.height.max(1))
 }
 
 /// [`band_rows`], and so few that the ids of all samples fit as well.
-pub fn sampled_band_rows(pixels: &Pixels, samples: Samples, wants: Wants) -> u32 {
+pub fn sampled_band_rows(pixels: &Pixels, samples: Samples, wants: Outputs) -> u32 {
     let n_rows = band_rows(pixels, wants);
     let n_samples = samples.across();
     if n_samples == 1 {
         return n_rows;
     }
-    let of_samples = band_rows(&pixels.samples(n_samples), Wants::default());
+    let of_samples = band_rows(&pixels.samples(n_samples), Outputs::default());
     n_rows.min(of_samples / n_samples).max(1)
 }
 
 /// Bytes for pixels of a scene of `n_objects` objects: their hits, those of their samples, colours and coverage.
-pub(crate) fn band_bytes(band: &Pixels, style: &Style, wants: Wants, n_objects: usize) -> u64 {
+pub(crate) fn band_bytes(band: &Pixels, style: &Style, wants: Outputs, n_objects: usize) -> u64 {
     let n_pixels = u64::from(band.width) * u64::from(band.height);
     let n_each = if style.n_samples > Samples::ONE { style.n_samples.of_pixel().into() } else { 0 };
     let coverage = if style.background == Background::Shown { 0 } else { size_of::<u16>() as u64 };
     Hits::bytes(n_pixels, wants)
-        .saturating_add(Hits::bytes(n_pixels.saturating_mul(n_each), Wants::default()))
+        .saturating_add(Hits::bytes(n_pixels.saturating_mul(n_each), Outputs::default()))
         .saturating_add(Palette::bytes(style.encoding, n_objects, n_pixels))
         .saturating_add(n_pixels.saturating_mul(coverage))
 }
@@ -147,16 +147,16 @@ impl Sink for () {
 /// ends a file with [`PictureWriter::finish`](crate::picture::PictureWriter::finish).
 ///
 /// # Errors
-/// Those of [`Tracer::trace`](crate::tracer::Tracer::trace), [`Painter::paint`] and the sink; [`Error::Interrupted`] between bands as
+/// Those of [`Tracer::trace`](crate::tracer::Tracer::trace), [`Shading::paint`] and the sink; [`Error::Interrupted`] between bands as
 /// well.
 pub fn render(
-    painter: &mut Painter,
+    painter: &mut Shading,
     pixels: &Pixels,
     n_band_rows: u32,
     sink: &mut impl Sink,
     control: &Control,
-) -> Result<Rendered> {
-    let mut rendered = Rendered::default();
+) -> Result<RenderStats> {
+    let mut rendered = RenderStats::default();
     let mut rows = Framebuffer::new(painter.encoding());
     for band in bands(pixels, n_band_rows) {
         control.check()?;
@@ -182,12 +182,12 @@ mod tests {
 
     use super::*;
     use crate::kernel::Kernel;
-    use crate::memory::Limit;
     use crate::picture::{Metadata, PictureWriter};
     use crate::prepare::Prepared;
+    use crate::query::Timing;
     use crate::rays::View;
     use crate::scene::{Camera, Color, Plane, Scene};
-    use crate::trace::Timing;
+    use crate::support::memory::Limit;
     use crate::tracer::{Backend, Tracer};
 
     fn pixels(width: u32, height: u32) -> Pixels {
@@ -213,7 +213,7 @@ mod tests {
             hits: &mut Hits,
         ) -> Result<Option<Timing>> {
             self.n_calls += 1;
-            hits.make_room(rays.len(), Wants::default())?;
+            hits.make_room(rays.len(), Outputs::default())?;
             hits.id.fill(1);
             if self.n_calls == self.cancel_at {
                 control.cancel();
@@ -242,11 +242,11 @@ mod tests {
 
     #[test]
     fn common_pictures_are_one_band_and_large_ones_are_bounded() {
-        let surface = Wants { surface: true, level: false };
-        assert_eq!(band_rows(&pixels(1920, 1080), Wants::default()), 1080);
+        let surface = Outputs { surface: true, level: false };
+        assert_eq!(band_rows(&pixels(1920, 1080), Outputs::default()), 1080);
         assert_eq!(band_rows(&pixels(1920, 1080), surface), 436);
         let huge = pixels(32768, 32768);
-        assert_eq!(band_rows(&huge, Wants::default()), 128);
+        assert_eq!(band_rows(&huge, Outputs::default()), 128);
         for format in Format::ALL {
             let plan =
                 plan(format, PictureOptions::default(), Samples::ONE, &huge, 9, room(u64::MAX))
@@ -280,9 +280,9 @@ mod tests {
         let prepared = Arc::new(prepared);
         let draw = |cancel_at| {
             let wall = Wall { n_calls: 0, cancel_at };
-            let mut tracer = Tracer::on(wall, Arc::clone(&prepared), Wants::default());
+            let mut tracer = Tracer::on(wall, Arc::clone(&prepared), Outputs::default());
             let mut palette = None;
-            let mut painter = Painter::new(style, &pixels, &mut palette, &mut tracer, None);
+            let mut painter = Shading::new(style, &pixels, &mut palette, &mut tracer, None);
             let (options, sink) = (PictureOptions::default(), std::io::Cursor::new(Vec::new()));
             let mut writer = PictureWriter::create(
                 Format::Ppm,
@@ -301,7 +301,7 @@ mod tests {
         assert_eq!((rendered.hits, rendered.counts.total()), (250, 250));
         assert_eq!(rendered.timing.trace, Duration::from_micros(3));
         for cancel_at in [1, 3] {
-            let result: Result<Rendered> = draw(cancel_at);
+            let result: Result<RenderStats> = draw(cancel_at);
             assert!(matches!(result, Err(Error::Interrupted)), "{cancel_at}");
         }
     }

@@ -5,26 +5,26 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::control::Control;
 use crate::device::{Device, Made};
 use crate::digest::{Digest, scene_hash};
 use crate::error::{Hint, Result, Setting};
-use crate::memory::{self, Available};
+use crate::lighting::{Encoding, Framebuffer, Palette, Pixel, RenderStats, Shading, Style};
 use crate::output::{self, OutputFile};
 use crate::picture::{Format, Metadata, PictureOptions, PictureWriter, Sink};
 use crate::prepare::{LengthUnit, Prepared};
+use crate::query::{Hits, Kernel, Outputs, Rays, Timing};
 use crate::rays::{Pixels, View};
 use crate::render::{Plan, band_bytes, plan, render, sampled_band_rows};
 use crate::scene::{Camera, Samples, Scene};
-use crate::shade::{Encoding, Framebuffer, Painter, Palette, Pixel, Rendered, Style};
-use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
+use crate::support::control::Control;
+use crate::support::memory::{self, Available};
 use crate::tracer::Tracer;
 
 /// Traces one scene with one kernel on one device. What depends on the scene or on the camera is
 /// made when it is first needed, and made again only when that changes.
 ///
 /// ```no_run
-/// use kugelblitz::{Session, device::Device, scene::read_scene, trace::Kernel};
+/// use kugelblitz::{Session, device::Device, scene::read_scene, query::Kernel};
 ///
 /// let scene = read_scene("scenes/figure1.toml".as_ref())?;
 /// let mut session = Session::new(scene, Device::Cpu, Kernel::Certified);
@@ -53,7 +53,7 @@ pub struct Session {
 
 /// Time that it took to make a session ready for rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Making {
+pub struct SetupTimes {
     /// The kernel's numbers, without the hierarchy.
     pub prepare: Duration,
     /// The hierarchy over many spheres.
@@ -159,7 +159,12 @@ impl Session {
     ///
     /// # Errors
     /// Those of [`Prepared::renewed`] and [`Device::tracer`].
-    pub fn make_ready(&mut self, rays: &Rays, wants: Wants, control: &Control) -> Result<Making> {
+    pub fn make_ready(
+        &mut self,
+        rays: &Rays,
+        wants: Outputs,
+        control: &Control,
+    ) -> Result<SetupTimes> {
         self.ready(rays, wants, control).map(|(.., making)| making)
     }
 
@@ -188,9 +193,9 @@ impl Session {
     fn ready<'r>(
         &mut self,
         rays: &'r Rays,
-        wants: Wants,
+        wants: Outputs,
         control: &Control,
-    ) -> Result<(&mut Tracer, Cow<'r, Rays>, Making)> {
+    ) -> Result<(&mut Tracer, Cow<'r, Rays>, SetupTimes)> {
         let (scene, rays, unit) = self.in_unit(rays);
         let source = (&scene, unit, &self.device, self.kernel);
         let (tracer, making) = renewed(&mut self.ready, None, source, &rays, wants, control)?;
@@ -202,9 +207,9 @@ impl Session {
         &mut self,
         pixels: &Pixels,
         style: Style,
-        wants: Wants,
+        wants: Outputs,
         control: &Control,
-    ) -> Result<(Painter<'_>, Pixels)> {
+    ) -> Result<(Shading<'_>, Pixels)> {
         let of_pixels = Rays::Pixels(*pixels);
         let (scene, rays, unit) = self.in_unit(&of_pixels);
         let pixels = *rays.pixels().unwrap_or(pixels);
@@ -218,14 +223,14 @@ impl Session {
         };
         force_light(tracer);
         if style.n_samples == Samples::ONE {
-            return Ok((Painter::new(style, &pixels, palette, tracer, None), pixels));
+            return Ok((Shading::new(style, &pixels, palette, tracer, None), pixels));
         }
         let rays = Rays::Pixels(pixels.samples(style.n_samples.across()));
         // The tree is there already.
         let (slot, tree) = (&mut self.of_samples, Some(&**tracer.prepared()));
-        let (of_samples, _) = renewed(slot, tree, source, &rays, Wants::default(), control)?;
+        let (of_samples, _) = renewed(slot, tree, source, &rays, Outputs::default(), control)?;
         force_light(of_samples);
-        Ok((Painter::new(style, &pixels, palette, tracer, Some(of_samples)), pixels))
+        Ok((Shading::new(style, &pixels, palette, tracer, Some(of_samples)), pixels))
     }
 
     /// Draws pixels into any sink, band by band.
@@ -236,11 +241,11 @@ impl Session {
         &mut self,
         pixels: &Pixels,
         style: Style,
-        wants: Wants,
+        wants: Outputs,
         n_band_rows: u32,
         sink: &mut impl Sink,
         control: &Control,
-    ) -> Result<Rendered> {
+    ) -> Result<RenderStats> {
         let (mut painter, pixels) = self.painter(pixels, style, wants, control)?;
         render(&mut painter, &pixels, n_band_rows, sink, control)
     }
@@ -253,7 +258,7 @@ impl Session {
     pub fn trace(
         &mut self,
         rays: &Rays,
-        wants: Wants,
+        wants: Outputs,
         control: &Control,
         hits: &mut Hits,
     ) -> Result<Timing> {
@@ -269,7 +274,7 @@ impl Session {
         let pixels = self.pixels(width, height)?;
         let n_samples = self.scene.samples.unwrap_or_default();
         let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
-        let wants = Wants { surface: true, level: true };
+        let wants = Outputs { surface: true, level: true };
         let (kept, _) = self.keep(&pixels, style, wants, &Control::default())?;
         Ok(Picture { width, height, hits: kept.hits, srgb8: Pixel::all(kept.colors)? })
     }
@@ -282,9 +287,9 @@ impl Session {
         &mut self,
         pixels: &Pixels,
         style: Style,
-        wants: Wants,
+        wants: Outputs,
         control: &Control,
-    ) -> Result<(Framebuffer, Rendered)> {
+    ) -> Result<(Framebuffer, RenderStats)> {
         let n_band_rows = sampled_band_rows(pixels, style.n_samples, wants);
         let n_objects = self.scene.n_objects();
         let band = pixels.rows(0, n_band_rows.min(pixels.height));
@@ -301,7 +306,7 @@ impl Session {
     ///
     /// # Errors
     /// Returns the errors of [`Session::trace`].
-    pub fn hits(&mut self, pixels: &Pixels, wants: Wants, control: &Control) -> Result<Hits> {
+    pub fn hits(&mut self, pixels: &Pixels, wants: Outputs, control: &Control) -> Result<Hits> {
         let mut hits = Hits::default();
         self.trace(&Rays::Pixels(*pixels), wants, control, &mut hits)?;
         Ok(hits)
@@ -313,21 +318,21 @@ impl Session {
     /// one alone.
     ///
     /// # Errors
-    /// [`TooLarge`](crate::Error::TooLarge) where they do not fit the memory; those of [`Session::trace`] and [`Painter::paint`].
+    /// [`TooLarge`](crate::Error::TooLarge) where they do not fit the memory; those of [`Session::trace`] and [`Shading::paint`].
     pub fn colors<P: Pixel>(
         &mut self,
         pixels: &Pixels,
         n_samples: Samples,
         control: &Control,
     ) -> Result<Vec<P>> {
-        let (wants, mut rows) = (Wants::default(), Framebuffer::new(P::ENCODING));
+        let (wants, mut rows) = (Outputs::default(), Framebuffer::new(P::ENCODING));
         // Of several samples the painter finds the hits.
         if n_samples == Samples::ONE {
             self.trace(&Rays::Pixels(*pixels), wants, control, &mut rows.hits)?;
         }
         let style = Style { n_samples, ..Style::new(P::ENCODING) };
         let (mut painter, pixels) = self.painter(pixels, style, wants, control)?;
-        painter.paint(&pixels, &mut rows, control, &mut Rendered::default())?;
+        painter.paint(&pixels, &mut rows, control, &mut RenderStats::default())?;
         P::all(rows.colors)
     }
 
@@ -337,11 +342,11 @@ impl Session {
     /// `pixels` should be one of [`crate::render::bands`].
     ///
     /// # Errors
-    /// Returns the errors of [`Session::make_ready`], [`Tracer::trace`] and [`Painter::paint`].
+    /// Returns the errors of [`Session::make_ready`], [`Tracer::trace`] and [`Shading::paint`].
     pub fn baseline_means(
         &mut self,
         pixels: &Pixels,
-        (n_samples, wants): (Samples, Wants),
+        (n_samples, wants): (Samples, Outputs),
         lit: &[usize],
         control: &Control,
     ) -> Result<Option<(Hits, Vec<[f64; 3]>)>> {
@@ -366,7 +371,7 @@ impl Session {
         path: impl AsRef<Path>,
         width: u32,
         height: u32,
-    ) -> Result<Rendered> {
+    ) -> Result<RenderStats> {
         let path = path.as_ref();
         let (format, control) = (Format::from_path(path)?, Control::default());
         let pixels = self.pixels(width, height)?;
@@ -391,7 +396,7 @@ impl Session {
         plan: &Plan,
         file: OutputFile,
         control: &Control,
-    ) -> Result<(Rendered, OutputFile)> {
+    ) -> Result<(RenderStats, OutputFile)> {
         let Plan { format, options, n_band_rows, .. } = *plan;
         let metadata = self.metadata(pixels, plan);
         let (mut painter, in_unit) = self.painter(pixels, plan.style, plan.wants, control)?;
@@ -421,7 +426,7 @@ impl Session {
     /// same on every device with [`Kernel::Certified`]; of other kernels it is of the light that the device makes.
     ///
     /// # Errors
-    /// Those of [`Session::trace`] and [`Painter::paint`]; [`TooLarge`](crate::Error::TooLarge) where a band does not fit the
+    /// Those of [`Session::trace`] and [`Shading::paint`]; [`TooLarge`](crate::Error::TooLarge) where a band does not fit the
     /// memory.
     pub fn digest(
         &mut self,
@@ -429,7 +434,7 @@ impl Session {
         n_samples: Samples,
         control: &Control,
     ) -> Result<String> {
-        let wants = Wants { surface: true, level: false };
+        let wants = Outputs { surface: true, level: false };
         let n_band_rows = sampled_band_rows(pixels, n_samples, wants);
         let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
         let band = pixels.rows(0, n_band_rows);
@@ -459,9 +464,9 @@ fn renewed<'a>(
     tree: Option<&Prepared>,
     (scene, unit, device, kernel): (&Arc<Scene>, LengthUnit, &Device, Kernel),
     rays: &Rays,
-    wants: Wants,
+    wants: Outputs,
     control: &Control,
-) -> Result<(&'a mut Tracer, Making)> {
+) -> Result<(&'a mut Tracer, SetupTimes)> {
     let suits = |tracer: &mut Tracer| {
         let prepared = tracer.prepared();
         tracer.wants() == wants
@@ -470,7 +475,7 @@ fn renewed<'a>(
             && prepared.is_for(rays)
     };
     if let Some(tracer) = old.take_if(suits) {
-        return Ok((old.insert(tracer), Making::default()));
+        return Ok((old.insert(tracer), SetupTimes::default()));
     }
     let start = Instant::now();
     let tree = tree.or(old.as_ref().map(|old| &**old.prepared()));
@@ -479,14 +484,15 @@ fn renewed<'a>(
     let (prepared, prepare) = (Arc::new(prepared), start.elapsed());
     control.check()?;
     let build = prepared.build_time();
-    let making = Making { prepare: prepare.saturating_sub(build), build, ..Making::default() };
+    let making =
+        SetupTimes { prepare: prepare.saturating_sub(build), build, ..SetupTimes::default() };
     if let Some(mut tracer) = old.take_if(|old| old.wants() == wants) {
         let start = Instant::now();
         tracer.retarget(prepared)?;
-        return Ok((old.insert(tracer), Making { upload: start.elapsed(), ..making }));
+        return Ok((old.insert(tracer), SetupTimes { upload: start.elapsed(), ..making }));
     }
     let Made { tracer, compile, upload } = device.tracer(&prepared, wants)?;
-    Ok((old.insert(tracer), Making { compile, upload, ..making }))
+    Ok((old.insert(tracer), SetupTimes { compile, upload, ..making }))
 }
 
 #[cfg(test)]
@@ -495,10 +501,10 @@ mod tests {
 
     use super::*;
     use crate::error::Error;
+    use crate::lighting::{Background, Colors};
+    use crate::query::WorldRay;
     use crate::render::bands;
     use crate::scene::{Color, Sphere, parse_scene};
-    use crate::shade::{Background, Colors};
-    use crate::trace::WorldRay;
 
     fn ball() -> Scene {
         let camera = Camera::new(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO);
@@ -520,14 +526,14 @@ mod tests {
     #[test]
     fn what_did_not_change_is_not_made_again() {
         let mut session = session();
-        let (wants, control) = (Wants::default(), Control::default());
+        let (wants, control) = (Outputs::default(), Control::default());
         let rays = Rays::Pixels(session.pixels(64, 48).unwrap());
-        assert_ne!(session.make_ready(&rays, wants, &control).unwrap(), Making::default());
-        assert_eq!(session.make_ready(&rays, wants, &control).unwrap(), Making::default());
+        assert_ne!(session.make_ready(&rays, wants, &control).unwrap(), SetupTimes::default());
+        assert_eq!(session.make_ready(&rays, wants, &control).unwrap(), SetupTimes::default());
         session.set_scene(ball());
-        assert_ne!(session.make_ready(&rays, wants, &control).unwrap(), Making::default());
+        assert_ne!(session.make_ready(&rays, wants, &control).unwrap(), SetupTimes::default());
         let other = Rays::Pixels(session.pixels(64, 47).unwrap());
-        assert_ne!(session.make_ready(&other, wants, &control).unwrap(), Making::default());
+        assert_ne!(session.make_ready(&other, wants, &control).unwrap(), SetupTimes::default());
     }
 
     #[test]
@@ -537,7 +543,7 @@ mod tests {
             Rays::List(vec![ray(0.0), ray(x)])
         };
         let trace = |session: &mut Session, rays: &Rays| {
-            let (mut hits, wants) = (Hits::default(), Wants { surface: true, level: true });
+            let (mut hits, wants) = (Hits::default(), Outputs { surface: true, level: true });
             session.trace(rays, wants, &Control::default(), &mut hits).unwrap();
             hits
         };
@@ -550,7 +556,7 @@ mod tests {
     #[test]
     fn a_ray_that_is_not_finite_is_refused() {
         let mut session = session();
-        let (wants, control, mut hits) = (Wants::default(), Control::default(), Hits::default());
+        let (wants, control, mut hits) = (Outputs::default(), Control::default(), Hits::default());
         let good = WorldRay { origin: DVec3::Z * 3.0, direction: DVec3::NEG_Z };
         for number in [f64::NAN, f64::INFINITY] {
             for bad in [
@@ -567,14 +573,14 @@ mod tests {
     #[test]
     fn what_is_refused_leaves_the_session_as_it_was() {
         let mut session = session();
-        let (wants, control) = (Wants::default(), Control::default());
+        let (wants, control) = (Outputs::default(), Control::default());
         let rays = Rays::Pixels(session.pixels(64, 48).unwrap());
         session.make_ready(&rays, wants, &control).unwrap();
         let cancelled = Control::default();
         cancelled.cancel();
         let other = Rays::Pixels(session.pixels(32, 24).unwrap());
         assert!(session.make_ready(&other, wants, &cancelled).is_err());
-        assert_eq!(session.make_ready(&rays, wants, &control).unwrap(), Making::default());
+        assert_eq!(session.make_ready(&rays, wants, &control).unwrap(), SetupTimes::default());
         assert_eq!(session.render(1 << 20, 1 << 20).unwrap_err().exit_code(), 7);
     }
 
@@ -595,7 +601,7 @@ mod tests {
         assert_eq!(center(&mut session), (0, [0, 0, 255]));
         let (pixels, control) = (session.pixels(3, 3).unwrap(), Control::default());
         let style = Style { background: Background::Black, ..Style::new(Encoding::Srgb8) };
-        let (kept, _) = session.keep(&pixels, style, Wants::default(), &control).unwrap();
+        let (kept, _) = session.keep(&pixels, style, Outputs::default(), &control).unwrap();
         assert_eq!(kept.colors, Colors::Srgb8(vec![[0; 3]; 9]));
     }
 
@@ -641,7 +647,7 @@ mod tests {
     fn hits_are_those_of_the_kept_picture() {
         let mut session = session();
         let (pixels, control) = (session.pixels(64, 48).unwrap(), Control::default());
-        let wants = Wants { surface: true, level: true };
+        let wants = Outputs { surface: true, level: true };
         let style = Style::new(Encoding::Srgb8);
         let (kept, _) = session.keep(&pixels, style, wants, &control).unwrap();
         assert!(session.hits(&pixels, wants, &control).unwrap() == kept.hits);
@@ -663,7 +669,7 @@ mod tests {
         let spheres: Vec<Sphere> = (0..500).map(ball).collect();
         let lights = vec![few.lights[0]];
         let many = Scene { spheres: spheres.into(), lights, ..few.clone() };
-        let wants = Wants { surface: true, level: true };
+        let wants = Outputs { surface: true, level: true };
         let control = Control::default();
         for scene in [few, many] {
             let camera = Camera { look_at: DVec3::ZERO, ..scene.camera.clone().unwrap() };
@@ -712,7 +718,7 @@ mod tests {
         let mut session = session();
         let list = Rays::List(vec![WorldRay { origin: DVec3::Z * 3.0, direction: DVec3::NEG_Z }]);
         for _ in 0..2 {
-            let (mut hits, wants) = (Hits::default(), Wants { surface: true, level: false });
+            let (mut hits, wants) = (Hits::default(), Outputs { surface: true, level: false });
             session.trace(&list, wants, &Control::default(), &mut hits).unwrap();
             assert_eq!((hits.id[0], hits.t[0]), (1, 2.0));
             assert_eq!(session.render(3, 3).unwrap().hits.id[4], 1);

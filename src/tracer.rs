@@ -2,17 +2,17 @@
 
 use std::sync::Arc;
 
-use crate::control::Control;
 use crate::cpu;
 use crate::error::Result;
 use crate::prepare::{CertifiedLighting, Lighting, Prepared};
+use crate::query::{Hits, Outputs, Rays, SampleIds, Timing};
 use crate::rays::Pixels;
-use crate::trace::{Hits, Rays, SampleIds, Timing, Wants};
+use crate::support::control::Control;
 
 /// What a device does of tracing a scene. The CPU does the rest, and all that a device leaves to it.
 pub trait Backend: Send {
     /// Writes what the kernel itself sees of all `rays` into `hits`; `None` where the CPU has to. The kernel `certified` proposes
-    /// ids alone, in f32: an object, 0, or [`OPEN`](crate::num::OPEN); its `t` and normals mean nothing yet. Levels and counts
+    /// ids alone, in f32: an object, 0, or [`UNDECIDED`](crate::num::UNDECIDED); its `t` and normals mean nothing yet. Levels and counts
     /// are not yet filled in.
     ///
     /// # Errors
@@ -40,7 +40,7 @@ pub trait Backend: Send {
         Ok(false)
     }
 
-    /// The bytes of a picture's pixels in this light, each `r | g << 8 | b << 16`, or [`OPEN`](crate::num::OPEN) where f32 leaves one
+    /// The bytes of a picture's pixels in this light, each `r | g << 8 | b << 16`, or [`UNDECIDED`](crate::num::UNDECIDED) where f32 leaves one
     /// of them open. The scene is prepared for the picture of their samples. `None` where that is left to the CPU.
     ///
     /// # Errors
@@ -54,7 +54,7 @@ pub trait Backend: Send {
         Ok(None)
     }
 
-    /// Takes another prepared scene, with the same [`Wants`]. After an
+    /// Takes another prepared scene, with the same [`Outputs`]. After an
     /// error it is for the one before.
     ///
     /// # Errors
@@ -68,21 +68,21 @@ pub trait Backend: Send {
     fn force_light(&mut self) {}
 }
 
-/// Traces a scene for certain [`Wants`]: takes rays, gives hits.
+/// Traces a scene for certain [`Outputs`]: takes rays, gives hits.
 pub struct Tracer {
     prepared: Arc<Prepared>,
-    wants: Wants,
+    wants: Outputs,
     backend: Option<Box<dyn Backend>>,
 }
 
 impl Tracer {
     /// One that needs no device.
-    pub fn on_cpu(prepared: Arc<Prepared>, wants: Wants) -> Tracer {
+    pub fn on_cpu(prepared: Arc<Prepared>, wants: Outputs) -> Tracer {
         Tracer { prepared, wants, backend: None }
     }
 
     /// One with a device, which was made for the same.
-    pub fn on(backend: impl Backend + 'static, prepared: Arc<Prepared>, wants: Wants) -> Tracer {
+    pub fn on(backend: impl Backend + 'static, prepared: Arc<Prepared>, wants: Outputs) -> Tracer {
         Tracer { prepared, wants, backend: Some(Box::new(backend)) }
     }
 
@@ -92,7 +92,7 @@ impl Tracer {
     }
 
     /// The outputs.
-    pub fn wants(&self) -> Wants {
+    pub fn wants(&self) -> Outputs {
         self.wants
     }
 
@@ -141,7 +141,7 @@ impl Tracer {
         self.backend.as_deref_mut()
     }
 
-    /// Takes another prepared scene, with the same [`Wants`]. After an error it is for the one before.
+    /// Takes another prepared scene, with the same [`Outputs`]. After an error it is for the one before.
     ///
     /// # Errors
     /// Those of making a tracer.

@@ -3,9 +3,9 @@
 use std::iter;
 use std::path::Path;
 
+use kugelblitz::query::{Rays, WorldRay};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{self, Scene, SceneOverrides, place_camera, schema};
-use kugelblitz::trace::{Rays, WorldRay};
 use numpy::ndarray::Dimension;
 use numpy::{Element, PyReadonlyArray, PyReadonlyArrayDyn};
 use pyo3::Borrowed;
@@ -13,7 +13,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyBytes};
 
-use crate::camera::Camera;
+use crate::camera::PyCamera;
 use crate::error::{wrong_type, wrong_value};
 use crate::table::{helpers, value_of};
 use crate::work;
@@ -28,11 +28,11 @@ pub struct Crop(pub [u32; 4]);
 
 /// Column and row of a pixel.
 #[derive(Clone, Copy)]
-pub struct Pixel(pub [i64; 2]);
+pub struct PixelArgument(pub [i64; 2]);
 
 /// Samples across and down a pixel.
 #[derive(Clone, Copy)]
-pub struct Samples(pub scene::Samples);
+pub struct SamplesArgument(pub scene::Samples);
 
 impl<'py> FromPyObject<'_, 'py> for Size {
     type Error = PyErr;
@@ -57,19 +57,19 @@ impl<'py> FromPyObject<'_, 'py> for Crop {
     }
 }
 
-impl<'py> FromPyObject<'_, 'py> for Pixel {
+impl<'py> FromPyObject<'_, 'py> for PixelArgument {
     type Error = PyErr;
 
-    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Pixel> {
-        parts("pixel", "(column, row)", &given).map(Pixel)
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<PixelArgument> {
+        parts("pixel", "(column, row)", &given).map(PixelArgument)
     }
 }
 
-impl<'py> FromPyObject<'_, 'py> for Samples {
+impl<'py> FromPyObject<'_, 'py> for SamplesArgument {
     type Error = PyErr;
 
-    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Samples> {
-        value_of("samples", &given, schema::samples).map(Samples)
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<SamplesArgument> {
+        value_of("samples", &given, schema::samples).map(SamplesArgument)
     }
 }
 
@@ -127,7 +127,7 @@ pub fn named<T: Copy>(
 pub fn camera_of(
     py: Python<'_>,
     scene: &Scene,
-    camera: Option<&Camera>,
+    camera: Option<&PyCamera>,
     size: Option<Size>,
 ) -> PyResult<scene::Camera> {
     if let Some(camera) = camera.map(|camera| &camera.of_scene).or(scene.camera.as_ref()) {
@@ -149,7 +149,7 @@ pub fn camera_of(
 pub fn pixels_of(
     py: Python<'_>,
     scene: &Scene,
-    camera: Option<&Camera>,
+    camera: Option<&PyCamera>,
     size: Option<Size>,
     crop: Option<Crop>,
 ) -> PyResult<Pixels> {
@@ -179,13 +179,13 @@ pub fn pixels_of_camera(
 pub fn one_ray(
     py: Python<'_>,
     scene: &Scene,
-    camera: Option<&Camera>,
+    camera: Option<&PyCamera>,
     size: Option<Size>,
-    pixel: Option<Pixel>,
+    pixel: Option<PixelArgument>,
     ray: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
 ) -> PyResult<Rays> {
     match (pixel, ray) {
-        (Some(Pixel([x, y])), None) => {
+        (Some(PixelArgument([x, y])), None) => {
             let whole = pixels_of(py, scene, camera, size, None)?;
             whole.pixel([x, y]).map(Rays::Pixels).ok_or_else(|| {
                 PyValueError::new_err(format!(

@@ -11,7 +11,7 @@ use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::argument::{Size, named};
 use crate::error::wrong_value;
-use crate::scene::Scene;
+use crate::scene::PyScene;
 use crate::table::{Given, Keywords, wrong_argument};
 use crate::work;
 
@@ -19,14 +19,14 @@ use crate::work;
 /// orthographic one.
 ///
 /// `fov` is the vertical field of view in degrees, `height` the height of the picture in world units.
-#[pyclass(frozen, module = "kugelblitz", eq)]
+#[pyclass(frozen, name = "Camera", module = "kugelblitz", eq)]
 #[derive(Clone, PartialEq)]
-pub struct Camera {
+pub struct PyCamera {
     pub of_scene: scene::Camera,
 }
 
 #[pymethods]
-impl Camera {
+impl PyCamera {
     #[new]
     #[pyo3(signature = (position, look_at, up = None, fov = None, height = None))]
     fn new(
@@ -36,13 +36,13 @@ impl Camera {
         up: Given<'_>,
         fov: Given<'_>,
         height: Given<'_>,
-    ) -> PyResult<Camera> {
+    ) -> PyResult<PyCamera> {
         let names = CameraKeys::INFO.keys.iter().map(|key| key.name);
         let given = [Some(position), Some(look_at), up, fov, height];
         let keys = Keywords { given: iter::zip(names, given).into_py_dict(py)?, is_linear: false };
         let camera = keys.section::<CameraKeys>("camera", &[])?.camera();
         let of_scene = camera.map_err(|fault| wrong_argument("camera", &fault))?;
-        Ok(Camera { of_scene })
+        Ok(PyCamera { of_scene })
     }
 
     /// A camera that has all spheres of a scene in its picture, as near as can be.
@@ -60,11 +60,11 @@ impl Camera {
     )]
     fn frame(
         py: Python<'_>,
-        scene: &Scene,
+        scene: &PyScene,
         view: Option<&str>,
         n_turns: u32,
         keys: Option<Bound<'_, PyDict>>,
-    ) -> PyResult<Camera> {
+    ) -> PyResult<PyCamera> {
         if scene.of.spheres.is_empty() {
             return wrong_value(
                 "scene: there is no sphere to be framed; give Camera(position, look_at)",
@@ -76,12 +76,12 @@ impl Camera {
         overrides.n_turns = n_turns;
         let path = Path::new("the scene");
         let of_scene = work::run(py, |control| place_camera(&scene.of, &overrides, path, control))?;
-        Ok(Camera { of_scene })
+        Ok(PyCamera { of_scene })
     }
 
     /// Cameras that go once around the point that is looked at, in `n` equal steps, the first of them this
     /// one: a film that is a loop.
-    fn turntable(&self, n: u32) -> PyResult<Vec<Camera>> {
+    fn turntable(&self, n: u32) -> PyResult<Vec<PyCamera>> {
         if !(1..=frames::MAX_FRAMES).contains(&n) {
             let most = frames::MAX_FRAMES;
             return wrong_value(format!("n: {n}, but a film has 1 to {most} frames"));
@@ -132,8 +132,8 @@ impl Camera {
     }
 }
 
-fn all(cameras: Vec<scene::Camera>) -> Vec<Camera> {
-    cameras.into_iter().map(|of_scene| Camera { of_scene }).collect()
+fn all(cameras: Vec<scene::Camera>) -> Vec<PyCamera> {
+    cameras.into_iter().map(|of_scene| PyCamera { of_scene }).collect()
 }
 
 /// The arguments of [`framing`].

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use kugelblitz::picture::Image;
+use kugelblitz::query::Kernel;
 use kugelblitz::rays::Rays;
 use kugelblitz::scene;
-use kugelblitz::trace::Kernel;
 use kugelblitz_judge::compare::{
     Allowed, ColorKind, ExactChannels, HitComparison, PictureDifference, Quantity, Transform,
     compare_pictures, exact_picture, explain_pictures, pixels_of, quantities_of, whole_size,
@@ -14,13 +14,13 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
-use crate::argument::{Crop, Samples, Size, rays_of};
-use crate::camera::Camera;
+use crate::argument::{Crop, SamplesArgument, Size, rays_of};
+use crate::camera::PyCamera;
 use crate::error::{self, wrong_value};
 use crate::image::{Arrays, image_of};
-use crate::picture::Picture;
-use crate::scene::Scene;
-use crate::table::{Given, Object, helpers};
+use crate::picture::PyPicture;
+use crate::scene::PyScene;
+use crate::table::{Given, PyValue, helpers};
 use crate::verdict::{HitOutcome, PictureOutcome, SceneOutcome};
 use crate::work;
 
@@ -48,11 +48,11 @@ impl Transforms {
 
 /// Options of a comparison with a scene.
 struct WithScene<'a, 'py> {
-    camera: Option<&'a Camera>,
+    camera: Option<&'a PyCamera>,
     rays: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
     size: Option<Size>,
     crop: Option<Crop>,
-    samples: Option<Samples>,
+    samples: Option<SamplesArgument>,
     transforms: Vec<Transform>,
     allowed: Allowed,
     worst: usize,
@@ -81,17 +81,17 @@ pub fn compare<'py>(
     py: Python<'py>,
     a: &Bound<'py, PyAny>,
     b: &Bound<'py, PyAny>,
-    camera: Option<&Camera>,
+    camera: Option<&PyCamera>,
     rays: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
     size: Option<Size>,
     crop: Option<Crop>,
-    samples: Option<Samples>,
+    samples: Option<SamplesArgument>,
     transform: Option<Transforms>,
     allow: Option<&str>,
     worst: usize,
     device: &str,
     progress: Given<'py>,
-) -> Object<'py> {
+) -> PyValue<'py> {
     let transforms = Transforms::parsed(transform)?;
     let allowed: Allowed = allow.unwrap_or_default().parse().map_err(error::of("allow"))?;
     let has_options =
@@ -108,7 +108,7 @@ pub fn compare<'py>(
         device,
         progress,
     };
-    match [a.cast::<Scene>().ok(), b.cast::<Scene>().ok()] {
+    match [a.cast::<PyScene>().ok(), b.cast::<PyScene>().ok()] {
         [None, None] if has_options => {
             wrong_value("camera, rays, size, crop, samples: they are for a comparison with a Scene")
         }
@@ -119,7 +119,7 @@ pub fn compare<'py>(
         [Some(scene), None] => with_scene(py, b, scene.get(), options),
         [None, Some(scene)] => with_scene(py, a, scene.get(), options),
         [Some(a), Some(b)] => {
-            let picture = |scene: &Scene| {
+            let picture = |scene: &PyScene| {
                 let WithScene { camera, size, crop, samples, device, .. } = options;
                 let pixels = crate::argument::pixels_of(py, &scene.of, camera, size, crop)?;
                 let n_samples = n_samples(samples, None, &scene.of);
@@ -135,12 +135,12 @@ pub fn compare<'py>(
 }
 
 fn n_samples(
-    given: Option<Samples>,
-    picture: Option<&Picture>,
+    given: Option<SamplesArgument>,
+    picture: Option<&PyPicture>,
     scene: &scene::Scene,
 ) -> scene::Samples {
-    let of_picture = picture.map(Picture::n_samples);
-    given.map(|Samples(n)| n).or(of_picture).or(scene.samples).unwrap_or_default()
+    let of_picture = picture.map(PyPicture::n_samples);
+    given.map(|SamplesArgument(n)| n).or(of_picture).or(scene.samples).unwrap_or_default()
 }
 
 /// Compares two pictures channel by channel.
@@ -150,7 +150,7 @@ fn of_pictures<'py>(
     b: Image,
     transforms: &[Transform],
     allowed: &Allowed,
-) -> Object<'py> {
+) -> PyValue<'py> {
     allowed.check_used(false, true).map_err(error::of("allow"))?;
     if let Some(other) = transforms.iter().find(|transform| !transform.is_of_files()) {
         return wrong_value(format!(
@@ -178,10 +178,10 @@ fn difference(
 fn with_scene<'py>(
     py: Python<'py>,
     given: &Bound<'py, PyAny>,
-    scene: &Scene,
+    scene: &PyScene,
     options: WithScene<'_, 'py>,
-) -> Object<'py> {
-    let picture = given.cast::<Picture>().ok().map(Bound::get);
+) -> PyValue<'py> {
+    let picture = given.cast::<PyPicture>().ok().map(Bound::get);
     let (mut image, quantities) = foreign(given)?;
     let rays = rays(py, &scene.of, picture, &image, &options)?;
     let has_hits = quantities.iter().any(|quantity| quantity.is_of_hits());
@@ -202,7 +202,7 @@ fn with_scene<'py>(
     let on = (device, Kernel::Certified, n_rays);
     transforms.iter().for_each(|transform| transform.apply_to_image(&mut image));
     image.channels.retain(|channel| matches!(channel.name.as_str(), "R" | "G" | "B"));
-    let work = |session: &mut kugelblitz::Session, control: &kugelblitz::control::Control| {
+    let work = |session: &mut kugelblitz::Session, control: &kugelblitz::Control| {
         let hits = has_hits.then(|| comparison.run(session, control)).transpose()?;
         let Some((pixels, kind)) = pixels.zip(ColorKind::of(&image)) else {
             return Ok((hits, None));
@@ -236,7 +236,7 @@ fn foreign(given: &Bound<'_, PyAny>) -> PyResult<(Image, Vec<Quantity>)> {
 fn rays(
     py: Python<'_>,
     scene: &scene::Scene,
-    picture: Option<&Picture>,
+    picture: Option<&PyPicture>,
     image: &Image,
     options: &WithScene<'_, '_>,
 ) -> PyResult<Rays> {

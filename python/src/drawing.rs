@@ -13,14 +13,14 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::argument::{Size, named, pixels_of};
-use crate::camera::Camera;
+use crate::camera::PyCamera;
 use crate::error;
-use crate::scene::Scene;
-use crate::table::Object;
+use crate::scene::PyScene;
+use crate::table::PyValue;
 use crate::work;
 
 /// A `Drawing`.
-pub fn drawing(py: Python<'_>, svg: String) -> Object<'_> {
+pub fn drawing(py: Python<'_>, svg: String) -> PyValue<'_> {
     py.import("kugelblitz._drawings")?.call_method1("Drawing", (svg,))
 }
 
@@ -33,7 +33,7 @@ pub fn tinted<'py>(
     size: [u32; 2],
     colors: &[[u8; 3]],
     legend: Legend,
-) -> Object<'py> {
+) -> PyValue<'py> {
     let [width, height] = size.map(|n| n as usize);
     let rgb8 = PyArray1::from_slice(py, colors.as_flattened()).reshape([height, width, 3])?;
     py.import("kugelblitz._drawings")?.call_method1("Tinted", (rgb8, legend))
@@ -66,12 +66,12 @@ pub fn write(py: Python<'_>, path: PathBuf, content: &[u8]) -> PyResult<()> {
 pub fn figure<'py>(
     py: Python<'py>,
     number: &Bound<'py, PyAny>,
-    scene: Option<&Scene>,
-    camera: Option<&Camera>,
+    scene: Option<&PyScene>,
+    camera: Option<&PyCamera>,
     size: Option<Size>,
     object: Option<u32>,
     lang: &str,
-) -> Object<'py> {
+) -> PyValue<'py> {
     let number = number.str()?.to_string();
     let figure = named("number", &number, Figure::ALL, Figure::number)?;
     let scene = match scene {

@@ -2,27 +2,27 @@
 
 use std::sync::Arc;
 
+use kugelblitz::query::{Kernel, Rays};
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Kernel, Rays};
 use kugelblitz_judge::explain::{self, Lang, latex, text};
 use pyo3::prelude::*;
 
 use crate::argument::named;
 use crate::place;
-use crate::table::{Object, to_python};
+use crate::table::{PyValue, to_python};
 use crate::work;
 
 /// One ray in numbers: the lecture's formulas at work, and what f32 makes of them. `str()` is the text that
 /// `kugelblitz explain` prints, and a notebook shows the formulas.
-#[pyclass(frozen, module = "kugelblitz")]
-pub struct Explanation {
+#[pyclass(frozen, name = "Explanation", module = "kugelblitz")]
+pub struct PyExplanation {
     pub of: explain::Explanation,
 }
 
 #[pymethods]
-impl Explanation {
+impl PyExplanation {
     /// All numbers, under the keys that `kugelblitz explain --json` has in `explanation`.
-    fn to_dict<'py>(&self, py: Python<'py>) -> Object<'py> {
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyValue<'py> {
         to_python(py, &self.of)
     }
 
@@ -66,7 +66,7 @@ pub fn explained(
     lang: &str,
     digits: usize,
     device: &str,
-) -> PyResult<Explanation> {
+) -> PyResult<PyExplanation> {
     let style = explain::ExplainStyle {
         limit: (!all).then_some(explain::DEFAULT_OBJECTS),
         lang: self::lang(lang)?,
@@ -79,7 +79,7 @@ pub fn explained(
         of.add_device(scene, ray, |kernel| &devices[&kernel])?;
         Ok(of)
     })?;
-    Ok(Explanation { of })
+    Ok(PyExplanation { of })
 }
 
 /// The language of this name.

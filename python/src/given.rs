@@ -9,7 +9,7 @@ use pyo3::types::PyString;
 use rayon::prelude::*;
 
 use crate::argument::{Floats, Size, in_rows};
-use crate::camera::Camera;
+use crate::camera::PyCamera;
 use crate::error::{self, wrong_value};
 use crate::table::{Given, Keywords, color_of, helpers, wrong_argument};
 use crate::work;
@@ -29,7 +29,7 @@ pub fn change(scene: &mut Scene, keys: &Keywords<'_>) -> PyResult<()> {
         match name {
             "camera" => {
                 let wrong = |_| PyTypeError::new_err("camera: give a Camera");
-                let camera = keys.get(name).map(|given| given.cast_into::<Camera>()).transpose();
+                let camera = keys.get(name).map(|given| given.cast_into::<PyCamera>()).transpose();
                 scene.camera = camera.map_err(wrong)?.map(|camera| camera.get().of_scene.clone());
             }
             "size" => {
@@ -57,11 +57,11 @@ pub const OF_SPHERES: [&str; 7] =
 
 /// What `_given.spheres` makes of arguments: rows, colours, the name and the numbers of `color_by`, and names.
 type OfSpheres<'py> =
-    (Floats<'py>, Option<Colors<'py>>, Option<(String, Floats<'py>)>, Vec<(u32, String)>);
+    (Floats<'py>, Option<GivenColors<'py>>, Option<(String, Floats<'py>)>, Vec<(u32, String)>);
 
 /// The colour of each sphere, or of all.
 #[derive(FromPyObject)]
-pub enum Colors<'py> {
+pub enum GivenColors<'py> {
     Bytes(PyReadonlyArray2<'py, u8>),
     Floats(PyReadonlyArray2<'py, f64>),
     Names(Vec<String>),
@@ -154,14 +154,14 @@ fn linear_of_floats(py: Python<'_>, rows: &[[f64; 3]]) -> PyResult<Vec<[f64; 3]>
 pub fn colored(
     py: Python<'_>,
     rows: &[[f64; 4]],
-    colors: Option<Colors<'_>>,
+    colors: Option<GivenColors<'_>>,
     is_linear: bool,
 ) -> PyResult<Spheres> {
     let spheres = py.detach(|| Spheres::from_rows(rows)).map_err(error::of("spheres"))?;
     let colored = match colors {
         None => return Ok(spheres),
-        Some(Colors::One(color)) => spheres.with_color(color_of("color", &color, is_linear)?),
-        Some(Colors::Names(names)) => {
+        Some(GivenColors::One(color)) => spheres.with_color(color_of("color", &color, is_linear)?),
+        Some(GivenColors::Names(names)) => {
             let color = |(row, name): (usize, &String)| {
                 let value = Argument::Text(name.clone());
                 let color = read_argument("color", &value, schema::srgb_color);
@@ -172,11 +172,13 @@ pub fn colored(
                 names.iter().enumerate().map(color).collect::<PyResult<_>>()?;
             spheres.with_colors(colors)
         }
-        Some(Colors::Floats(rows)) if is_linear => {
+        Some(GivenColors::Floats(rows)) if is_linear => {
             spheres.with_colors(in_rows::<_, _, 3>(&rows)?.iter().copied())
         }
-        Some(Colors::Floats(rows)) => spheres.with_colors(linear_of_floats(py, in_rows(&rows)?)?),
-        Some(Colors::Bytes(rows)) => {
+        Some(GivenColors::Floats(rows)) => {
+            spheres.with_colors(linear_of_floats(py, in_rows(&rows)?)?)
+        }
+        Some(GivenColors::Bytes(rows)) => {
             let fractions = || std::array::from_fn(|byte| byte as f64 / 255.0);
             let linear: [f64; 256] = if is_linear { fractions() } else { linear_of_bytes() };
             let row = |row: &[u8; 3]| row.map(|byte| linear[usize::from(byte)]);

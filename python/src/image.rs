@@ -2,19 +2,19 @@
 
 use std::path::PathBuf;
 
-use kugelblitz::memory;
 use kugelblitz::picture::{Channel, ChannelValues, Image, channel_name, read_image};
+use kugelblitz::support::memory;
 use numpy::{Element, PyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::error;
-use crate::picture::Picture;
-use crate::table::{Object, helpers, to_python};
+use crate::picture::PyPicture;
+use crate::table::{PyValue, helpers, to_python};
 use crate::work;
 
 /// The numbers of a channel as an array.
-fn array_of<'py>(py: Python<'py>, samples: &ChannelValues) -> Object<'py> {
+fn array_of<'py>(py: Python<'py>, samples: &ChannelValues) -> PyValue<'py> {
     fn array<'py, T: Element>(py: Python<'py>, numbers: &[T]) -> Bound<'py, PyAny> {
         PyArray1::from_slice(py, numbers).into_any()
     }
@@ -31,7 +31,7 @@ fn array_of<'py>(py: Python<'py>, samples: &ChannelValues) -> Object<'py> {
 
 /// The numbers of an array, row by row.
 #[derive(FromPyObject)]
-enum Numbers<'py> {
+enum BorrowedNumbers<'py> {
     U8(PyReadonlyArrayDyn<'py, u8>),
     U16(PyReadonlyArrayDyn<'py, u16>),
     U32(PyReadonlyArrayDyn<'py, u32>),
@@ -42,7 +42,7 @@ enum Numbers<'py> {
     F16(Bound<'py, PyAny>),
 }
 
-impl Numbers<'_> {
+impl BorrowedNumbers<'_> {
     /// Returns the element at this place of each pixel, which has `n_elements`.
     fn channel(&self, place: usize, n_elements: usize) -> PyResult<ChannelValues> {
         fn every<T: Element + Copy>(
@@ -53,13 +53,13 @@ impl Numbers<'_> {
             Ok(all.as_slice()?.iter().skip(place).step_by(n_elements).copied().collect())
         }
         Ok(match self {
-            Numbers::U8(all) => ChannelValues::U8(every(all, place, n_elements)?),
-            Numbers::U16(all) => ChannelValues::U16(every(all, place, n_elements)?),
-            Numbers::U32(all) => ChannelValues::U32(every(all, place, n_elements)?),
-            Numbers::I64(all) => ChannelValues::I64(every(all, place, n_elements)?),
-            Numbers::F32(all) => ChannelValues::F32(every(all, place, n_elements)?),
-            Numbers::F64(all) => ChannelValues::F64(every(all, place, n_elements)?),
-            Numbers::F16(all) => {
+            BorrowedNumbers::U8(all) => ChannelValues::U8(every(all, place, n_elements)?),
+            BorrowedNumbers::U16(all) => ChannelValues::U16(every(all, place, n_elements)?),
+            BorrowedNumbers::U32(all) => ChannelValues::U32(every(all, place, n_elements)?),
+            BorrowedNumbers::I64(all) => ChannelValues::I64(every(all, place, n_elements)?),
+            BorrowedNumbers::F32(all) => ChannelValues::F32(every(all, place, n_elements)?),
+            BorrowedNumbers::F64(all) => ChannelValues::F64(every(all, place, n_elements)?),
+            BorrowedNumbers::F16(all) => {
                 let all = all.call_method1("astype", ("f4",))?.extract()?;
                 ChannelValues::F16(every(&all, place, n_elements)?)
             }
@@ -70,7 +70,7 @@ impl Numbers<'_> {
 /// Arrays as `_given.channels` returns them: height and width, or the number of rays; and name, numbers and elements per
 /// pixel of each field, `None` for a single number.
 #[derive(FromPyObject)]
-pub struct Arrays<'py>(Vec<usize>, Vec<(String, Numbers<'py>, Option<usize>)>);
+pub struct Arrays<'py>(Vec<usize>, Vec<(String, BorrowedNumbers<'py>, Option<usize>)>);
 
 impl Arrays<'_> {
     /// Returns the fields as channels.
@@ -99,7 +99,7 @@ impl Arrays<'_> {
 /// Returns the errors of [`read_image`], and `TypeError` or `ValueError` for an array that is no picture.
 pub fn image_of(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Image> {
     let py = given.py();
-    if let Ok(picture) = given.cast::<Picture>() {
+    if let Ok(picture) = given.cast::<PyPicture>() {
         return picture.get().image(py);
     }
     if let Ok(path) = given.extract::<PathBuf>() {
@@ -116,7 +116,7 @@ pub fn require(what: String, n_bytes: u64) -> PyResult<()> {
 
 /// What a picture's file says of itself, as `kugelblitz info --json` does: a dictionary.
 #[pyfunction]
-pub fn info<'py>(py: Python<'py>, path: PathBuf) -> Object<'py> {
+pub fn info<'py>(py: Python<'py>, path: PathBuf) -> PyValue<'py> {
     let facts = work::run(py, |_| Ok(read_image(&path)?.facts(&path)))?;
     to_python(py, &facts)
 }

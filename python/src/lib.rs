@@ -27,17 +27,17 @@ use pyo3::prelude::*;
 mod _kugelblitz {
     #[pymodule_export]
     use super::{
-        camera::Camera,
+        camera::PyCamera,
         command::run_command,
         compare::compare,
         drawing::{figure, png, write},
         error::{DeviceError, NoAdapterError, SceneError},
-        explain::Explanation,
+        explain::PyExplanation,
         image::{info, read, require},
         pickle::scene_of_state,
-        picture::Picture,
+        picture::PyPicture,
         place::adapters,
-        scene::Scene,
+        scene::PyScene,
         verdict::{HitOutcome, KernelOutcome, Outcome, PictureOutcome, SceneOutcome},
     };
 

@@ -10,10 +10,10 @@ use pyo3::prelude::*;
 use crate::argument::in_rows;
 use crate::error;
 use crate::given::colored;
-use crate::scene::Scene;
+use crate::scene::PyScene;
 
 /// What [`scene_of_state`] takes.
-pub type State<'py> = (
+pub type PickledScene<'py> = (
     Bound<'py, PyArray2<f64>>,
     Bound<'py, PyAny>,
     HashMap<u32, String>,
@@ -29,7 +29,7 @@ type StateOfColoring = (String, StateOfMap, [f64; 2], [f64; 3], usize);
 type StateOfMap = (Option<String>, Vec<u8>);
 
 /// What pickle keeps of a scene.
-pub fn state_of<'py>(py: Python<'py>, scene: &Scene) -> PyResult<State<'py>> {
+pub fn state_of<'py>(py: Python<'py>, scene: &PyScene) -> PyResult<PickledScene<'py>> {
     let spheres = &scene.of.spheres;
     let names = (0..spheres.len())
         .filter_map(|index| Some((index as u32, spheres.name(index)?.to_string())));
@@ -53,7 +53,7 @@ pub fn state_of<'py>(py: Python<'py>, scene: &Scene) -> PyResult<State<'py>> {
 /// The scene of what [`state_of`] gave.
 #[pyfunction]
 #[pyo3(signature = (*state))]
-pub fn scene_of_state(py: Python<'_>, state: State<'_>) -> PyResult<Scene> {
+pub fn scene_of_state(py: Python<'_>, state: PickledScene<'_>) -> PyResult<PyScene> {
     let (rows, colors, names, text, coloring, notes) = state;
     let mut scene = parse_scene(&text, "a pickled scene".as_ref()).map_err(error::of(""))?;
     scene.spheres = colored(py, in_rows(&rows.readonly())?, Some(colors.extract()?), true)?;
@@ -70,5 +70,5 @@ pub fn scene_of_state(py: Python<'_>, state: State<'_>) -> PyResult<Scene> {
         missing_color: Color(missing_color),
         n_missing,
     });
-    Ok(Scene::new_colored(scene, coloring))
+    Ok(PyScene::new_colored(scene, coloring))
 }

@@ -4,25 +4,25 @@ use std::io::Cursor;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
+use kugelblitz::Control;
 use kugelblitz::Session;
-use kugelblitz::control::Control;
 use kugelblitz::digest::Digest;
-use kugelblitz::memory::Available;
+use kugelblitz::lighting::{Background, Colors, Encoding, Framebuffer, Style};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{ChannelBits, Format, Image, PictureOptions, PictureWriter, Sink};
+use kugelblitz::query::{Hits, Kernel, Outputs, StageCounts};
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::{Plan, n_steps, plan};
 use kugelblitz::scene::Camera;
-use kugelblitz::shade::{Background, Colors, Encoding, Framebuffer, Style};
-use kugelblitz::trace::{Hits, Kernel, StageCounts, Wants};
+use kugelblitz::support::memory::Available;
 use numpy::{Element, PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyBytes, PyDict};
 
 use crate::error::{self, wrong_value};
 use crate::process::once;
-use crate::scene::Scene;
-use crate::table::{Given, Object};
+use crate::scene::PyScene;
+use crate::table::{Given, PyValue};
 
 /// Returns the numbers of rays that each stage decided, as a dictionary.
 pub fn counts_of<'py>(py: Python<'py>, counts: &StageCounts) -> PyResult<Bound<'py, PyDict>> {
@@ -34,9 +34,9 @@ pub fn counts_of<'py>(py: Python<'py>, counts: &StageCounts) -> PyResult<Bound<'
 ///
 /// A notebook shows it. Arrays are made when they are first asked for, and copies: changing one changes no
 /// file.
-#[pyclass(frozen, module = "kugelblitz")]
-pub struct Picture {
-    pub scene: Py<Scene>,
+#[pyclass(frozen, name = "Picture", module = "kugelblitz")]
+pub struct PyPicture {
+    pub scene: Py<PyScene>,
     pub device: String,
     pub kernel: Kernel,
     pub camera: Camera,
@@ -49,7 +49,7 @@ pub struct Picture {
     pub traced: OnceLock<Hits>,
 }
 
-impl Picture {
+impl PyPicture {
     /// The hits with `t` and normals: traced anew when they are first wanted, unless they were kept.
     fn hits(&self, py: Python<'_>) -> PyResult<&Hits> {
         self.scene.get().keep_surfaces();
@@ -58,7 +58,7 @@ impl Picture {
             return Ok(kept);
         }
         once(&self.traced, || {
-            let wants = Wants { surface: true, level: true };
+            let wants = Outputs { surface: true, level: true };
             self.run(py, (None, 0), |session, control| session.hits(&self.pixels, wants, control))
         })
     }
@@ -80,7 +80,7 @@ impl Picture {
         py: Python<'py>,
         encoding: Encoding,
         colors: &OnceLock<Colors>,
-    ) -> Object<'py> {
+    ) -> PyValue<'py> {
         let background = match self.style.background {
             Background::Shown => Background::Shown,
             Background::LeftOut | Background::Black => Background::Black,
@@ -88,7 +88,7 @@ impl Picture {
         let style = Style { encoding, background, ..self.style };
         let colors = once(colors, || {
             self.run(py, (None, 0), |session, control| {
-                let (kept, _) = session.keep(&self.pixels, style, Wants::default(), control)?;
+                let (kept, _) = session.keep(&self.pixels, style, Outputs::default(), control)?;
                 Ok(kept.colors)
             })
         })?;
@@ -96,7 +96,7 @@ impl Picture {
     }
 
     /// Colours as an array.
-    fn array_of<'py>(&self, py: Python<'py>, colors: &Colors) -> Object<'py> {
+    fn array_of<'py>(&self, py: Python<'py>, colors: &Colors) -> PyValue<'py> {
         match colors {
             Colors::Srgb8(colors) => self.array(py, colors.as_flattened()),
             Colors::Srgb16(colors) => self.array(py, colors.as_flattened()),
@@ -130,7 +130,7 @@ impl Picture {
     }
 
     /// The numbers of its pixels as an array: one of each, or several along a last axis.
-    fn array<'py, T: Element>(&self, py: Python<'py>, numbers: &[T]) -> Object<'py> {
+    fn array<'py, T: Element>(&self, py: Python<'py>, numbers: &[T]) -> PyValue<'py> {
         let Pixels { width, height, .. } = self.pixels;
         let shape = [height as usize, width as usize, numbers.len() / self.pixels.len()];
         let n_axes = if shape[2] > 1 { 3 } else { 2 };
@@ -156,7 +156,7 @@ impl Picture {
 }
 
 #[pymethods]
-impl Picture {
+impl PyPicture {
     /// Columns.
     #[getter]
     fn width(&self) -> u32 {
@@ -171,27 +171,27 @@ impl Picture {
 
     /// Colours in sRGB, bytes; shape (height, width, 3).
     #[getter]
-    fn rgb8<'py>(&self, py: Python<'py>) -> Object<'py> {
+    fn rgb8<'py>(&self, py: Python<'py>) -> PyValue<'py> {
         self.array_of(py, &self.kept.colors)
     }
 
     /// Linear colours, the nearest floats; shape (height, width, 3). They are painted when they are first
     /// asked for.
     #[getter]
-    fn rgb<'py>(&self, py: Python<'py>) -> Object<'py> {
+    fn rgb<'py>(&self, py: Python<'py>) -> PyValue<'py> {
         self.painted(py, Encoding::Linear, &self.linear)
     }
 
     /// Colours in sRGB with 16 bits a channel; shape (height, width, 3). They are painted when they are first
     /// asked for.
     #[getter]
-    fn rgb16<'py>(&self, py: Python<'py>) -> Object<'py> {
+    fn rgb16<'py>(&self, py: Python<'py>) -> PyValue<'py> {
         self.painted(py, Encoding::Srgb16, &self.srgb16)
     }
 
     /// The scene that it shows.
     #[getter]
-    fn scene(&self, py: Python<'_>) -> Py<Scene> {
+    fn scene(&self, py: Python<'_>) -> Py<PyScene> {
         self.scene.clone_ref(py)
     }
 
@@ -205,26 +205,26 @@ impl Picture {
 
     /// Object ids, 0 for the background.
     #[getter]
-    fn id<'py>(&self, py: Python<'py>) -> Object<'py> {
+    fn id<'py>(&self, py: Python<'py>) -> PyValue<'py> {
         self.array(py, &self.kept.hits.id)
     }
 
     /// Depth along the view axis, +∞ on the background. Depths and normals are traced when they are first asked
     /// for; the scene's next pictures have them from the start.
     #[getter]
-    fn t<'py>(&self, py: Python<'py>) -> Object<'py> {
+    fn t<'py>(&self, py: Python<'py>) -> PyValue<'py> {
         self.array(py, &self.hits(py)?.t)
     }
 
     /// Unit normals that face the camera, 0 on the background; shape (height, width, 3). Traced as `t` is.
     #[getter]
-    fn normal<'py>(&self, py: Python<'py>) -> Object<'py> {
+    fn normal<'py>(&self, py: Python<'py>) -> PyValue<'py> {
         self.array(py, self.hits(py)?.normal.as_flattened())
     }
 
     /// The stage that decided each pixel: 0 f32, 1 f64, 2 exact arithmetic. It may differ between devices.
     #[getter]
-    fn level<'py>(&self, py: Python<'py>) -> Object<'py> {
+    fn level<'py>(&self, py: Python<'py>) -> PyValue<'py> {
         self.array(py, &self.kept.hits.level)
     }
 

@@ -4,14 +4,14 @@ use std::collections::HashMap;
 
 use kugelblitz::device::{Device, DeviceChoice};
 use kugelblitz::gpu::list_adapters;
-use kugelblitz::trace::Kernel;
+use kugelblitz::query::Kernel;
 use pyo3::exceptions::{PyRuntimeWarning, PyUserWarning};
 use pyo3::prelude::*;
 
 use crate::argument::named;
 use crate::error::{self, NoAdapterError};
 use crate::process::OfProcess;
-use crate::table::{Object, to_python};
+use crate::table::{PyValue, to_python};
 
 /// The devices that are open, by what was asked for.
 static OPEN: OfProcess<HashMap<(DeviceChoice, Kernel), Device>> = OfProcess::new();
@@ -82,6 +82,6 @@ pub fn kernel(name: &str) -> PyResult<Kernel> {
 
 /// The Vulkan adapters of this machine, the best first: a dictionary each.
 #[pyfunction]
-pub fn adapters(py: Python<'_>) -> Object<'_> {
+pub fn adapters(py: Python<'_>) -> PyValue<'_> {
     to_python(py, &py.detach(list_adapters))
 }

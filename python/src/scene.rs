@@ -5,17 +5,17 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::device::rays_of_picture;
 use kugelblitz::digest::scene_hash;
 use kugelblitz::generate::{Distribution, Recipe};
+use kugelblitz::lighting::{Background, Encoding, Style};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::hit_records;
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays};
 use kugelblitz::render::n_steps;
 use kugelblitz::scene::schema;
 use kugelblitz::scene::{self, Coloring, SceneOverrides, compose_scene, parse_scene};
-use kugelblitz::shade::{Background, Encoding, Style};
-use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::{Error, Session};
 use kugelblitz_judge::cost::Cost;
 use kugelblitz_judge::export::{self, Language};
@@ -27,18 +27,19 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::argument::{
-    Crop, Pixel, Samples, Size, camera_of, named, one_ray, pixels_of, pixels_of_camera, rays_of,
+    Crop, PixelArgument, SamplesArgument, Size, camera_of, named, one_ray, pixels_of,
+    pixels_of_camera, rays_of,
 };
-use crate::camera::{Camera, FRAMING, framing};
+use crate::camera::{FRAMING, PyCamera, framing};
 use crate::drawing::{drawing, tinted};
 use crate::error::{self, exception, wrong_value};
-use crate::explain::{Explanation, explained};
+use crate::explain::{PyExplanation, explained};
 use crate::given::{OF_SCENE, OF_SPHERES, change, named_map, spheres_of};
-use crate::pickle::{State, state_of};
-use crate::picture::{Picture, counts_of};
+use crate::pickle::{PickledScene, state_of};
+use crate::picture::{PyPicture, counts_of};
 use crate::place;
 use crate::session::Sessions;
-use crate::table::{Given, Keywords, Object, to_python};
+use crate::table::{Given, Keywords, PyValue, to_python};
 use crate::verdict::KernelOutcome;
 use crate::work::{self, Steps};
 
@@ -80,8 +81,8 @@ use crate::work::{self, Steps};
 ///
 /// The scene keeps what was made for its pictures, the tree over its spheres above all, so that the next
 /// camera needs no new one.
-#[pyclass(frozen, module = "kugelblitz")]
-pub struct Scene {
+#[pyclass(frozen, name = "Scene", module = "kugelblitz")]
+pub struct PyScene {
     pub of: Arc<scene::Scene>,
     /// How `color_by` became colours, where there is no file that it came from.
     coloring: Option<Coloring>,
@@ -90,17 +91,17 @@ pub struct Scene {
     keeps_surfaces: AtomicBool,
 }
 
-impl From<scene::Scene> for Scene {
-    fn from(scene: scene::Scene) -> Scene {
-        Scene::new_colored(scene, None)
+impl From<scene::Scene> for PyScene {
+    fn from(scene: scene::Scene) -> PyScene {
+        PyScene::new_colored(scene, None)
     }
 }
 
-impl Scene {
+impl PyScene {
     /// A scene of spheres that got their colours so.
-    pub fn new_colored(scene: scene::Scene, coloring: Option<Coloring>) -> Scene {
+    pub fn new_colored(scene: scene::Scene, coloring: Option<Coloring>) -> PyScene {
         let (of, sessions) = (Arc::new(scene), Sessions::new());
-        Scene { of, coloring, sessions, keeps_surfaces: AtomicBool::new(false) }
+        PyScene { of, coloring, sessions, keeps_surfaces: AtomicBool::new(false) }
     }
 
     /// How numbers became colours, of files and of arrays.
@@ -123,8 +124,8 @@ impl Scene {
     }
 
     /// Samples of a picture that is asked for so many.
-    fn n_samples(&self, asked: Option<Samples>) -> scene::Samples {
-        asked.map(|Samples(asked)| asked).or(self.of.samples).unwrap_or_default()
+    fn n_samples(&self, asked: Option<SamplesArgument>) -> scene::Samples {
+        asked.map(|SamplesArgument(asked)| asked).or(self.of.samples).unwrap_or_default()
     }
 
     /// Has pictures keep depths and normals from now on: who wants them of one wants them of the next.
@@ -134,9 +135,9 @@ impl Scene {
 
     /// What pictures keep of their hits. Without a proof, only ids and depths of the same trace surely fit
     /// together.
-    fn kept_of_hits(&self, kernel: Kernel) -> Wants {
+    fn kept_of_hits(&self, kernel: Kernel) -> Outputs {
         let is_wanted = self.keeps_surfaces.load(Ordering::Relaxed);
-        Wants { surface: is_wanted || kernel != Kernel::Certified, level: true }
+        Outputs { surface: is_wanted || kernel != Kernel::Certified, level: true }
     }
 }
 
@@ -157,7 +158,7 @@ const OF_DATA: [&str; 12] = [
 ];
 
 #[pymethods]
-impl Scene {
+impl PyScene {
     #[new]
     #[pyo3(
         signature = (spheres = None, **keys),
@@ -166,13 +167,17 @@ impl Scene {
                           sky=None, ambient=None, background=None, camera=None, size=None, \
                           samples=None, color_space=None)"
     )]
-    fn new(py: Python<'_>, spheres: Given<'_>, keys: Option<Bound<'_, PyDict>>) -> PyResult<Scene> {
+    fn new(
+        py: Python<'_>,
+        spheres: Given<'_>,
+        keys: Option<Bound<'_, PyDict>>,
+    ) -> PyResult<PyScene> {
         let known = [&OF_SPHERES[..], &OF_SCENE, &["color_space"]].concat();
         let keys = Keywords::new(py, keys, &known)?;
         let (spheres, coloring) = spheres_of(py, spheres, &keys)?;
         let mut scene = scene::Scene { spheres, ..scene::Scene::default() };
         change(&mut scene, &keys)?;
-        Ok(Scene::new_colored(scene, coloring))
+        Ok(PyScene::new_colored(scene, coloring))
     }
 
     /// Reads a scene file (.toml), or makes a scene of data. Data get a camera that frames everything, light, and a
@@ -218,7 +223,7 @@ impl Scene {
         view: Option<&str>,
         progress: Given<'_>,
         keys: Option<Bound<'_, PyDict>>,
-    ) -> PyResult<Scene> {
+    ) -> PyResult<PyScene> {
         let known = [&OF_DATA[..], &FRAMING].concat();
         let keys = Keywords::new(py, keys, &known)?;
         if keys.get("colormap").is_some() {
@@ -245,19 +250,19 @@ impl Scene {
         if let Err(missing) = std::fs::metadata(&path) {
             return Err(exception(Error::Io { path, source: missing }, ""));
         }
-        work::run_with_progress(py, progress, Steps::Bytes, read).map(Scene::from)
+        work::run_with_progress(py, progress, Steps::Bytes, read).map(PyScene::from)
     }
 
     /// A cloud of spheres made up from a seed, the same on every machine, with a camera: `distribution` is
     /// "uniform", "lattice" or "packing".
     #[staticmethod]
     #[pyo3(signature = (count, distribution = "uniform", *, seed = 0))]
-    fn generate(py: Python<'_>, count: u64, distribution: &str, seed: u64) -> PyResult<Scene> {
+    fn generate(py: Python<'_>, count: u64, distribution: &str, seed: u64) -> PyResult<PyScene> {
         let all = Distribution::ALL;
         let distribution = named("distribution", distribution, all, Distribution::name)?;
         let recipe = Recipe { distribution, count, seed };
         let made = work::run(py, |control| Ok(recipe.scene(control)))?;
-        made.map(Scene::from).map_err(error::of("count"))
+        made.map(PyScene::from).map_err(error::of("count"))
     }
 
     /// The scene with some things changed: `camera`, `size`, `samples`, `planes`, `lights`, `sky`, `ambient` or
@@ -268,11 +273,11 @@ impl Scene {
         text_signature = "($self, *, camera=..., size=..., samples=..., planes=..., lights=..., sky=..., \
                           ambient=..., background=..., color_space=None)"
     )]
-    fn replace(&self, py: Python<'_>, changes: Option<Bound<'_, PyDict>>) -> PyResult<Scene> {
+    fn replace(&self, py: Python<'_>, changes: Option<Bound<'_, PyDict>>) -> PyResult<PyScene> {
         let mut scene = scene::Scene::clone(&self.of);
         let keys = Keywords::new(py, changes, &[&OF_SCENE[..], &["color_space"]].concat())?;
         change(&mut scene, &keys)?;
-        Ok(Scene::new_colored(scene, self.coloring.clone()))
+        Ok(PyScene::new_colored(scene, self.coloring.clone()))
     }
 
     /// Reads the text of a scene file; clouds are looked for from the folder of `path`.
@@ -281,8 +286,8 @@ impl Scene {
         signature = (text, path = PathBuf::from("scene.toml")),
         text_signature = "(text, path='scene.toml')"
     )]
-    fn parse(py: Python<'_>, text: &str, path: PathBuf) -> PyResult<Scene> {
-        work::run(py, |_| parse_scene(text, &path)).map(Scene::from)
+    fn parse(py: Python<'_>, text: &str, path: PathBuf) -> PyResult<PyScene> {
+        work::run(py, |_| parse_scene(text, &path)).map(PyScene::from)
     }
 
     /// Writes the scene into a `.toml` file, and many spheres into an `.npy` file beside it.
@@ -358,9 +363,9 @@ impl Scene {
     fn check<'py>(
         &self,
         py: Python<'py>,
-        camera: Option<&Camera>,
+        camera: Option<&PyCamera>,
         size: Option<Size>,
-    ) -> Object<'py> {
+    ) -> PyValue<'py> {
         let is_seen = camera.is_some() || self.of.camera.is_some() || self.n_spheres() > 0;
         let pixels = is_seen.then(|| pixels_of(py, &self.of, camera, size, None)).transpose()?;
         let cost = work::run(py, |control| Cost::new(&self.of, pixels.as_ref(), control))?;
@@ -375,7 +380,7 @@ impl Scene {
         py: Python<'_>,
         path: PathBuf,
         language: &str,
-        camera: Option<&Camera>,
+        camera: Option<&PyCamera>,
         size: Option<Size>,
     ) -> PyResult<String> {
         let language = named("language", language, Language::ALL, Language::name)?;
@@ -399,18 +404,18 @@ impl Scene {
     fn explain(
         &self,
         py: Python<'_>,
-        camera: Option<&Camera>,
-        pixel: Option<Pixel>,
+        camera: Option<&PyCamera>,
+        pixel: Option<PixelArgument>,
         ray: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
         size: Option<Size>,
-        samples: Option<Samples>,
+        samples: Option<SamplesArgument>,
         all: bool,
         lang: &str,
         digits: usize,
         device: &str,
-    ) -> PyResult<Explanation> {
+    ) -> PyResult<PyExplanation> {
         let ray = one_ray(py, &self.of, camera, size, pixel, ray)?;
-        let scene = match samples.map(|Samples(samples)| samples) {
+        let scene = match samples.map(|SamplesArgument(samples)| samples) {
             samples @ Some(_) if samples != self.of.samples => {
                 Arc::new(scene::Scene { samples, ..scene::Scene::clone(&self.of) })
             }
@@ -428,7 +433,7 @@ impl Scene {
     fn verify<'py>(
         &self,
         py: Python<'py>,
-        camera: Option<&Camera>,
+        camera: Option<&PyCamera>,
         size: Option<Size>,
         crop: Option<Crop>,
         samples: Option<usize>,
@@ -436,7 +441,7 @@ impl Scene {
         kernel: &str,
         device: &str,
         progress: Given<'py>,
-    ) -> Object<'py> {
+    ) -> PyValue<'py> {
         let pixels = pixels_of(py, &self.of, camera, size, crop)?;
         let kernels = match kernel {
             "all" => Kernel::ALL.to_vec(),
@@ -461,9 +466,9 @@ impl Scene {
     fn digest(
         &self,
         py: Python<'_>,
-        camera: Option<&Camera>,
+        camera: Option<&PyCamera>,
         size: Option<Size>,
-        samples: Option<Samples>,
+        samples: Option<SamplesArgument>,
         crop: Option<Crop>,
         device: &str,
         progress: Given<'_>,
@@ -487,13 +492,13 @@ impl Scene {
         &self,
         py: Python<'py>,
         what: &str,
-        camera: Option<&Camera>,
+        camera: Option<&PyCamera>,
         size: Option<Size>,
         crop: Option<Crop>,
         device: &str,
         kernel: &str,
         progress: Given<'py>,
-    ) -> Object<'py> {
+    ) -> PyValue<'py> {
         let all = Show::ALL.into_iter().filter(|show| *show != Show::Color);
         let show = named("what", what, all, Show::name)?;
         let kernel = place::kernel(kernel)?;
@@ -509,8 +514,8 @@ impl Scene {
 
     /// The camera of the scene's file, if it has one.
     #[getter]
-    fn camera(&self) -> Option<Camera> {
-        self.of.camera.clone().map(|of_scene| Camera { of_scene })
+    fn camera(&self) -> Option<PyCamera> {
+        self.of.camera.clone().map(|of_scene| PyCamera { of_scene })
     }
 
     /// The name of the object with this id, if it has one.
@@ -533,12 +538,12 @@ impl Scene {
         device: &str,
         kernel: &str,
         progress: Given<'py>,
-    ) -> Object<'py> {
+    ) -> PyValue<'py> {
         let kernel = place::kernel(kernel)?;
         let rays = rays_of(origins, directions)?;
         let n_rays = rays.len();
         let rays = Rays::List(rays);
-        let wants = Wants { surface: true, level: true };
+        let wants = Outputs { surface: true, level: true };
         let trace = |session: &mut Session, control: &Control| {
             let mut hits = Hits::default();
             session.trace(&rays, wants, control, &mut hits)?;
@@ -561,18 +566,18 @@ impl Scene {
         device = "auto", kernel = "certified", epsilon = 0.0, progress = None
     ))]
     fn render(
-        slf: &Bound<'_, Scene>,
+        slf: &Bound<'_, PyScene>,
         py: Python<'_>,
-        camera: Option<&Camera>,
+        camera: Option<&PyCamera>,
         size: Option<Size>,
-        samples: Option<Samples>,
+        samples: Option<SamplesArgument>,
         crop: Option<Crop>,
         transparent: bool,
         device: &str,
         kernel: &str,
         epsilon: f64,
         progress: Given<'_>,
-    ) -> PyResult<Picture> {
+    ) -> PyResult<PyPicture> {
         let this = slf.get();
         let kernel = place::kernel(kernel)?;
         if !(epsilon.is_finite() && epsilon >= 0.0) {
@@ -596,7 +601,7 @@ impl Scene {
             this.run(py, (device, kernel, n_rays), (progress, n_steps), |session, control| {
                 session.keep(&pixels, style, wants, control)
             })?;
-        Ok(Picture {
+        Ok(PyPicture {
             scene: slf.clone().unbind(),
             device: device.into(),
             kernel,
@@ -611,7 +616,7 @@ impl Scene {
     }
 
     /// For pickle: rows, colours, names, the rest as the text of a scene file, and how numbers became colours.
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, State<'py>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, PickledScene<'py>)> {
         Ok((py.import("kugelblitz._kugelblitz")?.getattr("scene_of_state")?, state_of(py, self)?))
     }
 

@@ -5,10 +5,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread;
 use std::time::Duration;
 
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::device::Device;
+use kugelblitz::query::Kernel;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::Kernel;
 use kugelblitz::{Result, Session};
 use pyo3::Python;
 

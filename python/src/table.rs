@@ -17,7 +17,7 @@ use crate::error::{SceneError, argument, wrong_type, wrong_value};
 pub type Given<'py> = Option<Bound<'py, PyAny>>;
 
 /// An object of Python, or an exception.
-pub type Object<'py> = PyResult<Bound<'py, PyAny>>;
+pub type PyValue<'py> = PyResult<Bound<'py, PyAny>>;
 
 /// Keys whose values are colours.
 pub const COLORS: [&str; 4] = ["background", "ambient", "missing_color", "color"];
@@ -292,7 +292,7 @@ pub fn to_json(all: &impl Serialize) -> PyResult<String> {
 }
 
 /// Reads JSON as Python's dictionaries, lists and numbers.
-pub fn from_json<'py>(py: Python<'py>, json: &str) -> Object<'py> {
+pub fn from_json<'py>(py: Python<'py>, json: &str) -> PyValue<'py> {
     py.import("json")?.call_method1("loads", (json,))
 }
 
@@ -300,6 +300,6 @@ pub fn from_json<'py>(py: Python<'py>, json: &str) -> Object<'py> {
 ///
 /// # Errors
 /// Returns the errors of [`to_json`].
-pub fn to_python<'py>(py: Python<'py>, all: &impl Serialize) -> Object<'py> {
+pub fn to_python<'py>(py: Python<'py>, all: &impl Serialize) -> PyValue<'py> {
     from_json(py, &to_json(all)?)
 }

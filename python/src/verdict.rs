@@ -14,9 +14,9 @@ use serde::Serialize;
 
 use crate::drawing::tinted;
 use crate::error::{wrong_type, wrong_value};
-use crate::explain::{Explanation, explained};
+use crate::explain::{PyExplanation, explained};
 use crate::image::indices;
-use crate::table::{Given, Object, from_json, to_json, to_python};
+use crate::table::{Given, PyValue, from_json, to_json, to_python};
 
 /// Result of a comparison. True if no error exceeds the allowed one; `str()` is the text that the program prints.
 #[pyclass(frozen, subclass, name = "Verdict", module = "kugelblitz")]
@@ -57,7 +57,7 @@ impl Outcome {
     }
 
     /// The whole result, under the keys of the program's `--json`.
-    fn to_dict<'py>(&self, py: Python<'py>) -> Object<'py> {
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyValue<'py> {
         from_json(py, &self.json)
     }
 
@@ -142,7 +142,7 @@ impl PictureOutcome {
 
     /// Channels of both pictures, with `name`, `differing`, `largest`, `pixel` and others.
     #[getter]
-    fn channels<'py>(&self, py: Python<'py>) -> Object<'py> {
+    fn channels<'py>(&self, py: Python<'py>) -> PyValue<'py> {
         to_python(py, &self.of.channels)
     }
 
@@ -217,7 +217,7 @@ impl HitOutcome {
 
     /// Objects with wrong rays, most wrong first: `id`, `name`, `rays`, `wrong_ids` and others.
     #[getter]
-    fn by_object<'py>(&self, py: Python<'py>) -> Object<'py> {
+    fn by_object<'py>(&self, py: Python<'py>) -> PyValue<'py> {
         to_python(py, &self.of.objects)
     }
 
@@ -235,7 +235,7 @@ impl HitOutcome {
 
     /// Numbers of rays with wrong ids, and spread of errors, away from silhouettes; for a list of rays, of all rays.
     #[getter]
-    fn away<'py>(&self, py: Python<'py>) -> Object<'py> {
+    fn away<'py>(&self, py: Python<'py>) -> PyValue<'py> {
         to_python(py, &self.of.errors.classes[0])
     }
 
@@ -269,7 +269,7 @@ impl HitOutcome {
 
     /// Worst errors of each kind: the claim about a ray, and the exact value.
     #[getter]
-    fn worst<'py>(&self, py: Python<'py>) -> Object<'py> {
+    fn worst<'py>(&self, py: Python<'py>) -> PyValue<'py> {
         to_python(py, &self.of.worst(self.n_worst, |_| None))
     }
 
@@ -282,7 +282,7 @@ impl HitOutcome {
     }
 
     /// Errors of one ray beyond the allowed ones, by its index or a pixel's (column, row), as in `worst`.
-    fn at<'py>(&self, py: Python<'py>, at: &Bound<'py, PyAny>) -> Object<'py> {
+    fn at<'py>(&self, py: Python<'py>, at: &Bound<'py, PyAny>) -> PyValue<'py> {
         to_python(py, &self.of.of_ray(self.index(at)?))
     }
 
@@ -295,7 +295,7 @@ impl HitOutcome {
         all: bool,
         lang: &str,
         digits: usize,
-    ) -> PyResult<Explanation> {
+    ) -> PyResult<PyExplanation> {
         let ray = self.index(at)?;
         let HitComparison { scene, rays, .. } = &self.of.comparison;
         let ray = match rays {

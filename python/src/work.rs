@@ -7,7 +7,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
 
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::{Result, Session};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;

@@ -1,6 +1,6 @@
 // Printed from the Rust text; see tests/library/printed.rs.
 
-struct Lengths {
+struct SurfaceErrorTerms {
     longest: f32,
     of_t: f32,
     of_origin: f32,
@@ -25,20 +25,20 @@ struct Anchor {
     scale: f32,
 }
 
-struct SphereMet {
+struct SphereOccluder {
     center: vec3f,
     r: f32,
     place: f32,
 }
 
-struct PlaneMet {
+struct PlaneOccluder {
     point: vec3f,
     normal: vec3f,
     length: f32,
     place: f32,
 }
 
-struct GroundMet {
+struct GroundOccluder {
     center: vec3f,
     k: f32,
     k_error: f32,
@@ -70,7 +70,7 @@ struct ShadowRay {
     unit: f32,
 }
 
-struct Verdict {
+struct Occlusion {
     blocked: f32,
     clear: f32,
 }
@@ -80,7 +80,7 @@ struct LightBounds {
     high: vec3f,
 }
 
-fn sphere_surface_far(sphere: SphereSeen, ray: Ray, lengths: Lengths) -> SurfacePoint {
+fn sphere_surface_far(sphere: SphereRecord, ray: Ray, lengths: SurfaceErrorTerms) -> SurfacePoint {
     let l = sphere.center - ray.origin;
     let s = dot3(ray.direction, l) * ray.inv_a;
     let p = l - ray.direction * s;
@@ -104,7 +104,7 @@ fn sphere_surface_far(sphere: SphereSeen, ray: Ray, lengths: Lengths) -> Surface
     return SurfacePoint(point, error_2, normal, error, front);
 }
 
-fn sphere_surface_close(sphere: SphereSeen, ray: Ray, lengths: Lengths) -> SurfacePoint {
+fn sphere_surface_close(sphere: SphereRecord, ray: Ray, lengths: SurfaceErrorTerms) -> SurfacePoint {
     let l = sphere.center - ray.origin;
     let s = dot3(ray.direction, l) * ray.inv_a;
     let to_center = l - ray.direction * s;
@@ -164,7 +164,7 @@ fn anchor_ray(anchor: Anchor, right: vec3f, up: vec3f, across: f32, above: f32, 
     return Ray(origin, ray.direction, ray.a, ray.inv_a);
 }
 
-fn plane_surface(plane: PlaneSeen, ray: Ray, lengths: Lengths) -> SurfacePoint {
+fn plane_surface(plane: PlaneRecord, ray: Ray, lengths: SurfaceErrorTerms) -> SurfacePoint {
     let offset = plane.offset - dot3(plane.normal, ray.origin);
     let slope = dot3(plane.normal, ray.direction);
     let against = select(1.0, -1.0, 0.0 < slope);
@@ -252,7 +252,7 @@ fn cosine(ray: ShadowRay, normal: vec3f, normal_error: f32) -> Bounds {
     return Bounds(max(0.0, low), max(0.0, high_2));
 }
 
-fn sphere_occludes(met: SphereMet, ray: ShadowRay) -> Verdict {
+fn sphere_occludes(met: SphereOccluder, ray: ShadowRay) -> Occlusion {
     let l = met.center - ray.start;
     let l2 = dot3(l, l);
     let foot = min(max(dot3(l, ray.way) * ray.inv_square, 0.0), ray.last);
@@ -279,10 +279,10 @@ fn sphere_occludes(met: SphereMet, ray: ShadowRay) -> Verdict {
     let end_outside = end2 - outer_2 * outer_2 * 1.000001;
     let clear = max(least2 - v, min(end_inside, inner2_2 - l2));
     let blocked = min(inner2_2 - least2, max(l2 - v, end_outside));
-    return Verdict(blocked, clear);
+    return Occlusion(blocked, clear);
 }
 
-fn plane_occludes(met: PlaneMet, ray: ShadowRay) -> Verdict {
+fn plane_occludes(met: PlaneOccluder, ray: ShadowRay) -> Occlusion {
     let l = met.point - ray.start;
     let distance = max(sqrt(dot3(l, l)), 0x1p-50f);
     let here = ray.error + ray.unit * (met.place + 6.0 * distance);
@@ -305,10 +305,10 @@ fn plane_occludes(met: PlaneMet, ray: ShadowRay) -> Verdict {
     let axis_3 = min(abs(met.normal.z), abs(ray.way.z));
     let runs_along = max(max(max(axis, axis_2), axis_3), ray.from_point) <= 0.0;
     let clear_2 = select(clear, 1.0, runs_along);
-    return Verdict(blocked, clear_2);
+    return Occlusion(blocked, clear_2);
 }
 
-fn sphere_occludes_beside(met: SphereMet, ray: ShadowRay, side: f32) -> Verdict {
+fn sphere_occludes_beside(met: SphereOccluder, ray: ShadowRay, side: f32) -> Occlusion {
     let l = met.center - ray.start;
     let l2 = dot3(l, l);
     let foot = min(max(dot3(l, ray.way) * ray.inv_square, 0.0), ray.last);
@@ -336,10 +336,10 @@ fn sphere_occludes_beside(met: SphereMet, ray: ShadowRay, side: f32) -> Verdict 
     let crosses = max(max(inner2_2 - least2, leaves), -side - 0.5);
     let clear = max(passes, stays_inside);
     let blocked = min(crosses, max(l2 - v, side - 0.5));
-    return Verdict(blocked, clear);
+    return Occlusion(blocked, clear);
 }
 
-fn plane_occludes_beside(met: PlaneMet, ray: ShadowRay, side: f32) -> Verdict {
+fn plane_occludes_beside(met: PlaneOccluder, ray: ShadowRay, side: f32) -> Occlusion {
     let l = met.point - ray.start;
     let distance = max(sqrt(dot3(l, l)), 0x1p-50f);
     let here = ray.error + ray.unit * (met.place + 6.0 * distance);
@@ -354,10 +354,10 @@ fn plane_occludes_beside(met: PlaneMet, ray: ShadowRay, side: f32) -> Verdict {
     let end_below = side - 0.5;
     let blocked = max(min(above, end_below), min(below, end_above));
     let clear = max(max(min(above, end_above), min(below, end_below)), 0.5 - abs(side));
-    return Verdict(blocked, clear);
+    return Occlusion(blocked, clear);
 }
 
-fn ground_occludes(met: GroundMet, ray: ShadowRay) -> Verdict {
+fn ground_occludes(met: GroundOccluder, ray: ShadowRay) -> Occlusion {
     let is_point = 0.0 < ray.from_point;
     let l = met.center - ray.start;
     let distance = sqrt(dot3(l, l));
@@ -398,10 +398,10 @@ fn ground_occludes(met: GroundMet, ray: ShadowRay) -> Verdict {
     let crossed = max(min(start_inside, end_outside), min(start_outside, end_inside));
     let clear = max(over, min(start_inside, end_inside));
     let blocked = max(through, crossed);
-    return Verdict(blocked, clear);
+    return Occlusion(blocked, clear);
 }
 
-fn ground_occludes_beside(met: GroundMet, ray: ShadowRay, side: f32) -> Verdict {
+fn ground_occludes_beside(met: GroundOccluder, ray: ShadowRay, side: f32) -> Occlusion {
     let is_point = 0.0 < ray.from_point;
     let l = met.center - ray.start;
     let distance = sqrt(dot3(l, l));
@@ -444,16 +444,16 @@ fn ground_occludes_beside(met: GroundMet, ray: ShadowRay, side: f32) -> Verdict 
     let crossed = max(min(start_inside, side - 0.5), min(start_outside, -side - 0.5));
     let clear = max(over, min(start_inside, 0.5 - side));
     let blocked = max(through, crossed);
-    return Verdict(blocked, clear);
+    return Occlusion(blocked, clear);
 }
 
-fn verdict_with(verdict: Verdict, next: Verdict) -> Verdict {
+fn verdict_with(verdict: Occlusion, next: Occlusion) -> Occlusion {
     let blocked = select(verdict.blocked, 1.0, 0.0 < next.blocked);
     let clear = select(-1.0, verdict.clear, 0.0 < next.clear);
-    return Verdict(blocked, clear);
+    return Occlusion(blocked, clear);
 }
 
-fn behind(given: Bounds, verdict: Verdict) -> Bounds {
+fn behind(given: Bounds, verdict: Occlusion) -> Bounds {
     let low = select(0.0, given.low, 0.0 < verdict.clear);
     let high = select(given.high, 0.0, 0.0 < verdict.blocked);
     return Bounds(low, high);

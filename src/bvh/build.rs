@@ -8,10 +8,10 @@ use glam::DVec3;
 
 use super::sides::{self, NOTHING, Sides};
 use super::{Node, WIDTH};
-use crate::control::Control;
 use crate::error::Result;
-use crate::parallel;
 use crate::scene::Sphere;
+use crate::support::control::Control;
+use crate::support::parallel;
 
 /// A sphere that is put into the tree: the middle of its box, and which member it is.
 #[derive(Clone, Copy, Zeroable)]
@@ -123,7 +123,7 @@ struct Builder<'a> {
 }
 
 /// What a subtree is made of: its items, the place of the first one, its nodes, and the number of the first one.
-type Part<'a> = (&'a mut [Item], usize, &'a mut [Node], usize);
+type BuildPart<'a> = (&'a mut [Item], usize, &'a mut [Node], usize);
 
 impl Builder<'_> {
     /// Makes the nodes over some items, the first of which has this place; the first node has this number. Gives the
@@ -153,7 +153,7 @@ impl Builder<'_> {
         let shares = Shares::new(items.len());
         share(items, shares, 0..shares.parts);
         let (mut rest, mut at) = (items, number + 1);
-        let mut parts: Vec<Part> = Vec::with_capacity(shares.parts);
+        let mut parts: Vec<BuildPart> = Vec::with_capacity(shares.parts);
         for part in 0..shares.parts {
             let n = shares.len(part);
             let (items, others) = rest.split_at_mut(n);
@@ -163,7 +163,8 @@ impl Builder<'_> {
             at += n_here;
             (rest, below) = (others, left);
         }
-        let make = |(items, first, nodes, at): Part| Ok((self.grow(items, first, nodes, at)?, at));
+        let make =
+            |(items, first, nodes, at): BuildPart| Ok((self.grow(items, first, nodes, at)?, at));
         let made: Vec<(Sides, usize)> = match shares.n > ALONE / 4 {
             true => parallel::try_map(parts, make)?,
             false => parts.into_iter().map(make).collect::<Result<_>>()?,

@@ -6,9 +6,9 @@ use glam::DVec3;
 
 use super::sides::{self, NOTHING, Sides};
 use super::{Bvh, Node};
-use crate::guard;
+use crate::bounds;
 use crate::num::{round_down, round_up};
-use crate::parallel;
+use crate::support::parallel;
 
 /// Set in the link of a leaf's [`FlatBox`], on the device too.
 pub const IS_LEAF: u32 = 1 << 31;
@@ -47,7 +47,7 @@ impl Bvh {
     /// outward.
     ///
     /// Each box is wider on every side by `turn` of the distance of its farthest corner from the point. That contains rays from the
-    /// point whose direction has this relative error, and shadow rays to far lights ([`crate::seen::shadow`]).
+    /// point whose direction has this relative error, and shadow rays to far lights ([`crate::shape::shadow`]).
     ///
     /// Of neighbours those come first whose middle, relative to the point as well, has the least of a number: for rays that meet
     /// them in this order, the first hit hides most of what follows.
@@ -97,7 +97,7 @@ impl<F: Fn(DVec3) -> f64> Flat<'_, F> {
             return [low, high];
         }
         let farthest = DVec3::from(low).abs().max(DVec3::from(high).abs());
-        let slack = self.turn * guard::length_bound(farthest);
+        let slack = self.turn * bounds::length_bound(farthest);
         [low.map(|side| (side - slack).next_down()), high.map(|side| (side + slack).next_up())]
     }
 

@@ -6,12 +6,12 @@ use bytemuck::Zeroable;
 use pulp::{Simd, WithSimd};
 
 use super::{Bvh, prefetch};
-use crate::guard::length_bounds;
+use crate::bounds::length_bounds;
 use crate::num::fields::words;
 use crate::num::{Lanes, Real, V3, dispatch};
-use crate::parallel;
 use crate::scene::Sphere;
-use crate::seen::{Eye, Nearest, Ray, SphereLeaf, is_near_surface};
+use crate::shape::{Nearest, Ray, RayOrigin, SphereLeaf, is_near_surface};
+use crate::support::parallel;
 
 /// Spheres that are looked at side by side.
 const BLOCK: usize = 8;
@@ -40,7 +40,7 @@ impl Leaves {
     pub const BYTES: usize = size_of::<Leaf>();
 
     /// Makes the leaves of a tree for an eye.
-    pub fn new(bvh: &Bvh, eye: &Eye) -> Leaves {
+    pub fn new(bvh: &Bvh, eye: &RayOrigin) -> Leaves {
         let mut blocks = bytemuck::zeroed_vec(bvh.spheres.len().div_ceil(BLOCK));
         let spheres = bvh.spheres.chunks(PER_PART).zip(bvh.ids.chunks(PER_PART));
         let parts = blocks.chunks_mut(PER_PART / BLOCK).zip(spheres);
@@ -96,7 +96,7 @@ impl std::fmt::Debug for Leaves {
 struct See<'a> {
     spheres: &'a [Sphere],
     ids: &'a [u32],
-    eye: &'a Eye,
+    eye: &'a RayOrigin,
     /// Their leaves.
     blocks: &'a mut [[Leaf; BLOCK]],
 }

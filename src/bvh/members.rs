@@ -4,14 +4,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
 
+use crate::bounds;
 use crate::error::{Error, Result};
-use crate::guard;
-use crate::memory::Available;
 use crate::num::Float;
 use crate::num::typical::{largest_of_most, nth, sample};
-use crate::parallel;
-use crate::random::SplitMix;
 use crate::scene::Sphere;
+use crate::support::memory::Available;
+use crate::support::parallel;
+use crate::support::random::SplitMix;
 
 /// Most spheres of a tree: the places of leaves and the numbers of nodes have 31 bits.
 pub const MOST_SPHERES: usize = 1 << 29;
@@ -75,7 +75,7 @@ pub(super) fn members(spheres: &[Sphere], reference: DVec3) -> (Vec<u32>, Vec<u3
     let with_box = |is_in: bool, most: f64| {
         let has_box = |sphere: &Sphere| {
             let (distance, r) =
-                (guard::length_bound(sphere.center - reference), sphere.radius.abs());
+                (bounds::length_bound(sphere.center - reference), sphere.radius.abs());
             r <= f32::FARTHEST && distance <= f32::FARTHEST && distance + r <= most
         };
         parallel::filter_map(spheres.len(), |i| {
@@ -128,7 +128,7 @@ fn repeats(spheres: &[Sphere]) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::memory::Limit;
+    use crate::support::memory::Limit;
 
     /// Against a plain search, over spheres of few values, so that some are equal.
     #[test]

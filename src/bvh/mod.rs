@@ -8,21 +8,21 @@ mod flat;
 mod leaves;
 mod members;
 mod sides;
-mod walk;
+mod traversal;
 
 use glam::DVec3;
 
-use crate::control::Control;
 use crate::error::Result;
 use crate::num::{Lanes, Real};
-use crate::parallel;
 use crate::scene::Sphere;
+use crate::support::control::Control;
+use crate::support::parallel;
 
 pub use flat::{FlatBox, IS_LEAF, MOST_BOXES, MOST_BOXES_TO_LIGHT, REACH};
 pub use leaves::Leaves;
 pub use members::MOST_SPHERES;
 use sides::Sides;
-pub use walk::{Beam, Corners, Cut, Enter, Visitor, Walk, above, prefetch};
+pub use traversal::{Beam, Corners, Enter, Frontier, Traversal, Visitor, above, prefetch};
 
 /// Most boxes of a node.
 pub const WIDTH: usize = 16;

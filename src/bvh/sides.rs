@@ -44,7 +44,7 @@ pub const NOTHING: Sides = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::SplitMix;
+    use crate::support::random::SplitMix;
 
     /// What a two-sum gives: a difference and what it lost, exactly (Knuth).
     fn difference(a: f64, b: f64) -> (f64, f64) {

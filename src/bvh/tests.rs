@@ -1,6 +1,6 @@
-use super::walk::{NARROWER, WIDER, below};
+use super::traversal::{NARROWER, WIDER, below};
 use super::*;
-use crate::random::SplitMix;
+use crate::support::random::SplitMix;
 
 fn tree(spheres: &[Sphere]) -> Bvh {
     Bvh::new(spheres, &Control::default()).unwrap()
@@ -130,7 +130,7 @@ fn lost(share: f64) -> [usize; 3] {
     let mut random = SplitMix::new(1212);
     let mut number = move || 2.0 * random.unit() - 1.0;
     let (mut n_lost, mut n_shown, mut n_through) = (0, 0, 0);
-    let (mut walk, mut cut) = (Walk::default(), Cut::default());
+    let (mut walk, mut cut) = (Traversal::default(), Frontier::default());
     for case in 0..300 {
         let scale = 10f64.powi(case % 13 - 6);
         let mut vector = || DVec3::new(number(), number(), number());
@@ -209,7 +209,7 @@ fn flat_rays_are_not_lost() {
             let direction = DVec3::AXES[axis] * sign;
             let mut origin = l - 5.0 * direction;
             origin[(axis + 1) % 3] += radius;
-            let (mut shown, mut walk) = (All::default(), Walk::default());
+            let (mut shown, mut walk) = (All::default(), Traversal::default());
             let beam = Beam::new([origin; 2], [direction; 2], bvh.end([origin; 2]));
             walk.all(&bvh, bvh.root(), beam, &mut shown);
             assert!(shown.0.contains(&(place as u32)), "{origin:?} {direction:?} misses {l:?}");
@@ -223,7 +223,7 @@ fn flat_rays_are_not_lost() {
 fn beams_from_beyond_everything_meet_all() {
     let bvh = tree(&spheres(100));
     for far in [1e35, 1e300, f64::INFINITY, f64::NAN] {
-        let (mut shown, mut walk) = (All::default(), Walk::default());
+        let (mut shown, mut walk) = (All::default(), Traversal::default());
         let origin = DVec3::splat(-far);
         let beam = Beam::new([origin; 2], [DVec3::ONE; 2], bvh.end([origin; 2]));
         walk.all(&bvh, bvh.root(), beam, &mut shown);

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::*;
-use crate::engine::SearchScratch;
-use crate::random::SplitMix;
 use crate::rays::View;
 use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
+use crate::support::random::SplitMix;
 use crate::tracer::Tracer;
+use crate::visibility::SearchScratch;
 
 /// Fewer spheres of all sizes than this before a camera, of which some hide parts of others or hold the eye,
 /// and planes through them.
@@ -59,7 +59,7 @@ fn case(seed: u64, n: u64, size: f64) -> (Arc<Scene>, Pixels) {
 fn tracer(scene: &Arc<Scene>, pixels: &Pixels, n: u32) -> Tracer {
     let rays = Rays::Pixels(pixels.samples(n));
     let prepared = Prepared::new(Arc::clone(scene), Kernel::Certified, &rays).unwrap();
-    Tracer::on_cpu(Arc::new(prepared), Wants::default())
+    Tracer::on_cpu(Arc::new(prepared), Outputs::default())
 }
 
 /// Samples of pixels that are said to show one object by bounds for this part of their reach, and that don't
@@ -69,7 +69,7 @@ fn wrong(case: fn(u64) -> (Arc<Scene>, Pixels), n: u32, part: f64) -> (usize, us
     for seed in 0..120 {
         let (scene, pixels) = case(seed);
         let mut tracer = tracer(&scene, &pixels, n);
-        let mut whole = vec![OPEN; pixels.len()];
+        let mut whole = vec![UNDECIDED; pixels.len()];
         let search = Search::with_reach(tracer.prepared(), &pixels, n, part);
         search.look(&pixels, &mut whole, &mut SearchScratch::default());
         let mut hits = Hits::default();
@@ -77,9 +77,9 @@ fn wrong(case: fn(u64) -> (Arc<Scene>, Pixels), n: u32, part: f64) -> (usize, us
         let (row, n) = ((pixels.width * n) as usize, n as usize);
         for (at, &id) in hits.id.iter().enumerate() {
             let said = whole[at / row / n * pixels.width as usize + at % row / n];
-            n_wrong += usize::from(said != OPEN && said != id);
+            n_wrong += usize::from(said != UNDECIDED && said != id);
         }
-        n_whole += whole.iter().filter(|&&id| id != OPEN).count();
+        n_whole += whole.iter().filter(|&&id| id != UNDECIDED).count();
     }
     (n_wrong, n_whole)
 }
@@ -108,16 +108,16 @@ fn pixels_are_those_that_are_looked_at_one_by_one() {
         let (scene, pixels) = few(seed);
         let tracer = tracer(&scene, &pixels, 1);
         for (n_wrong, part) in n_wrong.iter_mut().zip([1.0, 0.5]) {
-            let mut ids = vec![OPEN; pixels.len()];
+            let mut ids = vec![UNDECIDED; pixels.len()];
             let search = Search::with_reach(tracer.prepared(), &pixels, 1, part);
             search.look(&pixels, &mut ids, &mut SearchScratch::default());
             for (at, id) in ids.into_iter().enumerate() {
                 let (x, y) = pixels.xy(at);
                 let one = Pixels { x, y, width: 1, height: 1, ..pixels };
-                let mut alone = [OPEN];
+                let mut alone = [UNDECIDED];
                 let search = Search::new(tracer.prepared(), &one, 1);
                 search.look(&one, &mut alone, &mut SearchScratch::default());
-                let is_known = id != OPEN && alone[0] != OPEN;
+                let is_known = id != UNDECIDED && alone[0] != UNDECIDED;
                 *n_wrong += usize::from(is_known && id != alone[0]);
             }
         }

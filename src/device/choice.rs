@@ -6,8 +6,8 @@ use super::Device;
 use crate::error::{Error, Message, Result};
 use crate::gpu::{Gpu, are_at_hand, has_software_alone};
 use crate::prepare::FEW_SPHERES;
+use crate::query::Kernel;
 use crate::scene::{Samples, Scene};
-use crate::trace::Kernel;
 
 /// Names an adapter, as it does for other programs that use wgpu.
 pub const ADAPTER_VARIABLE: &str = "WGPU_ADAPTER_NAME";

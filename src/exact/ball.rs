@@ -183,13 +183,13 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::exact::{Dyadic, Root, real, signum};
+    use crate::exact::{Dyadic, QuadraticSurd, real, signum};
 
     fn exact(x: &Ball) -> Dyadic {
         real(x.high).unwrap() + real(x.low).unwrap()
     }
 
-    fn is_within(found: &Ball, error: f64, middle: &Root) -> bool {
+    fn is_within(found: &Ball, error: f64, middle: &QuadraticSurd) -> bool {
         let (here, error) = (exact(found), real(error).unwrap());
         middle.cmp_real(&(&here - &error)).is_ge() && middle.cmp_real(&(&here + &error)).is_le()
     }
@@ -203,25 +203,26 @@ mod tests {
         Ball { high: high * scale, low: low * scale, error: 0.0 }
     }
 
-    type Operation = (&'static str, f64, fn(Ball, Ball) -> Ball, fn(Dyadic, Dyadic) -> Root, f64);
+    type Operation =
+        (&'static str, f64, fn(Ball, Ball) -> Ball, fn(Dyadic, Dyadic) -> QuadraticSurd, f64);
 
     const OPERATIONS: [Operation; 4] = [
-        ("sum", SUM, |x, y| x + y, |x, y| Root::from(x + y), 0.3),
-        ("product", PRODUCT, |x, y| x * y, |x, y| Root::from(x * y), 0.5),
+        ("sum", SUM, |x, y| x + y, |x, y| QuadraticSurd::from(x + y), 0.3),
+        ("product", PRODUCT, |x, y| x * y, |x, y| QuadraticSurd::from(x * y), 0.5),
         ("quotient", QUOTIENT, Ball::over, quotient, 0.4),
         (
             "root",
             ROOT,
             |x, _| x.sqrt(),
-            |x, _| Root::new(Dyadic::zero(), 1, x, Dyadic::one(), 1),
+            |x, _| QuadraticSurd::new(Dyadic::zero(), 1, x, Dyadic::one(), 1),
             0.5,
         ),
     ];
 
-    fn quotient(x: Dyadic, y: Dyadic) -> Root {
+    fn quotient(x: Dyadic, y: Dyadic) -> QuadraticSurd {
         match signum(&y) {
-            1 => Root::quotient(x, y, 1),
-            _ => Root::quotient(-x, -y, 1),
+            1 => QuadraticSurd::quotient(x, y, 1),
+            _ => QuadraticSurd::quotient(-x, -y, 1),
         }
     }
 

@@ -10,9 +10,9 @@ use std::ops::{Add, Mul, Neg, Sub};
 use glam::DVec3;
 
 use super::enclosure::Enclosure;
-use super::fraction::{Fraction, dyadic_root};
 use super::number::{Dyadic, integer, magnitude, power_of_two, real, real3, signum};
-use super::root::sign_of_sum;
+use super::rational::{Rational, dyadic_root};
+use super::surd::sign_of_sum;
 use super::{ExactHit, ExactRay, Side};
 use crate::scene::Object;
 
@@ -250,9 +250,9 @@ pub struct ExactCosine<'a> {
 impl ExactCosine<'_> {
     /// The number where it is that of a point without a root and of a way of rational length. There are other rational ones,
     /// for which `None` is right as well.
-    pub fn fraction(&self) -> Option<Fraction> {
+    pub fn fraction(&self) -> Option<Rational> {
         let numerator = self.numerator.rational()?;
-        Some(Fraction::new(numerator, &dyadic_root(self.denominator2.rational()?)?))
+        Some(Rational::new(numerator, &dyadic_root(self.denominator2.rational()?)?))
     }
 
     /// Bounds, computed with `n_bits` bits.

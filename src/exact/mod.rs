@@ -3,37 +3,37 @@
 //! A scene means what exact real arithmetic on its f64 numbers says (contract §1). Every f64 is
 //! dyadic (`m·2^e`), dyadic numbers are closed under `+ − ×`, and every question about a hit is
 //! the sign of a polynomial in them, or of a sum of a polynomial and square roots of such, which
-//! clear by squaring ([`Root`]). So nothing here depends on a tolerance, a working precision or a
+//! clear by squaring ([`QuadraticSurd`]). So nothing here depends on a tolerance, a working precision or a
 //! rounding mode: approximations appear only as first guesses that an exact comparison confirms.
 //!
 //! [`ExactRay`] is a ray, [`nearest`] the visible one of several [objects](crate::scene::Object), and
 //! [`ExactHit`] what is seen there, with `t` and the normal correctly rounded.
 
 mod ball;
+mod double_double;
 mod enclosure;
-mod fraction;
 mod light;
 mod number;
+mod rational;
 mod ray;
-mod root;
 mod shape;
-mod sight;
+mod surd;
 
 use std::cmp::Ordering;
 
 pub use ball::Ball;
+pub(crate) use double_double::DoubleDoubleRay;
 pub use enclosure::Enclosure;
-pub use fraction::{Fraction, dyadic_root};
 pub use light::{ExactBeam, ExactCosine, ExactPoint};
 pub use number::{Dyadic, exact, integer, real, signum};
+pub use rational::{Rational, dyadic_root};
 pub use ray::{ExactPixels, ExactRay, ExactRays};
-pub use root::Root;
-pub(crate) use root::{lowest, nearest_f32};
 pub(crate) use shape::unit_f32;
 pub use shape::{
     PlaneNumbers, Side, SphereNumbers, plane_numbers, signum_of_discriminant, sphere_numbers,
 };
-pub(crate) use sight::Sight;
+pub use surd::QuadraticSurd;
+pub(crate) use surd::{lowest, nearest_f32};
 
 use crate::scene::Object;
 
@@ -81,7 +81,7 @@ pub struct ExactHit<'a> {
     /// The object that is hit.
     pub object: Object<'a>,
     /// The ray parameter `t`.
-    pub root: Root,
+    pub root: QuadraticSurd,
     /// The side of the surface that the ray meets.
     pub side: Side,
 }
@@ -107,11 +107,11 @@ impl ExactHit<'_> {
     /// The unit normal that faces the ray, each component exactly and so without any bound to
     /// prove. `None` where it can't be: a number that is not
     /// finite, a radius or normal of 0.
-    pub fn normal(&self, ray: &ExactRay) -> Option<[Root; 3]> {
+    pub fn normal(&self, ray: &ExactRay) -> Option<[QuadraticSurd; 3]> {
         let outward = self.object.exact().outward_normal(ray, &self.root)?;
         Some(match self.side {
             Side::Front => outward,
-            Side::Back => outward.map(Root::negated),
+            Side::Back => outward.map(QuadraticSurd::negated),
         })
     }
 

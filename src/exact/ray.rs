@@ -9,7 +9,7 @@ use crate::rays::{Lens, Pixels, Rays, WorldRay};
 /// direction for which all numbers are dyadic. It then stands in a world that is `S` times as
 /// large.
 ///
-/// A root `τ` for these is the root `t = (F/S)·τ`; [`super::Root`] carries the factor. A ray with a
+/// A root `τ` for these is the root `t = (F/S)·τ`; [`super::QuadraticSurd`] carries the factor. A ray with a
 /// number that is not finite gets a zero direction and hits nothing.
 #[derive(Clone, Debug)]
 pub struct ExactRay {

@@ -11,7 +11,7 @@ use dashu_int::IBig;
 use glam::DVec3;
 
 use super::light::{ExactBeam, Surd};
-use super::{Ball, Dyadic, Enclosure, ExactRay, Root, Sight};
+use super::{Ball, DoubleDoubleRay, Dyadic, Enclosure, ExactRay, QuadraticSurd};
 use crate::scene::{Object, Source};
 
 /// The side of a surface that a ray meets (contract §1, "normal").
@@ -26,7 +26,7 @@ pub enum Side {
 
 /// The points of an object: the same for two that are in one place.
 #[derive(PartialEq, Eq, Hash)]
-pub(crate) enum Place {
+pub(crate) enum ExactPlace {
     /// Bits of a centre and a radius.
     Sphere([u64; 4]),
     /// A normal and an offset.
@@ -36,11 +36,11 @@ pub(crate) enum Place {
 /// A shape in exact numbers: `None` where one of them is not finite, and for a radius or a normal of 0, which no ray hits.
 pub(super) trait ExactShape {
     /// The smallest root `t > 0` of a ray, however large, and the side that it meets there.
-    fn visible_root(&self, ray: &ExactRay) -> Option<(Root, Side)>;
+    fn visible_root(&self, ray: &ExactRay) -> Option<(QuadraticSurd, Side)>;
     /// The unit normal on the front at a root, in numbers of the same kind as the root itself.
-    fn outward_normal(&self, ray: &ExactRay, root: &Root) -> Option<[Root; 3]>;
+    fn outward_normal(&self, ray: &ExactRay, root: &QuadraticSurd) -> Option<[QuadraticSurd; 3]>;
     /// Root and facing normal of a ray that is known to hit it, from numbers of some 100 bits; `None` where these leave it open.
-    fn surface_in_balls(&self, sight: &Sight) -> Option<(Ball, [f32; 3])>;
+    fn surface_in_balls(&self, sight: &DoubleDoubleRay) -> Option<(Ball, [f32; 3])>;
     /// `n·w` on the front where a beam starts, and `‖n‖²`.
     fn slope<'a>(&self, beam: &ExactBeam<'a>) -> Option<(Surd<'a>, Dyadic)>;
     /// Whether it is in the way: it has a root `s` of `p + s·w` with `0 < s`, and before a point light `s < 1`.
@@ -54,7 +54,7 @@ pub(super) trait ExactShape {
     /// See [`Object::side_of`].
     fn side_of(&self, point: DVec3) -> Option<i32>;
     /// Where it is.
-    fn place(&self) -> Option<Place>;
+    fn place(&self) -> Option<ExactPlace>;
 }
 
 impl<'a> Object<'a> {
@@ -77,7 +77,7 @@ impl<'a> Object<'a> {
     }
 
     /// Where it is; `None` where no ray hits it.
-    pub(crate) fn place(self) -> Option<Place> {
+    pub(crate) fn place(self) -> Option<ExactPlace> {
         self.exact().place()
     }
 }

@@ -5,8 +5,8 @@ use std::sync::{Mutex, PoisonError};
 use super::drivers::no_device;
 use crate::error::{Error, Hint, Message, Result, Setting};
 use crate::kernel::{FloatType, Kernel};
-use crate::memory;
 use crate::plain::Shown;
+use crate::support::memory;
 
 /// Name, driver and limits of a Vulkan adapter, as it reports them.
 #[derive(Clone, Debug, serde::Serialize)]

@@ -7,13 +7,13 @@ use naga::back::spv;
 use naga::compact::{KeepUnused, compact};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
-use super::layout::{Lamp, Layout, Lighting, Params, RayRecord, Walk};
+use super::layout::{Lamp, Layout, Lighting, Params, RayRecord, Traversal};
 use super::self_test::NUMERATOR;
 use super::texture::TEXELS_PER_ROW;
 use crate::bvh::{IS_LEAF, MOST_BOXES, MOST_BOXES_TO_LIGHT};
 use crate::error::{Error, Result};
 use crate::kernel::{FloatType, Kernel, SHARED_PARTS, ShaderPart, Space, part};
-use crate::num::{Float as _, OPEN};
+use crate::num::{Float as _, UNDECIDED};
 use crate::prepare::{LightKey, ShaderKey};
 use crate::rays::Lens;
 
@@ -21,7 +21,7 @@ use crate::rays::Lens;
 pub const WORKGROUP: [u32; 2] = [8, 8];
 
 const RENDER: ShaderPart = part!("render.wgsl");
-const PLAIN_LIGHT: ShaderPart = part!("plain_light.wgsl");
+const BASELINE_LIGHT: ShaderPart = part!("baseline_light.wgsl");
 const PRINTED_LIGHT: ShaderPart = part!("printed/light.wgsl");
 const LIT: ShaderPart = part!("lit.wgsl");
 const TREE: ShaderPart = part!("tree.wgsl");
@@ -46,7 +46,7 @@ pub fn compile(key: &ShaderKey, edit: Option<&Edit>) -> Result<Shader> {
     let mut parts = SHARED_PARTS.to_vec();
     parts.extend(key.kernel.about().shader_parts);
     match key.light {
-        Some(LightKey::Plain { .. }) => parts.push(PLAIN_LIGHT),
+        Some(LightKey::Baseline { .. }) => parts.push(BASELINE_LIGHT),
         Some(LightKey::Certified { .. }) => parts.extend([PRINTED_LIGHT, LIT]),
         None => parts.push(RENDER),
     }
@@ -89,8 +89,8 @@ fn lists(key: &ShaderKey) -> String {
     let room = if key.light.is_some() && key.tree { 0 } else { UNIFORM_BYTES };
     let room_of_lamps = if are_lamps_stored { 0 } else { UNIFORM_BYTES };
     let lists = [
-        ("spheres", "SphereRecord", key.n_spheres, sphere * key.n_spheres <= room),
-        ("planes", "PlaneRecord", key.n_planes, plane * key.n_planes <= room),
+        ("spheres", "SphereElement", key.n_spheres, sphere * key.n_spheres <= room),
+        ("planes", "PlaneElement", key.n_planes, plane * key.n_planes <= room),
         ("lamps", "Lamp", n_lamps(key), LAMP_BYTES * n_lamps(key) <= room_of_lamps),
     ];
     let list = |(name, element, n, is_uniform): (&str, &str, usize, bool)| match is_uniform {
@@ -156,7 +156,7 @@ fn constants_of_shapes(key: &ShaderKey) -> String {
     }
     for (shape, n_listed) in SHAPES.into_iter().zip(n_listed(key)) {
         let of_any = format!(
-            "alias ShapeRecord = Shape{records};\n\
+            "alias ShapeElement = Shape{records};\n\
              const N_SHAPES = {n_listed}u;\n\
              fn first_shape() -> u32 {{ return {first}; }}\n"
         );
@@ -175,7 +175,7 @@ fn n_samples(key: &ShaderKey) -> usize {
 
 fn n_lamps(key: &ShaderKey) -> usize {
     match key.light {
-        Some(LightKey::Plain { n_lamps } | LightKey::Certified { n_lamps, .. }) => n_lamps,
+        Some(LightKey::Baseline { n_lamps } | LightKey::Certified { n_lamps, .. }) => n_lamps,
         None => 0,
     }
 }
@@ -236,14 +236,14 @@ fn constants(key: &ShaderKey) -> String {
             unsigned("MOST_BOXES", most_boxes),
             unsigned("NO_PLACE", u32::MAX),
             unsigned("ROW_BITS", TEXELS_PER_ROW.ilog2()),
-            Walk::declaration(),
+            Traversal::declaration(),
         ]);
     }
     if key.lens.is_none() {
         parts.push(RayRecord::declaration());
     }
     match key.light {
-        Some(LightKey::Plain { .. }) => parts.extend([
+        Some(LightKey::Baseline { .. }) => parts.extend([
             unsigned("LAMP_EYE", Lamp::EYE),
             unsigned("LAMP_POINT", Lamp::POINT),
             unsigned("LAMP_SUN", Lamp::SUN),
@@ -253,7 +253,7 @@ fn constants(key: &ShaderKey) -> String {
         Some(LightKey::Certified { .. }) => parts.extend([
             unsigned("N_SAMPLES", n_samples(key)),
             unsigned("N_COLORS", 1 + key.n_spheres + key.n_planes),
-            unsigned("OPEN", OPEN),
+            unsigned("UNDECIDED", UNDECIDED),
             real("KNOWN", f32::KNOWN),
             real("BEYOND", f32::BEYOND),
         ]),
@@ -333,7 +333,7 @@ impl Block {
 /// - `//#if need` … `//#else` … `//#end` keeps the lines that the scene needs; a name that is not one of [`needs`] is an
 ///   error;
 /// - `//#each lamp` … `//#end` repeats its lines for each lamp, `INDEX` standing for its index;
-/// - `//#each listed shape` … `//#end` repeats its lines for each shape that has listed objects: in `shapes`, `ShapeSeen` and
+/// - `//#each listed shape` … `//#end` repeats its lines for each shape that has listed objects: in `shapes`, `ShapeRecord` and
 ///   `N_SHAPES` its name stands for the word.
 fn expand(part: &ShaderPart, choices: &Choices) -> Result<String> {
     let mut open: Vec<Block> = Vec::new();

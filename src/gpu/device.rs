@@ -10,7 +10,7 @@ use crate::error::{Error, Hint, Message, Result, Setting};
 pub(crate) const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// An error that a device reported on its own.
-pub(super) enum Failure {
+pub(super) enum DeviceFailure {
     OutOfMemory,
     Other(String),
 }
@@ -29,13 +29,13 @@ impl Gpu {
     pub(crate) fn check(&self) -> Result<()> {
         let mut errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
         match errors.first() {
-            Some(Failure::OutOfMemory) => {
+            Some(DeviceFailure::OutOfMemory) => {
                 errors.clear();
                 let text = format!("`{}` has too little memory for this", self.facts.name);
                 let hint = Hint::new("use fewer objects, or {}", [Setting::text("device", "cpu")]);
                 Err(Error::TooLarge(Message::new(text, hint)))
             }
-            Some(Failure::Other(error)) => {
+            Some(DeviceFailure::Other(error)) => {
                 Err(Error::Device(format!("`{}`: {error}", self.facts.name).into()))
             }
             None => Ok(()),

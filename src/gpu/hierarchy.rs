@@ -1,6 +1,6 @@
 //! A tree over spheres on the device.
 
-use super::layout::{Layout, Walk};
+use super::layout::{Layout, Traversal};
 use super::open::Gpu;
 use super::pipeline::{Named, Resource};
 use super::slabs::LEAST_SLACK;
@@ -8,7 +8,7 @@ use super::texture::{TEXEL_BYTES, TEXELS_PER_ROW, texture};
 use crate::bvh::FlatBox;
 use crate::error::{Error, Hint, Message, Result, Setting};
 use crate::kernel::FloatType;
-use crate::prepare::{InSpace, Prepared};
+use crate::prepare::{DeviceBvh, Prepared};
 
 /// The buffer and the textures that `shaders/tree.wgsl` reads.
 pub type DeviceHierarchy = [Named; 3];
@@ -24,14 +24,14 @@ pub fn upload_hierarchy(gpu: &Gpu, prepared: &Prepared) -> Result<Option<DeviceH
     let mut rest = hierarchy.leaves.rest.clone();
     rest.resize(hierarchy.n_places_of_rest(), 0);
     check_limits(gpu, hierarchy.bvh.spheres.len(), rest.len())?;
-    let Some(InSpace { boxes, beside }) = prepared.in_space()? else { return Ok(None) };
+    let Some(DeviceBvh { boxes, beside }) = prepared.in_space()? else { return Ok(None) };
     let n_boxes = boxes.len() as u32;
     let beside = f64::from(LEAST_SLACK + beside);
     // Behind the boxes the ids of the spheres beside the tree, a texel each.
     let mut texels: Vec<[u32; 4]> = bytemuck::cast_vec(boxes);
     texels.extend(rest.into_iter().map(|id| [id, 0, 0, 0]));
     let leaves = hierarchy.leaves.words();
-    let walk = Walk { n_boxes, beside }.bytes(FloatType::F32);
+    let walk = Traversal { n_boxes, beside }.bytes(FloatType::F32);
     let list = |name, bytes| texture(gpu, name, bytes).map(Resource::Texture);
     let bound = [
         ("walk", gpu.filled("walk", &walk).into()),

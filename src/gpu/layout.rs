@@ -157,7 +157,7 @@ layouts! {
     }
 
     /// What a walk through the boxes of a tree has to know.
-    Walk {
+    Traversal {
         /// Boxes of the tree.
         n_boxes: u32,
         /// How far beside the true ray that of the device may lie.
@@ -206,7 +206,7 @@ impl Lamp {
     pub const SUN: u32 = 2;
 
     /// A light, or a sun of the sky.
-    pub fn new(coordinates: Coordinates, lamp: &prepare::Lamp) -> Lamp {
+    pub fn new(coordinates: Coordinates, lamp: &prepare::PreparedLight) -> Lamp {
         let (at, kind) = match lamp.origin {
             Source::Eye => (DVec3::ZERO, Lamp::EYE),
             Source::Point(position) => (coordinates.of(position), Lamp::POINT),
@@ -227,9 +227,9 @@ mod tests {
     use crate::num::V3;
     use crate::num::fields::{FieldSource, Fields, words};
     use crate::prepare::{LightKey, ShaderKey};
+    use crate::query::Kernel;
     use crate::rays::Lens;
-    use crate::seen::{PlaneSeen, SphereLeaf, SphereSeen};
-    use crate::trace::Kernel;
+    use crate::shape::{PlaneRecord, SphereLeaf, SphereRecord};
 
     /// Name, offset and struct size of each member, as naga lays the struct out; arrays' element
     /// strides are the struct's size rounded up to its alignment.
@@ -243,7 +243,7 @@ mod tests {
             close: is_certified,
             n_planes: 1,
             surface: !is_certified,
-            light: (!is_certified && lens.is_some()).then_some(LightKey::Plain { n_lamps: 2 }),
+            light: (!is_certified && lens.is_some()).then_some(LightKey::Baseline { n_lamps: 2 }),
             unrolls: true,
         };
         let shader = compile(&key, None).expect("the shader compiles");
@@ -308,7 +308,7 @@ mod tests {
             check_layout::<Lighting>(kernel, Some(Lens::Perspective));
             check_layout::<Lamp>(kernel, Some(Lens::Perspective));
         }
-        check_layout::<Walk>(Kernel::Certified, Some(Lens::Perspective));
+        check_layout::<Traversal>(Kernel::Certified, Some(Lens::Perspective));
     }
 
     /// Numbers of other types, at their places.
@@ -351,8 +351,8 @@ mod tests {
 
     #[test]
     fn words_of_records_have_nagas_offsets() {
-        check_words::<SphereSeen<f32>, { size_of::<SphereWords>() / 4 }>();
-        check_words::<PlaneSeen<f32>, { size_of::<PlaneWords>() / 4 }>();
+        check_words::<SphereRecord<f32>, { size_of::<SphereWords>() / 4 }>();
+        check_words::<PlaneRecord<f32>, { size_of::<PlaneWords>() / 4 }>();
         check_words::<SphereLeaf<f32>, 8>();
     }
 }

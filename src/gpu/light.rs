@@ -9,25 +9,25 @@ use super::pass::Pass;
 use super::pipeline::Named;
 use super::tiles::DeviceTile;
 use crate::bvh::MOST_BOXES_TO_LIGHT;
-use crate::control::Control;
 use crate::error::{Hint, Result, Setting};
 use crate::kernel::certified::SphereWords;
-use crate::memory;
 use crate::num::Float as _;
 use crate::num::V3;
 use crate::num::fields::words;
-use crate::parallel;
 use crate::prepare::{CertifiedLamp, CertifiedLighting, LightKey, Prepared, ShaderKey};
+use crate::query::Rays;
 use crate::rays::Pixels;
-use crate::scene::Edges;
-use crate::seen::{Anchors, Record as _, SphereMet};
-use crate::trace::Rays;
+use crate::scene::QuantizationTable;
+use crate::shape::{Anchors, Record as _, SphereOccluder};
+use crate::support::control::Control;
+use crate::support::memory;
+use crate::support::parallel;
 
 /// Objects and boxes that the rays of a pixel are compared with at most: more take a card so long that it may be taken for dead.
 const MOST_TESTS_OF_PIXEL: usize = 1 << 20;
 
 /// What is bound, in words, with its names.
-type Lists = Vec<(&'static str, Vec<f32>)>;
+type LightLists = Vec<(&'static str, Vec<f32>)>;
 
 /// Lights the pictures of one scene.
 pub struct CertifiedLight {
@@ -36,7 +36,7 @@ pub struct CertifiedLight {
     key: ShaderKey,
     background: V3<f32>,
     /// What is bound of the light, with its names.
-    uniforms: Lists,
+    uniforms: LightLists,
     /// Bytes of what is bound beside the objects and the tree.
     bytes: u64,
     pass: Pass,
@@ -164,7 +164,7 @@ fn lists_of_tree(
     gpu: &Gpu,
     prepared: &Prepared,
     lighting: &CertifiedLighting,
-) -> Result<Option<Lists>> {
+) -> Result<Option<LightLists>> {
     let (spheres, facts) = (&prepared.scene.spheres[..], &gpu.facts);
     let Some(picture) = &prepared.picture else { return Ok(None) };
     let most = facts.max_binding_bytes.min(facts.max_buffer_bytes) as usize;
@@ -187,7 +187,7 @@ fn lists_of_tree(
         all
     };
     let met =
-        |index: usize| words::<8>(&SphereMet::<f32>::new(&spheres[index], prepared.reference));
+        |index: usize| words::<8>(&SphereOccluder::<f32>::new(&spheres[index], prepared.reference));
     let mut lists = vec![
         ("colors", colors(prepared, lighting.background)),
         ("seen_spheres", parallel::table(spheres.len(), seen).into_flattened()),
@@ -213,7 +213,7 @@ fn contacts(lamp: &CertifiedLamp<f32>) -> Vec<f32> {
 }
 
 /// The uniforms of `shaders/lit.wgsl`, in words.
-fn uniforms(lighting: &CertifiedLighting) -> Lists {
+fn uniforms(lighting: &CertifiedLighting) -> LightLists {
     let CertifiedLighting { occluders, lamps, ambient, width, lengths, .. } = lighting;
     let has_contacts = has_contacts(lighting);
     let id = |id: u32| [f32::from_bits(id), 0.0, 0.0, 0.0];
@@ -244,7 +244,7 @@ fn uniforms(lighting: &CertifiedLighting) -> Lists {
 /// Where each byte's range begins and ends, and where the next one does, in linear light: rounded up, as a number of f32 is below
 /// an end where it is below that.
 fn ends() -> Vec<f32> {
-    let edges = Edges::srgb8();
+    let edges = QuantizationTable::srgb8();
     let begin = |byte: u16| match byte {
         0 => -1.0,
         1..=255 => f32::up(edges.range(byte).0),

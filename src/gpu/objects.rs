@@ -4,8 +4,8 @@ use super::open::Gpu;
 use super::pipeline::Named;
 use super::texture::UPLOAD_BYTES;
 use crate::error::{Error, Hint, Message, Result, Setting};
-use crate::memory;
 use crate::prepare::{Hierarchy, Prepared};
+use crate::support::memory;
 
 /// The names and bytes of the kinds of objects that there are.
 pub fn object_bytes<'a>(

@@ -4,14 +4,14 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use super::adapter::{AdapterFacts, adapters, choose};
 use super::compile::{Edit, compile};
-use super::device::Failure;
+use super::device::DeviceFailure;
 use super::drivers::install_hint;
 use super::pipeline::Program;
 use super::self_test::{self, Arithmetic};
 use crate::error::{Error, Message, Result};
 use crate::kernel::{FloatType, Kernel};
-use crate::memory;
 use crate::prepare::ShaderKey;
+use crate::support::memory;
 
 /// Programs that a device keeps: four kernels, with and without surfaces, near and far, and some more
 /// for scenes that are edited and for cameras among many spheres.
@@ -24,7 +24,7 @@ type EditSpirv = Box<dyn Fn(&[u32]) -> Vec<u32> + Send + Sync>;
 pub struct Gpu {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
-    pub(super) errors: Arc<Mutex<Vec<Failure>>>,
+    pub(super) errors: Arc<Mutex<Vec<DeviceFailure>>>,
     /// The adapter's own account of itself.
     pub facts: AdapterFacts,
     /// The last programs, compiled for scenes that need the same; the most recent one last.
@@ -89,8 +89,8 @@ impl Gpu {
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             if let Ok(mut errors) = sink.lock() {
                 errors.push(match error {
-                    wgpu::Error::OutOfMemory { .. } => Failure::OutOfMemory,
-                    error => Failure::Other(error.to_string()),
+                    wgpu::Error::OutOfMemory { .. } => DeviceFailure::OutOfMemory,
+                    error => DeviceFailure::Other(error.to_string()),
                 });
             }
         }));
@@ -99,7 +99,7 @@ impl Gpu {
             if reason != wgpu::DeviceLostReason::Destroyed
                 && let Ok(mut errors) = sink.lock()
             {
-                errors.push(Failure::Other(format!("device lost: {message}")));
+                errors.push(DeviceFailure::Other(format!("device lost: {message}")));
             }
         });
         Ok(Gpu {

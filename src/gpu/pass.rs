@@ -6,18 +6,20 @@ use std::time::Instant;
 use super::layout::{Layout, Params, RayRecord};
 use super::open::Gpu;
 use super::pipeline::{Named, Program};
-use super::room::{PerRay, Room};
+use super::room::{BufferRoom, PerRay};
 use super::tiles::{DeviceTile, TileSize};
-use crate::control::Control;
 use crate::error::{Error, Hint, Message, Result, Setting};
 use crate::kernel::FloatType;
 use crate::prepare::{LightKey, Prepared, ShaderKey};
-use crate::trace::{Rays, Timing};
+use crate::query::{Rays, Timing};
+use crate::support::control::Control;
 
 /// What a shader makes of each ray, in the order in which it comes to the host.
 fn results_of(key: &ShaderKey) -> Vec<PerRay> {
     match (key.light, key.surface) {
-        (Some(LightKey::Plain { .. }), _) => vec![("lights", 3 * key.kernel.about().float.size())],
+        (Some(LightKey::Baseline { .. }), _) => {
+            vec![("lights", 3 * key.kernel.about().float.size())]
+        }
         (Some(LightKey::Certified { .. }), _) => vec![("codes", 4)],
         (None, true) => vec![("ids", 4), ("ts", 4), ("normals", 12)],
         (None, false) => vec![("ids", 4)],
@@ -41,7 +43,7 @@ pub struct Pass {
     /// Bytes of a ray that the host gives, and where they lie.
     ray_bytes: Option<usize>,
     rays: Option<wgpu::Buffer>,
-    room: Option<Room>,
+    room: Option<BufferRoom>,
     tile_size: TileSize,
 }
 
@@ -98,7 +100,7 @@ impl Pass {
     pub fn bytes(&self) -> u64 {
         self.params.size()
             + self.rays.as_ref().map_or(0, wgpu::Buffer::size)
-            + self.room.as_ref().map_or(0, Room::bytes)
+            + self.room.as_ref().map_or(0, BufferRoom::bytes)
     }
 
     /// Runs the shader for rays that the scene is prepared for, or for pixels of whose samples it is.
@@ -140,7 +142,7 @@ impl Pass {
         prepared: &Prepared,
         rays: &Rays,
         tile: &DeviceTile,
-        room: &Room,
+        room: &BufferRoom,
         take: Take,
     ) -> Result<Timing> {
         let start = Instant::now();
@@ -171,7 +173,7 @@ impl Pass {
     }
 
     /// Room for a tile of so many rays.
-    fn make_room(&mut self, n_rays: usize) -> Result<Room> {
+    fn make_room(&mut self, n_rays: usize) -> Result<BufferRoom> {
         use wgpu::BufferUsages as Usage;
         let gpu = &self.gpu;
         let rays = |bytes| gpu.buffer("rays", n_rays * bytes, Usage::STORAGE | Usage::COPY_DST);
@@ -179,6 +181,6 @@ impl Pass {
         let mut bound = self.bound.clone();
         bound.push(("params", self.params.clone().into()));
         bound.extend(self.rays.iter().map(|rays| ("rays", rays.clone().into())));
-        Room::new(gpu, &self.program, n_rays, &self.results, bound)
+        BufferRoom::new(gpu, &self.program, n_rays, &self.results, bound)
     }
 }

@@ -233,7 +233,7 @@ fn pass_through(device: &wgpu::Device, spirv: &[u32], entry_point: &str) -> wgpu
     // SAFETY: naga validated the module and wrote these words; only NoContraction decorations
     // were added, which change no memory access, and nor does what a test makes of arithmetic. Indices
     // into buffers stay below lengths that the host passes along. Those into textures are below
-    // `Walk::n_boxes`, or places of leaves, which `gpu::hierarchy` has texels for. Those into lamps stay below the number of
+    // `Traversal::n_boxes`, or places of leaves, which `gpu::hierarchy` has texels for. Those into lamps stay below the number of
     // lamps that come along.
     unsafe { device.create_shader_module_passthrough(descriptor) }
 }

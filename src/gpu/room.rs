@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 pub type PerRay = (&'static str, usize);
 
 /// Room for what a shader makes of so many rays, and its way to the host.
-pub struct Room {
+pub struct BufferRoom {
     /// For so many.
     pub n_rays: usize,
     /// The arrays, with bytes of an element.
@@ -19,7 +19,7 @@ pub struct Room {
     bind_group: wgpu::BindGroup,
 }
 
-impl Room {
+impl BufferRoom {
     /// Makes room, and binds it with all else that the shader binds.
     ///
     /// # Errors
@@ -30,7 +30,7 @@ impl Room {
         n_rays: usize,
         results: &[PerRay],
         mut bound: Vec<Named>,
-    ) -> Result<Room> {
+    ) -> Result<BufferRoom> {
         use wgpu::BufferUsages as Usage;
         let buffer = |&(name, bytes): &PerRay| {
             let buffer = gpu.buffer(name, n_rays * bytes, Usage::STORAGE | Usage::COPY_SRC);
@@ -42,7 +42,7 @@ impl Room {
         let staging = gpu.buffer("staging", n_bytes, Usage::MAP_READ | Usage::COPY_DST);
         let bind_group = program.bind(&gpu.device, bound.iter().map(whole))?;
         gpu.check()?;
-        Ok(Room { n_rays, results, staging, bind_group })
+        Ok(BufferRoom { n_rays, results, staging, bind_group })
     }
 
     /// Bytes on the device.

@@ -1,5 +1,5 @@
 //! The behaviour of the device's arithmetic, measured on the device: no decision rests on the
-//! driver's good manners. [`crate::guard`] says what the proof assumes.
+//! driver's good manners. [`crate::bounds`] says what the proof assumes.
 
 mod samples;
 
@@ -10,13 +10,13 @@ use std::fmt;
 use super::compile::compile_self_test;
 use super::open::Gpu;
 use super::pipeline::{Program, Resource};
-use super::room::Room;
+use super::room::BufferRoom;
 use super::texture::{TEXELS_PER_ROW, texture};
 use crate::error::{Error, Result};
 use samples::{
     COMPARED, CONSTANT_OVER, CONVERTED, FMA_REMAINDER, INVERSE, KEPT, LARGER, LARGEST_RESULT,
-    N_RESULTS, N_ROUNDED, N_SAMPLES, N_WORDS, NARROWED, Outcome, PRODUCT, PRODUCT_SUM, QUOTIENT,
-    ROOT, SCALED, SUM, SUM_ERROR, Sample, SampledFloat, Sort, samples,
+    N_RESULTS, N_ROUNDED, N_SAMPLES, N_WORDS, NARROWED, PRODUCT, PRODUCT_SUM, QUOTIENT, ROOT,
+    SCALED, SUM, SUM_ERROR, Sample, SampleOutcome, SampledFloat, Sort, samples,
 };
 
 /// Measured arithmetic of a device in one float type. An error is the distance from the correctly rounded result in steps of
@@ -89,7 +89,7 @@ impl Arithmetic {
         Arithmetic { fused_fma: true, ..*self } == Arithmetic::IEEE
     }
 
-    /// True where the certified kernel's filter may run on this arithmetic: all that [`crate::guard`]
+    /// True where the certified kernel's filter may run on this arithmetic: all that [`crate::bounds`]
     /// assumes of a device holds, which allows products to be fused. Results are counted in steps from the nearest one, which is half
     /// a unit off itself, so that quotients may be 2 and roots 4 steps off.
     pub fn suits_filter(&self) -> bool {
@@ -167,7 +167,7 @@ pub fn measure<F: SampledFloat>(gpu: &Gpu) -> Result<Arithmetic> {
     Ok(Arithmetic { passthrough: gpu.facts.passthrough, ..judge(&samples, &outcomes) })
 }
 
-fn judge<F: SampledFloat>(samples: &[Sample<F>], outcomes: &[Outcome<F>]) -> Arithmetic {
+fn judge<F: SampledFloat>(samples: &[Sample<F>], outcomes: &[SampleOutcome<F>]) -> Arithmetic {
     let mut found = Arithmetic::IEEE;
     for (sample, outcome) in samples.iter().zip(outcomes) {
         let expected = F::expected(sample);
@@ -195,8 +195,8 @@ fn judge_rounded<F: SampledFloat>(
     found: &mut Arithmetic,
     sample: &Sample<F>,
     operation: usize,
-    outcome: &Outcome<F>,
-    expected: &Outcome<F>,
+    outcome: &SampleOutcome<F>,
+    expected: &SampleOutcome<F>,
 ) {
     let (result, nearest) = (outcome.results[operation], expected.results[operation]);
     let is_unary = matches!(operation, ROOT | INVERSE | CONSTANT_OVER);
@@ -251,8 +251,8 @@ fn is_large(x: f64) -> bool {
 fn judge_words<F: SampledFloat>(
     found: &mut Arithmetic,
     sample: &Sample<F>,
-    outcome: &Outcome<F>,
-    expected: &Outcome<F>,
+    outcome: &SampleOutcome<F>,
+    expected: &SampleOutcome<F>,
 ) {
     let is_right = outcome.words[COMPARED] == expected.words[COMPARED]
         && outcome.results[LARGER] == expected.results[LARGER];
@@ -278,7 +278,7 @@ fn judge_words<F: SampledFloat>(
 }
 
 /// Runs the self-test's shader on the samples.
-fn on_device<F: SampledFloat>(gpu: &Gpu, samples: &[Sample<F>]) -> Result<Vec<Outcome<F>>> {
+fn on_device<F: SampledFloat>(gpu: &Gpu, samples: &[Sample<F>]) -> Result<Vec<SampleOutcome<F>>> {
     let program = Program::new(gpu, &compile_self_test(F::WGSL)?, "self_test")?;
     let operands: Vec<[F; 2]> = samples.iter().map(|sample| [sample.a, sample.b]).collect();
     let texels: Vec<[u32; 4]> = samples.iter().map(|sample| sample.texel).collect();
@@ -288,7 +288,7 @@ fn on_device<F: SampledFloat>(gpu: &Gpu, samples: &[Sample<F>]) -> Result<Vec<Ou
     ];
     let results =
         [("results", size_of::<[F; N_RESULTS]>()), ("words", size_of::<[u32; N_WORDS]>())];
-    let room = Room::new(gpu, &program, samples.len(), &results, bound)?;
+    let room = BufferRoom::new(gpu, &program, samples.len(), &results, bound)?;
     let groups = [(samples.len() as u32).div_ceil(64), 1];
     let unfinished = |reason: &str| {
         Error::Device(format!("`{}` did not finish its self-test: {reason}", gpu.facts.name).into())
@@ -299,7 +299,7 @@ fn on_device<F: SampledFloat>(gpu: &Gpu, samples: &[Sample<F>]) -> Result<Vec<Ou
         let results: Vec<[F; N_RESULTS]> = bytemuck::pod_collect_to_vec(arrays[0]);
         let words: Vec<[u32; N_WORDS]> = bytemuck::pod_collect_to_vec(arrays[1]);
         let of_all = results.into_iter().zip(words);
-        outcomes.extend(of_all.map(|(results, words)| Outcome { results, words }));
+        outcomes.extend(of_all.map(|(results, words)| SampleOutcome { results, words }));
     })?;
     Ok(outcomes)
 }
@@ -309,7 +309,7 @@ mod tests {
     use super::*;
 
     /// The findings for an IEEE 754 device with a change.
-    fn judged(change: impl Fn(&Sample<f32>, &mut Outcome<f32>)) -> Arithmetic {
+    fn judged(change: impl Fn(&Sample<f32>, &mut SampleOutcome<f32>)) -> Arithmetic {
         let samples = samples::<f32>();
         let outcome = |sample: &Sample<f32>| {
             let mut outcome = f32::expected(sample);

@@ -1,6 +1,6 @@
 //! A ray in f32 and the boxes of the tree, with room for the arithmetic of any device.
 //!
-//! With the unit `ε` of [`crate::guard`], a slab `(c − o)·(1/d)` has these relative errors: ½ of the
+//! With the unit `ε` of [`crate::bounds`], a slab `(c − o)·(1/d)` has these relative errors: ½ of the
 //! direction, which the host rounds, 2½ of the inverse, and 1 each of its widening, the difference and
 //! the product. That is `6ε` and something of second order: [`SLAB`]. Of the origin, ½ is left out with
 //! its low part, and 1 is lost where the slack is added, both of its largest component: [`ASIDE`].
@@ -20,7 +20,7 @@
 use crate::bvh::REACH;
 use crate::num::fields::fields;
 use crate::num::{Float as _, Ray, Real, V3};
-use crate::seen::ShadowRay;
+use crate::shape::ShadowRay;
 
 /// Relative room of a slab, in units `ε`.
 pub const SLAB: f64 = 6.5;
@@ -51,14 +51,14 @@ fields! { Slabs { near_origin: vec, far_origin: vec, near_inverse: vec, far_inve
 
 /// Bounds of the `t` between which a ray is between the sides of a box, along each axis.
 #[derive(Clone, Copy, Debug)]
-pub struct Stretch<R> {
+pub struct SlabInterval<R> {
     /// It is not there before.
     pub enter: V3<R>,
     /// Nor after.
     pub leave: V3<R>,
 }
 
-fields! { Stretch { enter: vec, leave: vec } }
+fields! { SlabInterval { enter: vec, leave: vec } }
 
 impl<R: Real> Slabs<R> {
     /// Makes the slabs of a ray that may lie `beside` the true one, at least by [`LEAST_SLACK`].
@@ -97,18 +97,18 @@ impl<R: Real> Slabs<R> {
 
     /// When the ray is between the sides of a box.
     #[inline(always)]
-    pub fn between(&self, low: V3<R>, high: V3<R>) -> Stretch<R> {
+    pub fn between(&self, low: V3<R>, high: V3<R>) -> SlabInterval<R> {
         let goes_down = is_negative(self.near_inverse);
         let near_side = select(goes_down, high, low);
         let far_side = select(goes_down, low, high);
-        Stretch {
+        SlabInterval {
             enter: (near_side - self.near_origin).times(self.near_inverse),
             leave: (far_side - self.far_origin).times(self.far_inverse),
         }
     }
 }
 
-impl<R: Real> Stretch<R> {
+impl<R: Real> SlabInterval<R> {
     /// Whether the ray may meet the box at `0 ≤ t ≤ t_max`.
     #[inline(always)]
     pub fn is_within(&self, t_max: R) -> R::Mask {
@@ -164,7 +164,7 @@ mod tests {
 
     use super::*;
     use crate::num::{round_down, round_up};
-    use crate::seen::shadow::{Aim, BEND_IN_BOXES, Origin};
+    use crate::shape::shadow::{Aim, BEND_IN_BOXES, Origin};
 
     fn power(rng: &mut ChaCha8Rng, least: f64, most: f64) -> f64 {
         rng.random_range(least..most).exp2()
@@ -231,13 +231,13 @@ mod tests {
             let error = power(&mut rng, -80.0, 61.0) as f32;
             let origin = match rng.random_range(0..2) {
                 0 => Origin::Point(light),
-                _ => Origin::Sun(crate::num::Scaled::new(light).rounded()),
+                _ => Origin::Sun(crate::num::ScaledInteger::new(light).rounded()),
             };
             let start = V3(start.to_array().map(|x| x as f32));
             let ray = ShadowRay::new(&Aim::<f32>::new(origin), start, error);
             let slabs = Slabs::to_light(&ray);
             let reach = REACH as f32;
-            let Stretch { enter, leave } = slabs.between(V3([-reach; 3]), V3([reach; 3]));
+            let SlabInterval { enter, leave } = slabs.between(V3([-reach; 3]), V3([reach; 3]));
             let Slabs { near_origin, far_origin, near_inverse, far_inverse } = slabs;
             let all = [near_origin, far_origin, near_inverse, far_inverse, enter, leave];
             assert!(all.iter().all(|v| v.0.iter().all(|x| x.is_finite())), "{slabs:?} {ray:?}");

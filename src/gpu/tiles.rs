@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use super::compile::WORKGROUP;
 use super::layout::Params;
-use crate::kernel::plain::PlainRays;
+use crate::kernel::baseline::BaselineRays;
 use crate::prepare::Prepared;
-use crate::trace::Rays;
+use crate::query::Rays;
 
 /// Aim for the time of a dispatch: long enough to hide its overhead, short enough for every driver's
 /// watchdog and for a quick Ctrl-C.
@@ -86,8 +86,8 @@ impl DeviceTile {
         // A picture of samples has at most 2^31 columns and rows, so the doubled offsets fit.
         let (offset_i, offset_j) = samples.offset2(x * n, y * n);
         // In f64 the shader multiplies, as the kernel does on the CPU.
-        let on_cpu = PlainRays::<f64>::of_pixels(prepared.coordinates(), &samples);
-        let PlainRays::Pixels { camera, step, origin, .. } = on_cpu else { return common };
+        let on_cpu = BaselineRays::<f64>::of_pixels(prepared.coordinates(), &samples);
+        let BaselineRays::Pixels { camera, step, origin, .. } = on_cpu else { return common };
         Params {
             forward: camera.forward.0,
             right: camera.right.0,

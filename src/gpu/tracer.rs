@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::baseline_light::BaselineLight;
 use super::compile::MOST_TURNS_IN_SOFTWARE;
 use super::hierarchy::{DeviceHierarchy, upload_hierarchy};
 use super::light::CertifiedLight;
@@ -10,15 +11,14 @@ use super::objects::{check_limits, object_bytes, storage};
 use super::open::Gpu;
 use super::pass::Pass;
 use super::pipeline::{Named, Resource};
-use super::plain_light::PlainLight;
 use super::tiles::DeviceTile;
-use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::kernel::Kernel;
 use crate::kernel::coordinates::Coordinates;
 use crate::prepare::{CertifiedLighting, Lighting, Prepared, ShaderKey};
+use crate::query::{Hits, Outputs, Rays, Timing};
 use crate::rays::Pixels;
-use crate::trace::{Hits, Rays, Timing, Wants};
+use crate::support::control::Control;
 use crate::tracer::Backend;
 
 /// Ways to lamps that the CPU looks along while it makes the numbers of a tree's sphere for light on a device. No bound.
@@ -28,7 +28,7 @@ const WAYS_OF_SPHERE: usize = 4;
 pub struct GpuTracer {
     gpu: Arc<Gpu>,
     prepared: Arc<Prepared>,
-    wants: Wants,
+    wants: Outputs,
     key: ShaderKey,
     /// None before it is needed.
     pass: Option<Pass>,
@@ -41,7 +41,7 @@ pub struct GpuTracer {
     /// See [`Backend::force_light`].
     is_light_forced: bool,
     /// Lights what rays of a kernel without a proof hit, made when that is first needed.
-    plain_light: Option<PlainLight>,
+    baseline_light: Option<BaselineLight>,
     /// Lights what rays of `certified` hit, made when that is first needed.
     light: Option<CertifiedLight>,
     /// Time to put together and compile the shader.
@@ -57,7 +57,7 @@ impl GpuTracer {
     /// [`Error::TooLarge`] when the scene exceeds the device's limits, [`Error::Device`] when the
     /// device fails, [`Error::Shader`] when it refuses the shader, [`Error::NoAdapter`] when the
     /// kernel needs more than the adapter has.
-    pub fn new(gpu: Arc<Gpu>, prepared: Arc<Prepared>, wants: Wants) -> Result<GpuTracer> {
+    pub fn new(gpu: Arc<Gpu>, prepared: Arc<Prepared>, wants: Outputs) -> Result<GpuTracer> {
         gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&gpu, &prepared)?;
         let start = Instant::now();
@@ -76,7 +76,7 @@ impl GpuTracer {
             hierarchy,
             leaves_to_cpu,
             is_light_forced: false,
-            plain_light: None,
+            baseline_light: None,
             light: None,
             compile_time: Duration::ZERO,
             upload_time,
@@ -170,13 +170,13 @@ impl Backend for GpuTracer {
         lights: &mut Vec<[f64; 3]>,
     ) -> Result<bool> {
         let lights_all = self.is_light_forced || self.gpu.lights(true);
-        let GpuTracer { gpu, prepared, objects, plain_light: kept, leaves_to_cpu, .. } = self;
-        if *leaves_to_cpu || !PlainLight::is_wanted(gpu, prepared, lighting, lights_all) {
+        let GpuTracer { gpu, prepared, objects, baseline_light: kept, leaves_to_cpu, .. } = self;
+        if *leaves_to_cpu || !BaselineLight::is_wanted(gpu, prepared, lighting, lights_all) {
             return Ok(false);
         }
         let made = match kept.take().filter(|made| made.is_for(prepared, lighting, epsilon)) {
             Some(made) => made,
-            None => match PlainLight::new(gpu, prepared, objects, lighting, epsilon) {
+            None => match BaselineLight::new(gpu, prepared, objects, lighting, epsilon) {
                 // The device binds too few buffers at once, or has too little room.
                 Err(Error::TooLarge(_)) => return Ok(false),
                 made => made?,
@@ -236,7 +236,7 @@ impl Backend for GpuTracer {
         if let Some(pass) = self.pass.as_mut().filter(|_| hierarchy.is_some()) {
             pass.bind(bound(&self.objects, hierarchy.as_ref()));
         }
-        (self.plain_light, self.light) = (None, None);
+        (self.baseline_light, self.light) = (None, None);
         (self.hierarchy, self.leaves_to_cpu) = (hierarchy, leaves_to_cpu);
         self.prepared = Arc::clone(prepared);
         Ok(())
@@ -246,7 +246,7 @@ impl Backend for GpuTracer {
         let bound = bound(&self.objects, self.hierarchy.as_ref());
         bound.iter().map(|(_, resource)| resource.bytes()).sum::<u64>()
             + self.pass.as_ref().map_or(0, Pass::bytes)
-            + self.plain_light.as_ref().map_or(0, PlainLight::bytes)
+            + self.baseline_light.as_ref().map_or(0, BaselineLight::bytes)
             + self.light.as_ref().map_or(0, CertifiedLight::bytes)
     }
 
@@ -259,10 +259,10 @@ impl Backend for GpuTracer {
 mod tests {
     use super::*;
     use crate::gpu::Arithmetic;
+    use crate::lighting::certified_lighting;
     use crate::prepare::FEW_SPHERES;
     use crate::rays::{Pixels, View};
     use crate::scene::{Camera, Color, Light, Projection, Samples, Scene, Source, Sphere};
-    use crate::shade::certified_lighting;
     use crate::tracer::Tracer;
     use glam::DVec3;
 
@@ -296,7 +296,7 @@ mod tests {
     }
 
     fn hits_of(gpu: Gpu, is_suited: bool, rays: &Rays, prepared: &Arc<Prepared>) -> Hits {
-        let wants = Wants::default();
+        let wants = Outputs::default();
         let backend = GpuTracer::new(Arc::new(gpu), Arc::clone(prepared), wants).unwrap();
         assert_eq!(backend.leaves_to_cpu, !is_suited);
         traced(&mut Tracer::on(backend, Arc::clone(prepared), wants), rays)
@@ -372,7 +372,7 @@ mod tests {
         other.spheres = spheres.collect();
         let new = |prepared: &Arc<Prepared>| {
             let gpu = Arc::new(open());
-            let mut tracer = GpuTracer::new(gpu, Arc::clone(prepared), Wants::default()).unwrap();
+            let mut tracer = GpuTracer::new(gpu, Arc::clone(prepared), Outputs::default()).unwrap();
             tracer.force_light();
             tracer
         };
@@ -396,7 +396,7 @@ mod tests {
     #[test]
     fn buffers_of_one_kind_cannot_be_swapped() {
         let (rays, prepared) = ball_and_plane(1);
-        let wants = Wants { surface: true, level: false };
+        let wants = Outputs { surface: true, level: false };
         let mut tracer = GpuTracer::new(Arc::new(open()), Arc::clone(&prepared), wants).unwrap();
         let mut propose = |objects: fn(&mut Vec<Named>)| {
             objects(&mut tracer.objects);
@@ -428,7 +428,7 @@ mod tests {
             false => wgsl.into(),
         });
         let (rays, prepared) = ball_and_plane(1);
-        let wants = Wants { surface: true, level: false };
+        let wants = Outputs { surface: true, level: false };
         let backend = GpuTracer::new(Arc::new(gpu), Arc::clone(&prepared), wants).unwrap();
         let mut tracer = Tracer::on(backend, prepared, wants);
         let expected = traced(&mut tracer, &rays);

@@ -1,24 +1,24 @@
 //! f32 with a proven error bound: it proposes an object only where it is proven, and says
-//! "undecided" elsewhere. f64 and exact arithmetic follow. The formulas are those of [`crate::seen`], the bounds are derived
-//! in [`crate::guard`].
+//! "undecided" elsewhere. f64 and exact arithmetic follow. The formulas are those of [`crate::shape`], the bounds are derived
+//! in [`crate::bounds`].
 
-use super::about::{About, Exactness, FloatType, Promise, Space, part};
+use super::info::{Exactness, FloatType, KernelInfo, Promise, Space, part};
 
-/// A sphere as the device sees it: the words of a [`SphereSeen`](crate::seen::SphereSeen).
+/// A sphere as the device sees it: the words of a [`SphereRecord`](crate::shape::SphereRecord).
 pub type SphereWords = [f32; 20];
 
-/// A plane as the device sees it: the words of a [`PlaneSeen`](crate::seen::PlaneSeen).
+/// A plane as the device sees it: the words of a [`PlaneRecord`](crate::shape::PlaneRecord).
 pub type PlaneWords = [f32; 12];
 
 /// The facts of the kernel.
-pub(super) const ABOUT: About = About {
+pub(super) const INFO: KernelInfo = KernelInfo {
     name: "certified",
     float: FloatType::F32,
     space: Space::Reference,
     promise: PROMISE,
     record_bytes: [size_of::<SphereWords>(), size_of::<PlaneWords>()],
-    record_names: "Seen",
-    shader_parts: &[part!("printed/seen.wgsl"), part!("certified.wgsl")],
+    record_names: "Record",
+    shader_parts: &[part!("printed/shape.wgsl"), part!("certified.wgsl")],
 };
 
 const WORDS: &str =

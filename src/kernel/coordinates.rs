@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::Kernel;
-use super::about::{About, FloatType, Space};
-use crate::num::{Float as Number, Scaled, V3};
+use super::info::{FloatType, KernelInfo, Space};
+use crate::num::{Float as Number, ScaledInteger, V3};
 use crate::rays::{Origins, WorldRay};
 
 /// The coordinates of a kernel's numbers.
@@ -27,7 +27,7 @@ impl Coordinates {
     /// Origin and direction of a ray of a list, and the exponent `e` with which the direction is `2^e` times this one, so that
     /// `t` is `2^−e` times that of this ray.
     pub fn ray(&self, ray: &WorldRay) -> (DVec3, DVec3, i32) {
-        let About { space, float, .. } = self.kernel.about();
+        let KernelInfo { space, float, .. } = self.kernel.about();
         if (*space, *float) != (Space::Reference, FloatType::F32) {
             return (self.of(ray.origin), ray.direction, 0);
         }
@@ -38,7 +38,7 @@ impl Coordinates {
             // Undecided, whatever is found; but 1/d² stays finite.
             return (DVec3::ZERO, DVec3::X, 0);
         }
-        let scaled = Scaled::new(ray.direction);
+        let scaled = ScaledInteger::new(ray.direction);
         (self.of(ray.origin), scaled.rounded(), scaled.exponent())
     }
 }

@@ -6,13 +6,13 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::about::{About, FloatType, Promise, Space, part};
-use super::plain::{Plain, PlainRay, first_positive};
+use super::baseline::{Baseline, BaselineRay, first_positive};
+use super::info::{FloatType, KernelInfo, Promise, Space, part};
 use crate::num::{Mask, Real, V3};
 use crate::scene::{Plane, Sphere};
 
 /// The facts of the kernel.
-pub(super) const ABOUT: About = About {
+pub(super) const INFO: KernelInfo = KernelInfo {
     name: "lecture",
     float: FloatType::F32,
     space: Space::World,
@@ -119,33 +119,33 @@ pub fn plane_lecture<R: Real>(o: V3<R>, d: V3<R>, a: V3<R>, n: V3<R>) -> R {
     R::select(zero.lt(t), t, zero)
 }
 
-impl Plain for SphereLecture {
+impl Baseline for SphereLecture {
     type Float = f32;
 
     #[inline(always)]
-    fn t<R: Real<One = f32>>(&self, PlainRay { ray, .. }: &PlainRay<R>) -> R {
+    fn t<R: Real<One = f32>>(&self, BaselineRay { ray, .. }: &BaselineRay<R>) -> R {
         let (center, radius) = (V3::splat(V3(self.center)), R::splat(self.radius));
         sphere_lecture(ray.origin, ray.direction, center, radius)
     }
 
     /// From the hit point, as the lecture has it.
     #[inline(always)]
-    fn normal<R: Real<One = f32>>(&self, PlainRay { ray, .. }: &PlainRay<R>, t: R) -> V3<R> {
+    fn normal<R: Real<One = f32>>(&self, BaselineRay { ray, .. }: &BaselineRay<R>, t: R) -> V3<R> {
         (ray.origin + ray.direction * t) - V3::splat(V3(self.center))
     }
 }
 
-impl Plain for PlaneLecture {
+impl Baseline for PlaneLecture {
     type Float = f32;
 
     #[inline(always)]
-    fn t<R: Real<One = f32>>(&self, PlainRay { ray, .. }: &PlainRay<R>) -> R {
+    fn t<R: Real<One = f32>>(&self, BaselineRay { ray, .. }: &BaselineRay<R>) -> R {
         let (point, normal) = (V3::splat(V3(self.point)), V3::splat(V3(self.normal)));
         plane_lecture(ray.origin, ray.direction, point, normal)
     }
 
     #[inline(always)]
-    fn normal<R: Real<One = f32>>(&self, _: &PlainRay<R>, _: R) -> V3<R> {
+    fn normal<R: Real<One = f32>>(&self, _: &BaselineRay<R>, _: R) -> V3<R> {
         V3::splat(V3(self.normal))
     }
 }

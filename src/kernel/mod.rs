@@ -1,12 +1,12 @@
 //! The intersection kernels: `lecture`, `relative` (the kernels `stable` and `double`) and `certified` have the facts, the records
 //! of the objects and, but for the last one, the formulas, each with a file in `shaders/`. Those of `certified` are
-//! [`crate::seen`]'s. [`Kernel`] lists them all; [`plain`] goes through the objects of those without a proof.
+//! [`crate::shape`]'s. [`Kernel`] lists them all; [`baseline`] goes through the objects of those without a proof.
 
-mod about;
+pub mod baseline;
 pub mod certified;
 pub mod coordinates;
+mod info;
 pub mod lecture;
-pub mod plain;
 pub mod relative;
 
 use glam::DVec3;
@@ -16,9 +16,9 @@ use certified::{PlaneWords, SphereWords};
 use lecture::{PlaneLecture, SphereLecture};
 use relative::{PlaneDouble, PlaneStable, SphereDouble, SphereStable};
 
-pub(crate) use about::part;
-pub use about::{About, Exactness, FloatType, Promise, ShaderPart, Space};
-pub use plain::Lists;
+pub use baseline::Lists;
+pub(crate) use info::part;
+pub use info::{Exactness, FloatType, KernelInfo, Promise, ShaderPart, Space};
 
 /// The intersection kernels (contract §2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -50,7 +50,7 @@ pub enum ObjectRecords {
     Certified {
         /// The records.
         lists: Lists<SphereWords, PlaneWords>,
-        /// Whether one [is close](crate::seen::Seen::is_close).
+        /// Whether one [is close](crate::shape::ShapeRecord::is_close).
         any_close: bool,
     },
 }
@@ -61,12 +61,12 @@ impl Kernel {
         [Kernel::Lecture, Kernel::Stable, Kernel::Double, Kernel::Certified];
 
     /// The kernel's facts.
-    pub fn about(self) -> &'static About {
+    pub fn about(self) -> &'static KernelInfo {
         match self {
-            Kernel::Lecture => &lecture::ABOUT,
+            Kernel::Lecture => &lecture::INFO,
             Kernel::Stable => &relative::STABLE,
             Kernel::Double => &relative::DOUBLE,
-            Kernel::Certified => &certified::ABOUT,
+            Kernel::Certified => &certified::INFO,
         }
     }
 

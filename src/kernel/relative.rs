@@ -9,14 +9,14 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use super::about::{About, FloatType, Promise, Space, part};
+use super::baseline::{Baseline, BaselineRay, first_positive};
 use super::coordinates::split;
-use super::plain::{Plain, PlainRay, first_positive};
-use crate::num::{self, Float as _, Mask, Ray, Real, Scaled, V3};
+use super::info::{FloatType, KernelInfo, Promise, Space, part};
+use crate::num::{self, Float as _, Mask, Ray, Real, ScaledInteger, V3};
 use crate::scene::{Plane, Sphere};
 
 /// The facts of the kernel `stable`.
-pub(super) const STABLE: About = About {
+pub(super) const STABLE: KernelInfo = KernelInfo {
     name: "stable",
     float: FloatType::F32,
     record_bytes: [size_of::<SphereStable>(), size_of::<PlaneStable>()],
@@ -27,7 +27,7 @@ pub(super) const STABLE: About = About {
 };
 
 /// The facts of the kernel `double`.
-pub(super) const DOUBLE: About = About {
+pub(super) const DOUBLE: KernelInfo = KernelInfo {
     name: "double",
     float: FloatType::F64,
     record_bytes: [size_of::<SphereDouble>(), size_of::<PlaneDouble>()],
@@ -143,13 +143,13 @@ macro_rules! records {
 
             /// `l = c − o`
             #[inline(always)]
-            pub fn offset<R: Real<One = $float>>(&self, ray: &PlainRay<R>) -> V3<R> {
+            pub fn offset<R: Real<One = $float>>(&self, ray: &BaselineRay<R>) -> V3<R> {
                 offset(ray, self.center, self.center_low)
             }
 
             /// `k = l·l − r²`
             #[inline(always)]
-            pub fn k<R: Real<One = $float>>(&self, ray: &PlainRay<R>, l: V3<R>) -> R {
+            pub fn k<R: Real<One = $float>>(&self, ray: &BaselineRay<R>, l: V3<R>) -> R {
                 let r = R::splat(self.radius);
                 if ray.origin_low.is_none() { R::splat(self.k) } else { l.dot(l) - r * r }
             }
@@ -158,7 +158,8 @@ macro_rules! records {
         impl $plane {
             /// Relative to `reference`.
             pub fn new(plane: &Plane, reference: DVec3) -> $plane {
-                let (l, normal) = (plane.point - reference, Scaled::new(plane.normal).rounded());
+                let (l, normal) =
+                    (plane.point - reference, ScaledInteger::new(plane.normal).rounded());
                 let [offset, low] = split(l);
                 $plane {
                     offset,
@@ -172,18 +173,18 @@ macro_rules! records {
 
             /// `(a − o)·n`
             #[inline(always)]
-            pub fn n_offset<R: Real<One = $float>>(&self, ray: &PlainRay<R>) -> R {
+            pub fn n_offset<R: Real<One = $float>>(&self, ray: &BaselineRay<R>) -> R {
                 let l = offset(ray, self.offset, self.offset_low);
                 let is_given = ray.origin_low.is_none();
                 if is_given { R::splat(self.n_offset) } else { l.dot(V3::splat(V3(self.normal))) }
             }
         }
 
-        impl Plain for $sphere {
+        impl Baseline for $sphere {
             type Float = $float;
 
             #[inline(always)]
-            fn t<R: Real<One = $float>>(&self, ray: &PlainRay<R>) -> R {
+            fn t<R: Real<One = $float>>(&self, ray: &BaselineRay<R>) -> R {
                 let r = R::splat(self.radius);
                 // In both arms a `t`: an offset that is the same in all lanes would take them apart.
                 match ray.origin_low {
@@ -198,22 +199,22 @@ macro_rules! records {
             }
 
             #[inline(always)]
-            fn normal<R: Real<One = $float>>(&self, ray: &PlainRay<R>, _: R) -> V3<R> {
+            fn normal<R: Real<One = $float>>(&self, ray: &BaselineRay<R>, _: R) -> V3<R> {
                 let l = self.offset(ray);
                 from_center(&ray.ray, l, R::splat(self.radius), self.k(ray, l))
             }
         }
 
-        impl Plain for $plane {
+        impl Baseline for $plane {
             type Float = $float;
 
             #[inline(always)]
-            fn t<R: Real<One = $float>>(&self, ray: &PlainRay<R>) -> R {
+            fn t<R: Real<One = $float>>(&self, ray: &BaselineRay<R>) -> R {
                 plane_stable(ray.ray.direction, self.n_offset(ray), V3::splat(V3(self.normal)))
             }
 
             #[inline(always)]
-            fn normal<R: Real<One = $float>>(&self, _: &PlainRay<R>, _: R) -> V3<R> {
+            fn normal<R: Real<One = $float>>(&self, _: &BaselineRay<R>, _: R) -> V3<R> {
                 V3::splat(V3(self.normal))
             }
         }
@@ -229,7 +230,7 @@ fn low_part<F: num::Float>(low: [F; 3]) -> [F; 3] {
 
 /// From a ray's origin to a point in two parts, relative to the reference point.
 #[inline(always)]
-fn offset<R: Real>(ray: &PlainRay<R>, high: [R::One; 3], low: [R::One; 3]) -> V3<R> {
+fn offset<R: Real>(ray: &BaselineRay<R>, high: [R::One; 3], low: [R::One; 3]) -> V3<R> {
     let high = V3::splat(V3(high));
     match ray.origin_low {
         None => high,

@@ -197,7 +197,7 @@ impl<F: Float, const N: usize> Mask for LaneBits<F, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::SplitMix;
+    use crate::support::random::SplitMix;
 
     #[test]
     fn lanes_are_numbers_side_by_side() {

@@ -17,10 +17,10 @@ use glam::DVec3;
 
 pub use lanes::{LaneBits, Lanes, dispatch, one_by_one};
 pub use ray::Ray;
-pub use scaled::{Scaled, exponent_of, power_of_two};
+pub use scaled::{ScaledInteger, exponent_of, power_of_two};
 
 /// The id of a ray that bounds leave open.
-pub const OPEN: u32 = u32::MAX;
+pub const UNDECIDED: u32 = u32::MAX;
 
 /// Number of f32 values from one to the other; equal values are 0 apart, and so are ±0.
 pub fn ulp_distance(a: f32, b: f32) -> u64 {
@@ -132,7 +132,7 @@ pub trait Float: Real<One = Self, Mask = bool, Id = u32> + Default + Send + Sync
     /// Beyond every `t` that is looked at, and no infinity: devices may assume that there is none.
     const BEYOND: f64;
     /// Points are known that are off by less. As an error is at least 3 units of the way `t·d`
-    /// ([`POINT`](crate::guard::steps::POINT)), such a point is less than `1.4 + 1` times [`Float::FARTHEST`] from the reference
+    /// ([`POINT`](crate::bounds::steps::POINT)), such a point is less than `1.4 + 1` times [`Float::FARTHEST`] from the reference
     /// point: squares of its distances stay in range, and it is closer to every object than what stands for "anywhere".
     const KNOWN: f64;
     /// What a number that comes from f64 is off by, in units.
@@ -445,7 +445,7 @@ const LARGEST_F64: f64 = (1u128 << 120) as f64 * (1u128 << 120) as f64;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::SplitMix;
+    use crate::support::random::SplitMix;
 
     #[test]
     fn the_nearest_numbers_on_both_sides() {

@@ -21,14 +21,14 @@ pub fn exponent_of(v: DVec3) -> i32 {
 /// `±2⁻¹⁰²²`. So a component is 0 only where the vector's is, and no other is off by more than `2⁻¹⁰²²`, less than a
 /// thousandth of what every bound grants a single rounding.
 #[derive(Clone, Copy, Debug)]
-pub struct Scaled {
+pub struct ScaledInteger {
     vector: DVec3,
     exponent: i32,
 }
 
-impl Scaled {
+impl ScaledInteger {
     /// Scales any finite vector.
-    pub fn new(v: DVec3) -> Scaled {
+    pub fn new(v: DVec3) -> ScaledInteger {
         let exponent = exponent_of(v);
         let half = -exponent / 2;
         let mut vector = v * power_of_two(half) * power_of_two(-exponent - half);
@@ -38,7 +38,7 @@ impl Scaled {
                 vector[axis] = f64::MIN_POSITIVE.copysign(v[axis]);
             }
         }
-        Scaled { vector, exponent }
+        ScaledInteger { vector, exponent }
     }
 
     /// The vector times `2^−exponent`, but for what is rounded.

@@ -16,9 +16,9 @@ use exr::meta::header::{Header, LayerAttributes};
 
 use super::{Encoder, Metadata, NBytes, PictureOptions, SOFTWARE, linear};
 use crate::error::{Error, Hint, Message, Result, Setting};
-use crate::parallel;
+use crate::lighting::Framebuffer;
 use crate::rays::Pixels;
-use crate::shade::Framebuffer;
+use crate::support::parallel;
 
 /// Lines that are compressed together. The format fixes this number for its ZIP compression.
 const BLOCK_LINES: usize = 16;
@@ -33,10 +33,10 @@ const MAX_BLOCK_BYTES: u128 = i32::MAX as u128;
 const SAMPLE_BYTES: usize = 4;
 
 /// Name, type and what gives the bits of a pixel's sample.
-type Channel = (&'static str, SampleType, fn(&Framebuffer, usize) -> u32);
+type ExrChannel = (&'static str, SampleType, fn(&Framebuffer, usize) -> u32);
 
 /// The channels, sorted by name, as the format demands.
-const CHANNELS: [Channel; 10] = [
+const CHANNELS: [ExrChannel; 10] = [
     ("A", SampleType::F32, |rows, i| {
         rows.coverage.as_ref().map_or(1.0, |coverage| coverage.alpha(i)).to_bits()
     }),
@@ -52,7 +52,7 @@ const CHANNELS: [Channel; 10] = [
     ("level", SampleType::U32, |rows, i| rows.hits.level[i].into()),
 ];
 
-fn channels(options: PictureOptions) -> &'static [Channel] {
+fn channels(options: PictureOptions) -> &'static [ExrChannel] {
     &CHANNELS[..CHANNELS.len() - usize::from(!options.certificates)]
 }
 
@@ -92,7 +92,7 @@ pub(super) fn n_bytes(
 
 struct Exr {
     header: Header,
-    channels: &'static [Channel],
+    channels: &'static [ExrChannel],
     width: usize,
     height: usize,
     line_bytes: usize,

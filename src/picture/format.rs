@@ -5,10 +5,10 @@ use std::path::Path;
 use std::str::FromStr;
 
 use crate::error::{Error, Hint, Message, Result, Setting, wrong_usage};
+use crate::lighting::Encoding;
 use crate::output::OutputFile;
 use crate::plain::Shown;
-use crate::shade::Encoding;
-use crate::trace::Wants;
+use crate::query::Outputs;
 use crate::words::did_you_mean;
 
 /// A picture file format.
@@ -66,11 +66,11 @@ impl Format {
         matches!(self, Format::Exr | Format::Npy)
     }
 
-    /// The part of [`Hits`](crate::trace::Hits) that this format writes. `certificates` adds the
+    /// The part of [`Hits`](crate::query::Hits) that this format writes. `certificates` adds the
     /// level where the format has a place for it (EXR and NPY).
-    pub fn wants(self, certificates: bool) -> Wants {
+    pub fn wants(self, certificates: bool) -> Outputs {
         let surface = self.holds_numbers();
-        Wants { surface, level: surface && certificates }
+        Outputs { surface, level: surface && certificates }
     }
 
     /// How its colours are encoded.

@@ -5,10 +5,10 @@
 //! differ between devices: of those, the channel `level` of `--certificates` tells.
 
 use crate::kernel::Kernel;
+use crate::lighting::Style;
 use crate::rays::{Pixels, View};
 use crate::scene::Camera;
 use crate::scene::schema::{CameraKeys, Value as _};
-use crate::shade::Style;
 
 /// Before the names of all texts but the program's.
 const PREFIX: &str = "kugelblitz.";

@@ -1,4 +1,4 @@
-//! Colours and [`Hits`](crate::trace::Hits) → picture file: [`PictureWriter`] takes bands of rows from top to bottom
+//! Colours and [`Hits`](crate::query::Hits) → picture file: [`PictureWriter`] takes bands of rows from top to bottom
 //! and writes PNG, EXR, PPM or NPY into an
 //! [`OutputFile`](crate::output::OutputFile) or any other sink. Memory is bounded by a
 //! band, not by the picture.
@@ -8,6 +8,7 @@
 
 mod exr;
 mod format;
+pub(crate) mod hit_record;
 mod metadata;
 mod npy;
 mod png;
@@ -21,10 +22,10 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
 use crate::error::{Error, Hint, Message, Result, Setting, wrong_usage};
+use crate::lighting::{Colors, Encoding, Framebuffer};
 use crate::plain::Shown;
+use crate::query::{Coverage, Outputs};
 use crate::rays::Pixels;
-use crate::shade::{Colors, Encoding, Framebuffer};
-use crate::trace::{Coverage, Wants};
 pub use format::{ChannelBits, Format};
 pub use metadata::Metadata;
 pub use png::rgb8_file;
@@ -67,7 +68,7 @@ impl PictureOptions {
     }
 }
 
-/// Bytes that a [`PictureWriter`] holds at most, beside the colours and [`Hits`](crate::trace::Hits) it is given, for
+/// Bytes that a [`PictureWriter`] holds at most, beside the colours and [`Hits`](crate::query::Hits) it is given, for
 /// bands of `n_band_rows` rows.
 ///
 /// # Errors
@@ -126,8 +127,8 @@ pub trait Sink {
 ///
 /// ```
 /// # use kugelblitz::rays::{Pixels, View};
-/// # use kugelblitz::{glam::DVec3, picture::*, scene::Camera, trace::Hits};
-/// # use kugelblitz::shade::{Colors, Framebuffer};
+/// # use kugelblitz::{glam::DVec3, picture::*, scene::Camera, query::Hits};
+/// # use kugelblitz::lighting::{Colors, Framebuffer};
 /// # fn main() -> kugelblitz::Result<()> {
 /// let view = View::new(&Camera::new(DVec3::Z, DVec3::ZERO));
 /// let pixels = Pixels::whole(view, 2, 1);
@@ -149,7 +150,7 @@ pub trait Sink {
 pub struct PictureWriter<W> {
     encoder: Box<dyn Encoder>,
     pixels: Pixels,
-    wants: Wants,
+    wants: Outputs,
     encoding: Encoding,
     is_transparent: bool,
     n_rows_done: u32,

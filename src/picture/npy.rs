@@ -2,14 +2,14 @@
 
 use std::io;
 
+use super::hit_record::HitRecord;
 use super::{Encoder, Metadata, NBytes, PictureOptions, linear};
 use crate::error::Result;
-use crate::npy::Record;
+use crate::lighting::Framebuffer;
 use crate::rays::Pixels;
-use crate::shade::Framebuffer;
 
-fn record(options: PictureOptions) -> Record {
-    Record { rgb: true, alpha: options.transparent, level: options.certificates }
+fn record(options: PictureOptions) -> HitRecord {
+    HitRecord { rgb: true, alpha: options.transparent, level: options.certificates }
 }
 
 pub(super) fn n_bytes(
@@ -32,7 +32,7 @@ pub(super) fn begin(
     Ok(Box::new(record))
 }
 
-impl Encoder for Record {
+impl Encoder for HitRecord {
     fn rows(&mut self, rows: &Framebuffer, out: &mut Vec<u8>) -> io::Result<()> {
         let Framebuffer { hits, colors, coverage } = rows;
         self.append(hits, 0..hits.id.len(), linear(colors), coverage.as_ref(), out);

@@ -7,8 +7,8 @@ use png::{BitDepth, ColorType, Compression, Filter, SrgbRenderingIntent, StreamW
 
 use super::{ChannelBits, Encoder, Metadata, NBytes, PictureOptions, SOFTWARE, be_bytes};
 use crate::error::{Error, Hint, Message, Result, Setting};
+use crate::lighting::Framebuffer;
 use crate::rays::Pixels;
-use crate::shade::Framebuffer;
 
 /// The PNG specification's limit for width and height, px.
 const MAX_SIDE_PX: u32 = (1 << 31) - 1;

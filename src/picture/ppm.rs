@@ -4,8 +4,8 @@ use std::io;
 
 use super::{ChannelBits, Encoder, Metadata, NBytes, PictureOptions, be_bytes, png};
 use crate::error::Result;
+use crate::lighting::Framebuffer;
 use crate::rays::Pixels;
-use crate::shade::Framebuffer;
 
 struct Ppm;
 

@@ -4,14 +4,15 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use crate::control::Control;
+use super::hit_record::HitRecord;
 use crate::error::{Error, Result, wrong_usage};
-use crate::npy::{Array, Record};
+use crate::npy::Array;
 use crate::output::OutputFile;
 use crate::plain::Shown;
+use crate::query::Hits;
 use crate::rays::WorldRay;
 use crate::scene::open_input;
-use crate::trace::Hits;
+use crate::support::control::Control;
 
 /// Origin x, y, z, then direction x, y, z.
 const EXPECTED: &str = "a NumPy array of numbers with shape (N, 6)";
@@ -67,7 +68,7 @@ fn read(path: &Path, control: &Control) -> Result<Vec<WorldRay>> {
 /// Hits as the records that [`write_hits`] writes, one after the other, in this machine's byte order. `hits`
 /// must have surfaces and levels.
 pub fn hit_records(hits: &Hits) -> Vec<u8> {
-    let record = Record { rgb: false, alpha: false, level: true };
+    let record = HitRecord { rgb: false, alpha: false, level: true };
     let mut bytes = Vec::new();
     record.append(hits, 0..hits.id.len(), &[], None, &mut bytes);
     bytes
@@ -89,7 +90,7 @@ pub fn write_hits(file: &mut OutputFile, hits: &Hits, control: &Control) -> Resu
             file.path().shown()
         ));
     }
-    let record = Record { rgb: false, alpha: false, level };
+    let record = HitRecord { rgb: false, alpha: false, level };
     let append =
         |hits_at_once, bytes: &mut Vec<u8>| record.append(hits, hits_at_once, &[], None, bytes);
     file.write_rows(record.header(&[n_hits as u64]), n_hits, record.bytes(), append, control)

@@ -1,8 +1,8 @@
 //! The light of a picture as the kernel `certified` takes it, on the CPU and on a device.
 
 use crate::num::V3;
-use crate::seen::shadow::Aim;
-use crate::seen::{Bounds, Contact, Lengths, LightBounds, Met};
+use crate::shape::shadow::Aim;
+use crate::shape::{Bounds, Contact, LightBounds, Occluder, SurfaceErrorTerms};
 
 /// What bounds of a picture's colours in numbers of `F` rest on, relative to the eye.
 #[derive(Clone)]
@@ -12,7 +12,7 @@ pub struct CertifiedLighting<F: Copy = f32> {
     /// The background's colour, as samples count it; the objects have those of the scene.
     pub background: V3<F>,
     /// The objects that may be in the way of light and are in no tree, and their ids.
-    pub occluders: Vec<(u32, Met<F>)>,
+    pub occluders: Vec<(u32, Occluder<F>)>,
     /// Lights and suns of the sky.
     pub lamps: Vec<CertifiedLamp<F>>,
     /// Bounds of the light from nowhere.
@@ -20,7 +20,7 @@ pub struct CertifiedLighting<F: Copy = f32> {
     /// What a mean is multiplied with for its bounds.
     pub width: Bounds<F>,
     /// What the samples' rays share where they meet an object.
-    pub lengths: Lengths<F>,
+    pub lengths: SurfaceErrorTerms<F>,
 }
 
 /// Contacts of a lamp that a device knows. It leaves more to the CPU: a lamp touches few objects.

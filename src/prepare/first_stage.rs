@@ -5,10 +5,10 @@
 //! its rays are tried.
 
 use super::Prepared;
-use crate::engine::{ListSearch, Tile};
-use crate::num::OPEN;
+use crate::num::UNDECIDED;
 use crate::rays::{Frame, Rays, WorldRay};
-use crate::seen::Objects;
+use crate::shape::Objects;
+use crate::visibility::{ListSearch, RayBatch};
 
 /// Columns and rows of a picture's rays that are tried; of a list, their product.
 const TRIED: u32 = 16;
@@ -23,7 +23,7 @@ pub(super) fn is_left_open(prepared: &Prepared, rays: &Rays) -> bool {
     let n_tried = (TRIED * TRIED) as usize;
     let ids = match rays {
         Rays::Pixels(pixels) => {
-            let mut tile = Tile::default();
+            let mut tile = RayBatch::default();
             for y in 0..TRIED {
                 for x in 0..TRIED {
                     let [x, y] = [middle(x, pixels.image_width), middle(y, pixels.image_height)];
@@ -38,12 +38,12 @@ pub(super) fn is_left_open(prepared: &Prepared, rays: &Rays) -> bool {
             // As far apart as they can be.
             let places = (0..n_tried).map(|k| k * rays.len() / n_tried);
             let tried: Vec<WorldRay> = places.filter_map(|at| rays.get(at).copied()).collect();
-            let mut ids = vec![OPEN; tried.len()];
+            let mut ids = vec![UNDECIDED; tried.len()];
             ListSearch::new(prepared).look(&tried, &mut ids);
             ids
         }
     };
-    let n_open = ids.iter().filter(|&&id| id == OPEN).count();
+    let n_open = ids.iter().filter(|&&id| id == UNDECIDED).count();
     n_open as f64 > MOST_OPEN * n_tried as f64
 }
 

@@ -4,12 +4,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::bvh::{Bvh, Leaves};
-use crate::control::Control;
 use crate::error::Result;
 use crate::kernel::certified::LISTED_SPHERES;
-use crate::memory;
 use crate::scene::Scene;
-use crate::seen::Eye;
+use crate::shape::RayOrigin;
+use crate::support::control::Control;
+use crate::support::memory;
 
 /// Many spheres: those that are found through the tree, and the rest. Left out are those that can't
 /// be hit.
@@ -26,7 +26,7 @@ pub struct Hierarchy {
 }
 
 /// An eye, and what it sees.
-type OfSquares = (Eye, Arc<Leaves>);
+type OfSquares = (RayOrigin, Arc<Leaves>);
 
 impl Hierarchy {
     /// Over the spheres of a scene, for an eye, with the tree of an `old` hierarchy over the same spheres, if there is one.
@@ -34,7 +34,7 @@ impl Hierarchy {
     /// # Errors
     /// Those of [`Bvh::new`].
     pub(super) fn new(
-        eye: &Eye,
+        eye: &RayOrigin,
         scene: &Scene,
         old: Option<&Hierarchy>,
         control: &Control,
@@ -56,7 +56,7 @@ impl Hierarchy {
     }
 
     /// The tree's spheres as an eye sees them whose rays stand for all samples of a pixel each.
-    pub(crate) fn of_squares(&self, eye: &Eye) -> Arc<Leaves> {
+    pub(crate) fn of_squares(&self, eye: &RayOrigin) -> Arc<Leaves> {
         let kept = || self.squares.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, leaves)) = kept().as_ref().filter(|(for_eye, _)| for_eye == eye) {
             return Arc::clone(leaves);

@@ -11,7 +11,7 @@ pub const MOST_IN_F32: f64 = (1u64 << 40) as f64;
 
 /// A light, or a part of the sky.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lamp {
+pub struct PreparedLight {
     /// Index of the light in the scene; `None` for a part of the sky.
     pub light: Option<usize>,
     /// Where its light comes from: the eye is the point that all rays start from, which lights what is seen from there, and
@@ -26,7 +26,7 @@ pub struct Lamp {
     pub shadows: bool,
 }
 
-impl Lamp {
+impl PreparedLight {
     /// Whether something may be in its way: what is seen from the eye is lit from there.
     pub fn casts_shadows(&self) -> bool {
         self.shadows && self.origin != Source::Eye
@@ -46,7 +46,7 @@ impl Lamp {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lighting {
     /// Lights, then the sky's suns.
-    pub lamps: Vec<Lamp>,
+    pub lamps: Vec<PreparedLight>,
     /// Light from nowhere.
     pub ambient: [f64; 3],
     /// The exact weights are multiplied by it, so that they are dyadic: the number of the sky's suns.
@@ -66,13 +66,13 @@ impl Lighting {
             let exact = color.0.map(|part| exact(part) * exact(intensity) * &shares);
             let weight = color.0.map(|part| part * intensity);
             let origin = origin_of(light, view);
-            Lamp { light: Some(index), origin, weight, exact_weight: exact, shadows }
+            PreparedLight { light: Some(index), origin, weight, exact_weight: exact, shadows }
         });
         let suns = scene.sky.iter().flat_map(|sky| {
             let weight = [4.0 * sky.intensity / f64::from(n_shares); 3];
             let four = integer(4) * exact(sky.intensity);
             let exact_weight = [four.clone(), four.clone(), four];
-            sky.suns().into_iter().map(move |direction| Lamp {
+            sky.suns().into_iter().map(move |direction| PreparedLight {
                 light: None,
                 origin: Source::Sun(direction),
                 weight,
@@ -81,7 +81,8 @@ impl Lighting {
             })
         });
         // In exact numbers: a product of small ones may be 0 in f64.
-        let gives_light = |lamp: &Lamp| lamp.exact_weight.iter().any(|part| signum(part) != 0);
+        let gives_light =
+            |lamp: &PreparedLight| lamp.exact_weight.iter().any(|part| signum(part) != 0);
         Some(Lighting {
             lamps: lights.chain(suns).filter(gives_light).collect(),
             ambient: scene.ambient.unwrap_or(Color::BLACK).0,

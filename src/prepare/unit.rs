@@ -7,12 +7,12 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::guard;
+use crate::bounds;
 use crate::num::typical::{nth, sample};
 use crate::num::{exponent_of, power_of_two};
-use crate::parallel;
 use crate::rays::{Lens, Pixels, Rays, View, WorldRay};
 use crate::scene::{Light, Plane, Scene, Source, Sphere};
+use crate::support::parallel;
 
 /// A unit of length: `2^exponent` world units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -29,7 +29,7 @@ const DISTANCES: std::ops::RangeInclusive<i32> = -14..=31;
 const SMALLEST_RADIUS: i32 = -30;
 
 /// Largest exponent of a unit: `t` stays in f32's range.
-const LARGEST: i32 = guard::LARGEST_SHIFT;
+const LARGEST: i32 = bounds::LARGEST_SHIFT;
 
 /// Smallest exponent of a unit. No bound: a smaller scene is traced in this unit, mostly by f64.
 const SMALLEST: i32 = -400;

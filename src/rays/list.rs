@@ -5,7 +5,7 @@
 use glam::DVec3;
 
 use crate::num;
-use crate::num::{Lanes, Real, Scaled, V3, length_bound};
+use crate::num::{Lanes, Real, ScaledInteger, V3, length_bound};
 
 /// Rays of a list, relative to a point that all numbers are relative to.
 #[derive(Clone, Copy)]
@@ -49,7 +49,7 @@ impl<'a> List<'a> {
         if direction == DVec3::ZERO || self.origins.is_far(origin) {
             return (DVec3::ZERO, DVec3::X);
         }
-        (origin - self.origins.reference, Scaled::new(direction).rounded())
+        (origin - self.origins.reference, ScaledInteger::new(direction).rounded())
     }
 
     /// Some of them side by side; the last one stands for lanes that don't count.

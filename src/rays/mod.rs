@@ -5,7 +5,7 @@ mod list;
 
 use glam::DVec3;
 
-use crate::parallel;
+use crate::support::parallel;
 
 pub use camera::{Frame, Lens, Pixels, View, camera_direction, camera_origin};
 pub use list::{List, Origins};

@@ -1,6 +1,6 @@
 //! Linear colour and its sRGB encoding: the only home of the transfer function.
 
-use super::Edges;
+use super::QuantizationTable;
 
 /// Linear RGB, each component in `0..=1`; black by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,14 +65,14 @@ impl Color {
         names().map(|(name, _)| name)
     }
 
-    /// 8-bit sRGB: the bytes whose ranges hold the components, by their [`Edges`].
+    /// 8-bit sRGB: the bytes whose ranges hold the components, by their [`QuantizationTable`].
     pub fn to_srgb8(self) -> [u8; 3] {
-        self.0.map(|linear| Edges::srgb8().number(linear) as u8)
+        self.0.map(|linear| QuantizationTable::srgb8().number(linear) as u8)
     }
 
-    /// 16-bit sRGB: the numbers whose ranges hold the components, by their [`Edges`].
+    /// 16-bit sRGB: the numbers whose ranges hold the components, by their [`QuantizationTable`].
     pub fn to_srgb16(self) -> [u16; 3] {
-        self.0.map(|linear| Edges::srgb16().number(linear))
+        self.0.map(|linear| QuantizationTable::srgb16().number(linear))
     }
 }
 

@@ -12,15 +12,15 @@ use glam::DVec3;
 use super::document::{OF_DATA, SIZE, SceneDocument, file_of, folder_of, lay, seen_from, usual};
 use super::framing::bounds;
 use super::neighbours::usual_radius;
-use super::open::Reader;
+use super::open::InputReader;
 use super::overrides::usual_up;
 use super::schema::{CameraKeys, CloudKeys, ImageKeys};
 use super::sniff::{Content, recognize};
 use super::{Camera, Framing, InputFormat, MAX_SIDE, Scene, SceneOverrides, Viewpoint};
-use crate::control::Control;
 use crate::error::{Error, Hint, Message, Result, SceneError, Setting, wrong_usage};
 use crate::output::OutputFile;
 use crate::plain::Shown;
+use crate::support::control::Control;
 use crate::words::joined;
 
 /// A scene as it was put together.
@@ -48,7 +48,7 @@ pub fn compose_scene(
     overrides: &SceneOverrides,
     control: &Control,
 ) -> Result<Composed> {
-    compose(Reader::new(control), path, overrides)
+    compose(InputReader::new(control), path, overrides)
 }
 
 /// Reads the scene or the data at `path` as [`compose_scene`] does, for those who do it again while they watch the file: what is no
@@ -61,10 +61,10 @@ pub fn recompose_scene(
     overrides: &SceneOverrides,
     control: &Control,
 ) -> Result<Composed> {
-    compose(Reader { only_regular: true, ..Reader::new(control) }, path, overrides)
+    compose(InputReader { only_regular: true, ..InputReader::new(control) }, path, overrides)
 }
 
-fn compose(reader: Reader, path: &Path, overrides: &SceneOverrides) -> Result<Composed> {
+fn compose(reader: InputReader, path: &Path, overrides: &SceneOverrides) -> Result<Composed> {
     let input = reader.open_scene(path)?;
     let content = match overrides.input_format {
         None => recognize(input.head(), path),
@@ -80,7 +80,7 @@ fn compose(reader: Reader, path: &Path, overrides: &SceneOverrides) -> Result<Co
         }
     };
     let opened = RefCell::new(opened);
-    let reader = Reader { opened: of_data.then_some((path, &opened)), ..reader };
+    let reader = InputReader { opened: of_data.then_some((path, &opened)), ..reader };
     let mut notes = Vec::new();
     let is_as_written = !of_data && overrides.leave_the_text();
     let mut scene = if is_as_written {
@@ -91,7 +91,7 @@ fn compose(reader: Reader, path: &Path, overrides: &SceneOverrides) -> Result<Co
             .or_else(|odd| reader.parse(&text, path).and(Err(odd)))?;
         document.apply(overrides, path, of_data)?;
         let usual = usual();
-        let reader = Reader { usual: of_data.then_some(&usual), ..reader };
+        let reader = InputReader { usual: of_data.then_some(&usual), ..reader };
         let read = reader.parse(&document.text_so_far(), path);
         let (mut scene, chosen) = read.map_err(|error| of_document(error, path, of_data))?;
         notes.extend(choose(&mut scene, chosen, &mut document));

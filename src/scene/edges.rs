@@ -13,15 +13,15 @@ use crate::num::{Float, Lanes, Mask, Real};
 /// belongs to the number above it, one outside `0..=1` to the number next to it.
 ///
 /// ```
-/// # use kugelblitz::scene::Edges;
-/// let edges = Edges::srgb8();
+/// # use kugelblitz::scene::QuantizationTable;
+/// let edges = QuantizationTable::srgb8();
 /// assert_eq!(edges.number(0.5), 188);
 /// let (low, high) = edges.range(188);
 /// assert_eq!((edges.number(low), edges.number(high)), (188, 189));
 /// assert_eq!((edges.number(-1.0), edges.number(7.0)), (0, 255));
 /// ```
 #[derive(Debug)]
-pub struct Edges {
+pub struct QuantizationTable {
     /// The end of the range of each number, infinity for the last one and one more.
     ends: Vec<f64>,
     /// The number half a part before the beginning of each of equal parts of `0..1`, and before 1. Half a part
@@ -29,7 +29,7 @@ pub struct Edges {
     nearest: Vec<u16>,
 }
 
-/// [`Edges::nearest`] and [`Edges::ends`] of bytes, in tables with a place for each number that a place in them
+/// [`QuantizationTable::nearest`] and [`QuantizationTable::ends`] of bytes, in tables with a place for each number that a place in them
 /// can be made of.
 #[derive(Debug)]
 pub struct OfBytes {
@@ -40,7 +40,7 @@ pub struct OfBytes {
 }
 
 static BYTES: LazyLock<OfBytes> = LazyLock::new(|| {
-    let Edges { ends, nearest } = Edges::srgb8();
+    let QuantizationTable { ends, nearest } = QuantizationTable::srgb8();
     let end = |at: usize| ends.get(at).copied().unwrap_or(f64::INFINITY);
     OfBytes {
         nearest: std::array::from_fn(|part| nearest.get(part).map_or(0, |&number| number as u8)),
@@ -93,21 +93,23 @@ impl Linear for f64 {
     }
 }
 
-impl Edges {
+impl QuantizationTable {
     /// The edges between sRGB bytes.
-    pub fn srgb8() -> &'static Edges {
-        static SRGB8: LazyLock<Edges> = LazyLock::new(|| Edges::new(255, BYTE_PARTS));
+    pub fn srgb8() -> &'static QuantizationTable {
+        static SRGB8: LazyLock<QuantizationTable> =
+            LazyLock::new(|| QuantizationTable::new(255, BYTE_PARTS));
         &SRGB8
     }
 
     /// The edges between 16-bit sRGB numbers.
-    pub fn srgb16() -> &'static Edges {
-        static SRGB16: LazyLock<Edges> = LazyLock::new(|| Edges::new(65535, 1 << 20));
+    pub fn srgb16() -> &'static QuantizationTable {
+        static SRGB16: LazyLock<QuantizationTable> =
+            LazyLock::new(|| QuantizationTable::new(65535, 1 << 20));
         &SRGB16
     }
 
     /// `n_parts` is a power of two, so that the part of a value is found without rounding.
-    fn new(largest: u16, n_parts: usize) -> Edges {
+    fn new(largest: u16, n_parts: usize) -> QuantizationTable {
         let edge = |number: u16| linear_from_srgb((f64::from(number) - 0.5) / f64::from(largest));
         // Not side by side: a worker that waits for others takes up work that may wait for these edges.
         let mut ends: Vec<f64> = (1..=largest).map(edge).collect();
@@ -118,7 +120,7 @@ impl Edges {
         }
         nearest.resize(n_parts + 1, largest);
         ends.extend([f64::INFINITY; 2]);
-        Edges { ends, nearest }
+        QuantizationTable { ends, nearest }
     }
 
     /// The number whose range holds a linear value; 0 for NaN.
@@ -135,7 +137,7 @@ impl Edges {
         low: &[f64; N],
         high: &[f64; N],
     ) -> ([u16; N], [bool; N]) {
-        let Edges { nearest, ends, .. } = self;
+        let QuantizationTable { nearest, ends, .. } = self;
         let parts = places((nearest.len() - 1) as f64, low);
         let (mut numbers, mut are_same) = ([0; N], [false; N]);
         for at in 0..N {
@@ -147,7 +149,7 @@ impl Edges {
         (numbers, are_same)
     }
 
-    /// [`Edges::numbers`] of bytes; quicker where they are close together.
+    /// [`QuantizationTable::numbers`] of bytes; quicker where they are close together.
     #[inline(always)]
     pub(crate) fn bytes<F: Linear, const N: usize>(
         low: Lanes<F, N>,
@@ -219,12 +221,12 @@ mod tests {
     use super::*;
     use crate::scene::srgb_from_linear;
 
-    fn both() -> [(&'static Edges, u16); 2] {
-        [(Edges::srgb8(), 255), (Edges::srgb16(), 65535)]
+    fn both() -> [(&'static QuantizationTable, u16); 2] {
+        [(QuantizationTable::srgb8(), 255), (QuantizationTable::srgb16(), 65535)]
     }
 
-    /// The number that [`Edges::number`] gives, by bisection over all ranges.
-    fn bisected(edges: &Edges, linear: f64) -> u16 {
+    /// The number that [`QuantizationTable::number`] gives, by bisection over all ranges.
+    fn bisected(edges: &QuantizationTable, linear: f64) -> u16 {
         edges.ends.partition_point(|&edge| edge <= linear) as u16
     }
 
@@ -269,7 +271,7 @@ mod tests {
                     assert_eq!(number, edges.number(*low));
                     assert_eq!(is_same, edges.number(*high) == number, "{low:e} {high:e}");
                     if largest == 255 {
-                        let of_bytes = Edges::bytes(Lanes([*low]), Lanes([*high]));
+                        let of_bytes = QuantizationTable::bytes(Lanes([*low]), Lanes([*high]));
                         assert_eq!(of_bytes, ([number as u8], [is_same]), "{low:e} {high:e}");
                     }
                 }
@@ -277,14 +279,14 @@ mod tests {
             for nothing in [f64::NAN, f64::INFINITY] {
                 assert_eq!(edges.numbers(&[0.0], &[nothing]).1, [false]);
                 assert_eq!(edges.numbers(&[nothing], &[nothing]).1, [false]);
-                assert_eq!(Edges::bytes(Lanes([nothing]), Lanes([nothing])).1, [false]);
+                assert_eq!(QuantizationTable::bytes(Lanes([nothing]), Lanes([nothing])).1, [false]);
             }
         }
     }
 
     /// Values side by side, in steps that are far below a byte's range, about as large, and larger.
     fn look_at_close_bytes<F: Linear>() {
-        let edges = Edges::srgb8();
+        let edges = QuantizationTable::srgb8();
         for first in 0..2000 {
             let first = (f64::from(first) - 20.0) / 1900.0;
             for step in [0.0, 1e-5, 3e-4, 2e-3, 0.05] {
@@ -293,7 +295,7 @@ mod tests {
                         F::near(first + step * (lane % 5) as f64)
                     }));
                     let high = low + Lanes::lit(width);
-                    let (bytes, are_same) = Edges::bytes(low, high);
+                    let (bytes, are_same) = QuantizationTable::bytes(low, high);
                     for lane in 0..16 {
                         let [low, high] = [low, high].map(|some| some.0[lane].to_f64());
                         let is_same = edges.number(high) == edges.number(low);
@@ -307,8 +309,8 @@ mod tests {
         }
         // What is no number has no byte.
         let nothing = Lanes::<F, 16>::lit(f64::NAN);
-        assert_eq!(Edges::bytes(nothing, nothing).1, [false; 16]);
-        assert_eq!(Edges::bytes(Lanes::lit(0.0), nothing).1, [false; 16]);
+        assert_eq!(QuantizationTable::bytes(nothing, nothing).1, [false; 16]);
+        assert_eq!(QuantizationTable::bytes(Lanes::lit(0.0), nothing).1, [false; 16]);
     }
 
     #[test]
@@ -365,7 +367,7 @@ mod tests {
     /// would give other pictures.
     #[test]
     fn edges_are_the_same_everywhere() {
-        let sum = |edges: &Edges| {
+        let sum = |edges: &QuantizationTable| {
             let bits = edges.ends.iter().filter(|edge| edge.is_finite()).map(|edge| edge.to_bits());
             bits.fold(0u64, |sum, bits| sum.rotate_left(5).wrapping_mul(31).wrapping_add(bits))
         };

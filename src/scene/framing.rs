@@ -10,10 +10,10 @@
 use glam::DVec3;
 
 use super::{Camera, Projection, Sphere};
-use crate::control::Control;
 use crate::error::{Error, Hint, Message, Result, Setting, wrong_usage};
-use crate::parallel;
 use crate::rays::View;
+use crate::support::control::Control;
+use crate::support::parallel;
 
 /// Where a camera is placed, but for how far away.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,7 +56,7 @@ impl Framing {
     /// [`Error::Interrupted`] when `control` was cancelled.
     pub fn camera(&self, spheres: &[Sphere], control: &Control) -> Result<Camera> {
         let (middle, size) = bounds(spheres)?;
-        let step = Step::of(ROUNDING * size);
+        let step = FramingStep::of(ROUNDING * size);
         let n_turns = self.n_turns.clamp(1, MOST_TURNS);
         let look_at = match self.look_at {
             Some(look_at) => look_at,
@@ -298,14 +298,14 @@ fn place_it() -> Hint {
 
 /// A power of ten that coordinates are rounded to.
 #[derive(Clone, Copy)]
-struct Step {
+struct FramingStep {
     exponent: i32,
 }
 
-impl Step {
+impl FramingStep {
     /// The largest that is not above `most`.
-    fn of(most: f64) -> Step {
-        Step { exponent: libm::log10(most).floor() as i32 }
+    fn of(most: f64) -> FramingStep {
+        FramingStep { exponent: libm::log10(most).floor() as i32 }
     }
 
     /// The nearest f64 to a decimal number of this step; 0 has no sign.
@@ -343,8 +343,8 @@ impl Step {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::SplitMix;
     use crate::rays::Lens;
+    use crate::support::random::SplitMix;
 
     fn cloud(seed: u64, scale: f64, center: DVec3) -> Vec<Sphere> {
         let mut random = SplitMix::new(seed);

@@ -34,8 +34,8 @@ pub use color::{Color, hex, linear_from_srgb, linear_of_bytes, srgb_from_linear}
 pub use colormap::ColorMap;
 pub use compose::{Composed, compose_scene, place_camera, recompose_scene};
 pub(crate) use document::seen_from;
-pub use edges::Edges;
 pub(crate) use edges::Linear;
+pub use edges::QuantizationTable;
 pub use framing::Framing;
 pub(crate) use framing::turned;
 pub use legend::Coloring;

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Sphere;
-use crate::parallel;
+use crate::support::parallel;
 
 /// Spheres whose nearest neighbour is looked for.
 const N_ASKED: usize = 1001;
@@ -66,7 +66,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::random::SplitMix;
+    use crate::support::random::SplitMix;
 
     fn at(center: DVec3) -> Sphere {
         Sphere { center, radius: 1.0 }

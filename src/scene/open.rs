@@ -7,13 +7,13 @@ use std::path::Path;
 
 use super::decode::Input;
 use super::schema::CloudKeys;
-use crate::control::Control;
 use crate::output::OutputFile;
-use crate::system;
+use crate::support::control::Control;
+use crate::support::system;
 
 /// How a scene and the files that it names are read.
 #[derive(Clone, Copy)]
-pub(super) struct Reader<'r, 'c> {
+pub(super) struct InputReader<'r, 'c> {
     /// Counts the bytes of data, and can stop the reading.
     pub control: &'c Control,
     /// Whether pipes and devices are refused, because opening and reading one may block for any time.
@@ -24,10 +24,10 @@ pub(super) struct Reader<'r, 'c> {
     pub opened: Option<(&'r Path, &'r RefCell<Option<Input<'c>>>)>,
 }
 
-impl<'r, 'c> Reader<'r, 'c> {
+impl<'r, 'c> InputReader<'r, 'c> {
     /// Creates a reader that reads any file and has no defaults.
-    pub fn new(control: &'c Control) -> Reader<'r, 'c> {
-        Reader { control, only_regular: false, usual: None, opened: None }
+    pub fn new(control: &'c Control) -> InputReader<'r, 'c> {
+        InputReader { control, only_regular: false, usual: None, opened: None }
     }
 
     /// Opens a file, decompressed and as UTF-8. The path `-` is standard input.
@@ -62,12 +62,12 @@ impl<'r, 'c> Reader<'r, 'c> {
     }
 }
 
-/// Opens a file as [`Reader::input`] does.
+/// Opens a file as [`InputReader::input`] does.
 ///
 /// # Errors
 /// Returns the errors of opening and reading.
 pub(crate) fn open_input<'c>(path: &Path, control: &'c Control) -> io::Result<Input<'c>> {
-    Reader::new(control).input(path)
+    InputReader::new(control).input(path)
 }
 
 fn not_regular() -> io::Error {
@@ -104,8 +104,8 @@ mod tests {
         rustix::fs::mknodat(rustix::fs::CWD, &pipe, kind, mode, 0).unwrap();
         std::fs::write(&file, "text").unwrap();
         let control = Control::default();
-        let any = Reader::new(&control);
-        let regular = Reader { only_regular: true, ..any };
+        let any = InputReader::new(&control);
+        let regular = InputReader { only_regular: true, ..any };
         for path in [&pipe, &"/dev/zero".into(), &folder.path().into(), &"-".into()] {
             let error = regular.input(path).err().unwrap();
             assert!(error.to_string().contains("regular file"), "{error}");

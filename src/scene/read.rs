@@ -8,7 +8,7 @@ use toml::de::DeTable;
 
 use super::clouds::read_clouds;
 use super::decode::Input;
-use super::open::Reader;
+use super::open::InputReader;
 use super::raw::entries_of_toml;
 use super::schema::{
     CameraKeys, CloudKeys, FOV, HEIGHT, ImageKeys, LightKeys, PlaneKeys, SceneKeys, Section,
@@ -18,12 +18,12 @@ use super::shipped::shipped_scene;
 use super::sniff::{Content, DataFormat, recognize};
 use super::table::{Checked, lacks, read_table, syntax_fault};
 use super::{Camera, Color, Light, Plane, Projection, Scene, Sky, Source, Sphere, Spheres};
-use crate::control::Control;
 use crate::error::{Error, Message, Result, SceneError};
 use crate::input::MAX_BYTES;
-use crate::memory;
 use crate::plain::Shown;
 use crate::rays::View;
+use crate::support::control::Control;
+use crate::support::memory;
 
 /// Reads and checks a scene file and the clouds that it names.
 ///
@@ -45,7 +45,7 @@ const PARSE_BYTES: u64 = 200;
 /// [`MAX_BYTES`](crate::input::MAX_BYTES); [`Error::TooLarge`](crate::Error::TooLarge) where there is not the memory to
 /// parse it.
 pub fn read_scene_text(path: &Path) -> Result<String> {
-    Reader::new(&Control::default()).text(path)
+    InputReader::new(&Control::default()).text(path)
 }
 
 /// The error of a scene file or data that cannot be read.
@@ -69,10 +69,10 @@ fn cannot_read(path: &Path, error: &io::Error) -> Error {
 /// # Errors
 /// As [`read_scene`].
 pub fn parse_scene(text: &str, path: &Path) -> Result<Scene> {
-    Ok(Reader::new(&Control::default()).parse(text, path)?.0)
+    Ok(InputReader::new(&Control::default()).parse(text, path)?.0)
 }
 
-impl<'c> Reader<'_, 'c> {
+impl<'c> InputReader<'_, 'c> {
     /// Opens a scene file or data. The name of a built-in scene gives its text if no file has this name.
     pub(super) fn open_scene(self, path: &Path) -> Result<Input<'c>> {
         let opened = self.input(path).or_else(|error| match shipped_scene(path) {
@@ -128,7 +128,7 @@ impl<'c> Reader<'_, 'c> {
         })
     }
 
-    /// The scene of such a text, and what was chosen of [`Reader::usual`].
+    /// The scene of such a text, and what was chosen of [`InputReader::usual`].
     pub(super) fn parse(self, text: &str, path: &Path) -> Result<(Scene, CloudKeys)> {
         let read = || {
             let (mut scene, clouds) = read_document(text)?;

@@ -6,11 +6,11 @@ use std::path::Path;
 
 use super::schema::{CloudKeys, ColorSpace, SceneKeys};
 use super::{Color, Scene, Sphere};
-use crate::control::Control;
 use crate::error::{Error, Result, wrong_usage};
 use crate::npy;
 use crate::output::{self, OutputFile};
 use crate::plain::Shown;
+use crate::support::control::Control;
 
 /// Spheres that stand in the scene file itself; more go into a cloud beside it.
 const MOST_IN_FILE: usize = 256;
@@ -88,8 +88,8 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::random::SplitMix;
     use crate::scene::{Camera, Light, Plane, Projection, Samples, Sky, Source, read_scene};
+    use crate::support::random::SplitMix;
 
     fn scene(n_spheres: usize) -> Scene {
         let mut random = SplitMix::new(17);

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use kugelblitz::Control;
 use kugelblitz::Session;
-use kugelblitz::control::Control;
 use kugelblitz::device::Device;
+use kugelblitz::query::Kernel;
 use kugelblitz::scene::read_scene;
-use kugelblitz::trace::Kernel;
 use kugelblitz_tests::{DIGEST_SIZE, digests, gpu, root};
 
 fn scenes() -> PathBuf {

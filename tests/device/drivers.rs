@@ -1,13 +1,13 @@
 //! What a driver may do and what it may not: spoiled shaders stand in for drivers that contract,
 //! reassociate, flush or round badly. Each is noticed by the self-test, or harmless by the proof of
-//! `src/guard.rs`, and then the kernels without a proof show the lecture's figures all the same. That the certified kernel sees the exact objects either way is the matrix's to say.
+//! `src/bounds.rs`, and then the kernels without a proof show the lecture's figures all the same. That the certified kernel sees the exact objects either way is the matrix's to say.
 
 use std::sync::Arc;
 
 use kugelblitz::gpu::{Arithmetic, Gpu};
+use kugelblitz::query::{Hits, Kernel, Rays};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::read_scene;
-use kugelblitz::trace::{Hits, Kernel, Rays};
 use kugelblitz_tests::{gpu, root, spoiled, traced};
 
 fn spoiled(spoil: impl Fn(&[u32]) -> Vec<u32> + Send + Sync + 'static) -> Arc<Gpu> {
@@ -17,7 +17,7 @@ fn spoiled(spoil: impl Fn(&[u32]) -> Vec<u32> + Send + Sync + 'static) -> Arc<Gp
 
 /// What the plain kernels see of the lecture's figures.
 #[derive(Debug)]
-struct Plain {
+struct Baseline {
     rays: usize,
     /// Rays with another `t` than on the CPU.
     otherwise: usize,
@@ -25,9 +25,9 @@ struct Plain {
     apart: usize,
 }
 
-impl Plain {
-    fn on(gpu: &Arc<Gpu>) -> Plain {
-        let mut found = Plain { rays: 0, otherwise: 0, apart: 0 };
+impl Baseline {
+    fn on(gpu: &Arc<Gpu>) -> Baseline {
+        let mut found = Baseline { rays: 0, otherwise: 0, apart: 0 };
         for name in ["figure1", "figure2", "figure5"] {
             let scene = read_scene(&root().join(format!("scenes/{name}.toml"))).unwrap();
             let view = View::new(scene.camera.as_ref().unwrap());
@@ -69,7 +69,7 @@ fn what_is_no_rounding_is_seen() {
         (all(1, f32::NAN), false),
         (all(0, f32::INFINITY), false),
     ] {
-        let mut found = Plain { rays: 0, otherwise: 0, apart: 0 };
+        let mut found = Baseline { rays: 0, otherwise: 0, apart: 0 };
         found.compare(&right, &wrong);
         assert_eq!(found.is_harmless(), is_harmless, "{found:?}");
         assert_eq!(found.otherwise == 0, wrong.t == right.t, "{found:?}");
@@ -81,7 +81,7 @@ fn this_driver_keeps_to_the_precision() {
     let gpu = gpu();
     let found = gpu.arithmetic().unwrap();
     assert!(found.suits_filter(), "{found}");
-    let plain = Plain::on(&gpu);
+    let plain = Baseline::on(&gpu);
     assert!(plain.is_harmless() && (plain.otherwise == 0 || !found.is_ieee()), "{plain:?}");
     if let Some(found) = gpu.arithmetic_f64().unwrap() {
         let rounds_to_nearest =
@@ -100,7 +100,7 @@ fn a_driver_that_contracts_is_noticed_and_harmless() {
     let gpu = spoiled(spoiled::contracts);
     let found = gpu.arithmetic().unwrap();
     assert!(!found.rounded_products && !found.is_ieee() && found.suits_filter(), "{found}");
-    let plain = Plain::on(&gpu);
+    let plain = Baseline::on(&gpu);
     assert!(plain.is_harmless() && plain.otherwise > 500, "{plain:?}");
 }
 
@@ -116,7 +116,7 @@ fn a_driver_that_flushes_is_noticed_and_harmless() {
     let gpu = spoiled(spoiled::flushes);
     let found = gpu.arithmetic().unwrap();
     assert!(!found.subnormals && !found.is_ieee() && found.suits_filter(), "{found}");
-    assert!(Plain::on(&gpu).is_harmless());
+    assert!(Baseline::on(&gpu).is_harmless());
 }
 
 #[test]
@@ -124,7 +124,7 @@ fn a_driver_that_rounds_badly_is_noticed() {
     let gpu = spoiled(spoiled::rounds_sums_badly);
     let found = gpu.arithmetic().unwrap();
     assert!(found.sum_ulp > 0 && !found.faithful && !found.suits_filter(), "{found}");
-    let plain = Plain::on(&gpu);
+    let plain = Baseline::on(&gpu);
     assert!(plain.otherwise > 500, "{plain:?}");
 }
 
@@ -138,6 +138,6 @@ fn a_driver_that_rounds_quotients_as_it_may_is_harmless() {
     let found: Arithmetic = gpu.arithmetic().unwrap();
     assert!(found.quotient_ulp > 0 && found.reciprocal_ulp > 0 && found.root_ulp > 0, "{found}");
     assert!(found.suits_filter() && !found.is_ieee(), "{found}");
-    let plain = Plain::on(&gpu);
+    let plain = Baseline::on(&gpu);
     assert!(plain.is_harmless() && plain.otherwise > 500, "{plain:?}");
 }

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use kugelblitz::num::ulp_distance;
+use kugelblitz::query::{Hits, Kernel, Rays, WorldRay};
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Rays, WorldRay};
 use kugelblitz_tests::{broken, gpu, plane, runs, scene, sphere, text_of, traced};
 use serde_json::Value;
 

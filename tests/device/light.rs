@@ -3,16 +3,16 @@
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 
+use kugelblitz::Control;
 use kugelblitz::Session;
-use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::Gpu;
-use kugelblitz::num::OPEN;
+use kugelblitz::lighting::{Encoding, Style, certified_lighting};
+use kugelblitz::num::UNDECIDED;
 use kugelblitz::prepare::Prepared;
+use kugelblitz::query::{Kernel, Outputs, Rays, StageCounts};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Samples, Scene, parse_scene, read_scene};
-use kugelblitz::shade::{Encoding, Style, certified_lighting};
-use kugelblitz::trace::{Kernel, Rays, StageCounts, Wants};
 use kugelblitz_judge::verify::Verification;
 use kugelblitz_tests::root;
 
@@ -22,7 +22,7 @@ fn shadow_rays(file: &str, n_samples: u32) -> StageCounts {
     let mut session = Session::new(scene, Device::Cpu, Kernel::Certified);
     let pixels = session.pixels(48, 27).unwrap();
     let style = Style { n_samples: Samples::nearest(n_samples), ..Style::new(Encoding::Linear) };
-    let drawn = session.keep(&pixels, style, Wants::default(), &Control::default());
+    let drawn = session.keep(&pixels, style, Outputs::default(), &Control::default());
     drawn.unwrap().1.shadow_rays
 }
 
@@ -66,10 +66,10 @@ fn left_open(scene: &Scene, [width, height]: [u32; 2], n: u32) -> f64 {
     let prepared = Prepared::new(Arc::new(scene.clone()), Kernel::Certified, &rays).unwrap();
     let prepared = Arc::new(prepared);
     let lighting = certified_lighting(&prepared, &pixels, Samples::nearest(n)).unwrap();
-    let mut tracer = Device::Gpu(gpu).tracer(&prepared, Wants::default()).unwrap().tracer;
+    let mut tracer = Device::Gpu(gpu).tracer(&prepared, Outputs::default()).unwrap().tracer;
     let device = tracer.backend().unwrap();
     let codes = device.light(&lighting, &pixels, &Control::default()).unwrap().expect("its light");
-    let n_open = codes.iter().filter(|&&code| code == OPEN).count();
+    let n_open = codes.iter().filter(|&&code| code == UNDECIDED).count();
     n_open as f64 / codes.len() as f64
 }
 
@@ -139,7 +139,7 @@ fn a_device_counts_all_shadow_rays() {
         session.force_light_on_device();
         let pixels = session.pixels(96, 54).unwrap();
         let style = Style::new(Encoding::Srgb8);
-        let drawn = session.keep(&pixels, style, Wants::default(), &Control::default());
+        let drawn = session.keep(&pixels, style, Outputs::default(), &Control::default());
         let rendered = drawn.unwrap().1;
         (rendered.shadow_rays.total(), rendered.colors.device, rendered.hits)
     };

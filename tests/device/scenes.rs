@@ -4,8 +4,8 @@ use std::f64::consts::{PI, SQRT_2};
 use std::sync::Arc;
 
 use glam::DVec3;
+use kugelblitz::query::{Kernel, Rays};
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::trace::{Kernel, Rays};
 use kugelblitz_tests::{camera, plane, sphere, traced};
 
 /// A sphere of radius r on the view axis at distance L has the outline of the cone of half-angle

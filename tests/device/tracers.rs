@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::{Gpu, GpuTracer};
 use kugelblitz::prepare::Prepared;
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays, WorldRay};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Scene, Sphere};
-use kugelblitz::trace::{Hits, Kernel, Rays, Wants, WorldRay};
 use kugelblitz::tracer::Tracer;
 use kugelblitz_judge::compare::compare;
 use kugelblitz_tests::{broken, camera, gpu, in_cube, plane, runs, scene, sphere, traced};
@@ -49,7 +49,7 @@ fn an_adapter_without_f64_is_refused_for_the_f64_kernel_alone() {
     for kernel in Kernel::ALL {
         let prepared = Arc::new(Prepared::new(Arc::clone(&scene), kernel, &rays).unwrap());
         for gpu in [&gpu(), &without] {
-            let made = GpuTracer::new(Arc::clone(gpu), Arc::clone(&prepared), Wants::default());
+            let made = GpuTracer::new(Arc::clone(gpu), Arc::clone(&prepared), Outputs::default());
             let refused = kernel == Kernel::Double && !gpu.facts.f64;
             assert_eq!(made.is_err(), refused, "{}", kernel.name());
             let Err(error) = made else { continue };
@@ -101,7 +101,7 @@ fn rays_that_the_scene_was_not_prepared_for_are_refused() {
     ] {
         let prepared =
             Arc::new(Prepared::new(Arc::clone(&scene), Kernel::Certified, &made_for).unwrap());
-        let wants = Wants::default();
+        let wants = Outputs::default();
         let mut tracers = [
             Tracer::on_cpu(Arc::clone(&prepared), wants),
             Device::Gpu(gpu()).tracer(&prepared, wants).unwrap().tracer,
@@ -163,7 +163,7 @@ fn lists_need_few_storage_buffers() {
     let gpu = Arc::new(gpu);
     assert!(traced(&scene, Kernel::Certified, &rays, Some(&gpu)).n_hits() > 0);
     let prepared = Prepared::new(scene, Kernel::Stable, &rays).unwrap();
-    let wants = Wants { surface: true, level: false };
+    let wants = Outputs { surface: true, level: false };
     let refused = GpuTracer::new(gpu, Arc::new(prepared), wants).err().unwrap();
     assert_eq!(refused.exit_code(), 7);
     let text = refused.to_string();
@@ -193,7 +193,7 @@ fn more_spheres_than_a_device_holds_are_refused() {
     let refusal = |max_texture_side| {
         let mut gpu = Gpu::open("").expect("a Vulkan device; ci/setup.sh installs one");
         gpu.facts.max_texture_side = max_texture_side;
-        GpuTracer::new(Arc::new(gpu), Arc::clone(&prepared), Wants::default()).err()
+        GpuTracer::new(Arc::new(gpu), Arc::clone(&prepared), Outputs::default()).err()
     };
     let error = refusal(1).unwrap();
     assert_eq!(error.exit_code(), 7);

@@ -5,18 +5,18 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use glam::DVec3;
-use kugelblitz::bvh::{Beam, FlatBox, IS_LEAF, MOST_BOXES, Visitor, Walk};
-use kugelblitz::control::Control;
+use kugelblitz::Control;
+use kugelblitz::bounds::PIXELS;
+use kugelblitz::bvh::{Beam, FlatBox, IS_LEAF, MOST_BOXES, Traversal, Visitor};
 use kugelblitz::device::Device;
 use kugelblitz::exact::{ExactRay, visible_hit};
 use kugelblitz::gpu::slabs::{LEAST_SLACK, Slabs};
-use kugelblitz::guard::PIXELS;
 use kugelblitz::num;
-use kugelblitz::num::{OPEN, V3};
-use kugelblitz::prepare::{Prepared, Scaled};
+use kugelblitz::num::{UNDECIDED, V3};
+use kugelblitz::prepare::{Prepared, ScaledInteger};
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays, WorldRay};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Object, Projection, Sphere};
-use kugelblitz::trace::{Hits, Kernel, Rays, Wants, WorldRay};
 use kugelblitz::tracer::Tracer;
 use kugelblitz_judge::compare::compare;
 use kugelblitz_judge::verify::{Truth, compare_to_exact, sample};
@@ -43,7 +43,7 @@ fn a_flight_through_a_cloud_needs_few_shaders() {
     };
     let seen = |prepared: Prepared, rays: &Rays| {
         let mut hits = Hits::default();
-        let wants = Wants { level: true, ..Wants::default() };
+        let wants = Outputs { level: true, ..Outputs::default() };
         let mut tracer = Tracer::on_cpu(Arc::new(prepared), wants);
         tracer.trace(rays, &Control::default(), &mut hits).unwrap();
         (hits.id, hits.level)
@@ -59,7 +59,7 @@ fn a_flight_through_a_cloud_needs_few_shaders() {
         let hierarchy = prepared.hierarchy.as_ref().unwrap();
         assert_eq!(hierarchy.leaves.rest, anew.hierarchy.as_ref().unwrap().leaves.rest);
         numbers.insert(hierarchy.leaves.rest.len());
-        keys.insert(prepared.shader_key(Wants::default()));
+        keys.insert(prepared.shader_key(Outputs::default()));
         assert_eq!(seen(prepared.clone(), &rays), seen(anew, &rays));
         if step % 20 == 0 {
             let list = Rays::List(vec![WorldRay { origin: DVec3::Z, direction: DVec3::X }]);
@@ -120,12 +120,13 @@ fn rays_that_touch_a_sphere_meet_its_box() {
                 continue;
             }
             n_hits += 1;
-            let (direction, mut seen) = (Scaled::new(ray.direction).rounded(), All::default());
+            let (direction, mut seen) =
+                (ScaledInteger::new(ray.direction).rounded(), All::default());
             let from = ray.origin - bvh.reference;
             let room = from.abs() * f64::EPSILON;
             let corners = [from - room, from + room];
             let beam = Beam::new(corners, [direction; 2], bvh.end(corners));
-            Walk::default().all(bvh, bvh.root(), beam, &mut seen);
+            Traversal::default().all(bvh, bvh.root(), beam, &mut seen);
             let is_shown = seen.0.iter().any(|&place| bvh.ids[place as usize] == index + 1);
             assert!(is_shown, "{ray:?} misses {center} {radius}");
             let (origin, way, _) = prepared.coordinates().ray(ray);
@@ -159,12 +160,12 @@ fn rays_into_nested_spheres_come_to_an_end() {
     let rays = Rays::Pixels(Pixels::whole(View::new(&camera), 8, 8));
     let prepared = Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap();
     let prepared = Arc::new(prepared);
-    let mut tracer = Device::Gpu(gpu()).tracer(&prepared, Wants::default()).unwrap().tracer;
+    let mut tracer = Device::Gpu(gpu()).tracer(&prepared, Outputs::default()).unwrap().tracer;
     let (mut hits, corner, middle) = (Hits::default(), 0, 8 * 4 + 4);
     let backend = tracer.backend().unwrap();
     assert!(backend.propose(&rays, &Control::default(), &mut hits).unwrap().is_some());
     let twin = propose_alone(&prepared, &rays).unwrap();
-    assert_eq!([hits.id[corner], twin[corner]], [OPEN; 2]);
+    assert_eq!([hits.id[corner], twin[corner]], [UNDECIDED; 2]);
     let [on_cpu, on_gpu] =
         [None, Some(&gpu())].map(|device| traced(&scene, Kernel::Certified, &rays, device));
     assert!(compare(&on_gpu, &on_cpu).is_equal());
@@ -225,7 +226,8 @@ fn cloud_with(more: &[Sphere]) -> (Prepared, Rays) {
 fn costs((prepared, rays): &(Prepared, Rays)) -> [u64; 2] {
     let twin = Twin::new(prepared).unwrap();
     let n_boxes = |index| u64::from(twin.n_boxes(&twin.ray(rays, index)));
-    let undecided = propose_alone(prepared, rays).unwrap().iter().filter(|&&id| id == OPEN).count();
+    let undecided =
+        propose_alone(prepared, rays).unwrap().iter().filter(|&&id| id == UNDECIDED).count();
     [(0..rays.len()).map(n_boxes).sum(), undecided as u64]
 }
 

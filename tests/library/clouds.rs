@@ -3,8 +3,8 @@
 use std::fs;
 
 use glam::DVec3;
+use kugelblitz::Control;
 use kugelblitz::Error;
-use kugelblitz::control::Control;
 use kugelblitz::scene::{
     Color, MAX_OBJECTS, Scene, SceneOverrides, Sphere, Spheres, compose_scene,
 };

@@ -6,7 +6,7 @@
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::error::Error;
 use kugelblitz::picture::{Format, read_bytes, read_rays};
 use kugelblitz::scene::{Color, Scene, Sphere, compose_scene, read_scene};

@@ -2,8 +2,8 @@
 
 use glam::{DVec3, dvec3};
 use kugelblitz::exact::{Dyadic, ExactRay, Side, nearest, real, signum};
+use kugelblitz::query::WorldRay;
 use kugelblitz::scene::{Color, Object, Plane, Sphere};
-use kugelblitz::trace::WorldRay;
 
 /// Would notice a version of dashu that rounds.
 #[test]

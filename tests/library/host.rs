@@ -5,11 +5,11 @@ use std::arch::asm;
 use std::sync::Arc;
 
 use glam::DVec3;
-use kugelblitz::control::Control;
-use kugelblitz::host;
+use kugelblitz::Control;
 use kugelblitz::prepare::Prepared;
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays, WorldRay};
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Rays, Wants, WorldRay};
+use kugelblitz::support::fpu_check;
 use kugelblitz::tracer::Tracer;
 use kugelblitz::{Error, Result};
 use kugelblitz_tests::{plane, sphere};
@@ -55,7 +55,7 @@ fn prepare(kernel: Kernel) -> Result<Arc<Prepared>> {
 
 fn trace(prepared: Arc<Prepared>) -> Result<Hits> {
     let mut hits = Hits::default();
-    Tracer::on_cpu(prepared, Wants::default()).trace(&rays(), &Control::default(), &mut hits)?;
+    Tracer::on_cpu(prepared, Outputs::default()).trace(&rays(), &Control::default(), &mut hits)?;
     Ok(hits)
 }
 
@@ -79,7 +79,7 @@ const DEFECTS: [(u32, &str); 6] = [
 
 #[test]
 fn the_default_environment_suits() {
-    assert!(host::check().is_ok() && host::check_all().is_ok());
+    assert!(fpu_check::check().is_ok() && fpu_check::check_all().is_ok());
     assert_eq!(trace(prepare(Kernel::Certified).unwrap()).unwrap().id, [1; 3]);
 }
 
@@ -87,7 +87,7 @@ fn the_default_environment_suits() {
 fn another_environment_of_the_caller_is_refused() {
     for (bits, word) in DEFECTS {
         let (checked, prepared) =
-            with(DEFAULT | bits, || (host::check(), prepare(Kernel::Certified).map(|_| ())));
+            with(DEFAULT | bits, || (fpu_check::check(), prepare(Kernel::Certified).map(|_| ())));
         assert_refused(checked, word);
         assert_refused(prepared, word);
         let plain = with(DEFAULT | bits, || prepare(Kernel::Stable).map(|_| ()));

@@ -1,16 +1,18 @@
-//! The steps of the derivation in `src/guard.rs`, one by one: a search climbs to the numbers and the
+//! The steps of the derivation in `src/bounds.rs`, one by one: a search climbs to the numbers and the
 //! roundings, chosen for each operation, that need the largest constant. The constant must be enough,
 //! and half of it must not be.
 
 use glam::DVec3;
+use kugelblitz::bounds::host::input_in_f64;
+use kugelblitz::bounds::{
+    self, FilterBounds, Footprint, InputError, LIST, LIST_F64, PARALLEL, PIXELS, ROOM,
+};
+use kugelblitz::bounds::{rows, steps};
 use kugelblitz::gpu::slabs::{self, LEAST_SLACK, Slabs};
-use kugelblitz::guard::host::input_in_f64;
-use kugelblitz::guard::{self, Guard, InputError, LIST, LIST_F64, PARALLEL, PIXELS, ROOM, Reach};
-use kugelblitz::guard::{rows, steps};
 use kugelblitz::num::{Float, Ray, Real, V3, round_down, round_up};
 use kugelblitz::rays::{Frame, Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Projection};
-use kugelblitz::seen::shadow::OF_COSINE;
+use kugelblitz::shape::shadow::OF_COSINE;
 use kugelblitz_tests::adversarial::{Adversarial, set_choices};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -21,7 +23,7 @@ const UNIT_F64: f64 = f64::UNIT;
 
 const ROUNDED_ONCE: InputError = InputError { offset: 0.501, direction: 0.501 };
 
-/// Parameter of the point of a line that is closest to the centre, and its squared distance, as `Foot` of `src/seen/sphere.rs`
+/// Parameter of the point of a line that is closest to the centre, and its squared distance, as `Foot` of `src/shape/sphere.rs`
 /// has them.
 fn closest_approach<R: Real>(direction: V3<R>, inv_a: R, l: V3<R>) -> (R, R) {
     let s = direction.dot(l) * inv_a;
@@ -362,11 +364,11 @@ fn part_of_guard(x: &[f64], choices: u64, within: bool) -> Option<f64> {
     let exact_d = moved(rounded_d, &x[6..], input.direction * UNIT_F32 * rounded_d.length());
     let exact_l = moved(rounded_l, &x[9..], input.offset * UNIT_F32 * length * (1.0 - 1e-6));
     let r = distance(exact_l, exact_d);
-    let l_bound = guard::length_bound(exact_l);
+    let l_bound = bounds::length_bound(exact_l);
     set_choices(choices, true);
     let (_, m) = closest_approach(d, ray(d).inv_a, l);
     let m = f64::from(m.0);
-    let guard = Guard::new(r, l_bound, UNIT_F32, input);
+    let guard = FilterBounds::new(r, l_bound, UNIT_F32, input);
     match within {
         true => (guard.inner2 > 0.0).then(|| (r * r - m) / (r * r - guard.inner2)),
         false => Some((m - r * r) / (guard.outer2 - r * r)),
@@ -408,7 +410,7 @@ fn the_slack() {
                 return None;
             }
             let r = distance(exact_l, exact_d) + x[12].abs();
-            let guard = Guard::new(r, guard::length_bound(exact_l), UNIT_F32, input);
+            let guard = FilterBounds::new(r, bounds::length_bound(exact_l), UNIT_F32, input);
             let radius2 = match above {
                 true => round_up(guard.outer2),
                 false => round_down(guard.inner2),
@@ -447,8 +449,8 @@ fn part_of_reach(rng: &mut ChaCha8Rng) -> [f64; 2] {
         rng.random_range(64..2000),
     );
     let side = 1 << rng.random_range(0..5);
-    let reach = Reach::new(&pixels, f64::from(side));
-    if reach.turned > guard::LARGEST_TURN {
+    let reach = Footprint::new(&pixels, f64::from(side));
+    if reach.turned > bounds::LARGEST_TURN {
         return [0.0; 2];
     }
     let camera = Frame::<f64>::of_pixels(&pixels);
@@ -498,11 +500,11 @@ fn the_errors_of_planes() {
         let rounded_n = V3(normal.as_vec3().to_array().map(Adversarial));
         set_choices(choices, true);
         let error = (f64::from(v.dot(rounded_n).0) - exact_v.dot(normal)).abs();
-        (error, guard::length_bound(normal), rounded_v.length())
+        (error, bounds::length_bound(normal), rounded_v.length())
     };
     needs("plane_direction_error", 1.0, 9, |x, choices| {
         let (error, n, d) = product(x, choices);
-        Some(error / (guard::plane_direction_error(n, UNIT_F32, input) * d))
+        Some(error / (bounds::plane_direction_error(n, UNIT_F32, input) * d))
     });
 }
 
@@ -670,7 +672,7 @@ fn roots_of_rows() {
             let exact_l = moved(rounded_l, &x[9..], error);
             let a = exact_d.length_squared();
             let (r, exact_r) = number(distance(exact_l, exact_d) + x[12].abs());
-            let guard = Guard::new(exact_r, guard::length_bound(exact_l), UNIT_F32, input);
+            let guard = FilterBounds::new(exact_r, bounds::length_bound(exact_l), UNIT_F32, input);
             set_choices(choices, true);
             let (s, m) = closest_approach(d, ray(d).inv_a, l);
             let chord2 = r * r - m;

@@ -8,15 +8,15 @@ use std::path::Path;
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, Vec2};
 use glam::DVec3;
 use image::DynamicImage;
-use kugelblitz::control::Control;
+use kugelblitz::Control;
+use kugelblitz::lighting::{Colors, Encoding, Framebuffer, Palette, Style};
 use kugelblitz::output::{OutputFile, commit};
 use kugelblitz::picture::{
     ChannelBits, Format, Metadata, PictureOptions, PictureWriter, Sink, write_hits,
 };
+use kugelblitz::query::{Coverage, Hits};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Color, Plane, Scene};
-use kugelblitz::shade::{Colors, Encoding, Framebuffer, Palette, Style};
-use kugelblitz::trace::{Coverage, Hits};
 use kugelblitz::{Error, Result};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -11,7 +11,7 @@ use std::cell::RefCell;
 use std::fs;
 use std::path::Path;
 
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::error::{Error, Hint, SceneError, Setting, SettingValue};
 use kugelblitz::scene::schema::{CloudKeys, read_value, table};
 use kugelblitz::scene::{Color, Composed, Scene, SceneOverrides, compose_scene, hex};

@@ -1,9 +1,9 @@
 //! The measurements of a report: errors are reproducible, and a kernel that is wrong has errors.
 
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::device::Device;
+use kugelblitz::query::Kernel;
 use kugelblitz::scene::parse_scene;
-use kugelblitz::trace::Kernel;
 use kugelblitz_report::{
     Benchmark, Environment, Report, ReportScene, SceneClass, Settings, ShadowRow, Work,
     default_cases,

@@ -9,8 +9,8 @@ use glam::DVec3;
 use kugelblitz::gpu::compile;
 use kugelblitz::kernel::FloatType;
 use kugelblitz::prepare::{FEW_SPHERES, LightKey, Prepared, ShaderKey};
+use kugelblitz::query::{Kernel, Outputs, Rays};
 use kugelblitz::rays::{Lens, Pixels, View};
-use kugelblitz::trace::{Kernel, Rays, Wants};
 use kugelblitz_tests::{camera, scene, sphere};
 
 /// `(opcode, operands)` of each instruction.
@@ -138,14 +138,14 @@ fn all_keys() -> Vec<ShaderKey> {
 }
 
 /// The shaders for the light on the hits of kernels without a proof.
-fn keys_of_plain_light() -> Vec<ShaderKey> {
+fn keys_of_baseline_light() -> Vec<ShaderKey> {
     let mut all = Vec::new();
     for kernel in Kernel::ALL.into_iter().filter(|&kernel| kernel != Kernel::Certified) {
         for lens in [Some(Lens::Perspective), Some(Lens::Orthographic)] {
             for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (40, 2), (200, 150)] {
                 for n_lamps in [0, 3, 100, 1000] {
                     let key = key(kernel, lens, false);
-                    let light = Some(LightKey::Plain { n_lamps });
+                    let light = Some(LightKey::Baseline { n_lamps });
                     all.push(ShaderKey { n_spheres, n_planes, light, ..key });
                 }
             }
@@ -225,7 +225,7 @@ fn n_bindings(key: &ShaderKey) -> usize {
             5 + objects + tree + usize::from(is_tree) + of_lamps
         }
         // Parameters and results, what is the same for all, and lamps.
-        Some(LightKey::Plain { n_lamps }) => 3 + objects + usize::from(n_lamps > 0),
+        Some(LightKey::Baseline { n_lamps }) => 3 + objects + usize::from(n_lamps > 0),
     }
 }
 
@@ -235,7 +235,7 @@ fn n_bindings(key: &ShaderKey) -> usize {
 fn a_shader_has_what_it_is_asked_for() {
     const OP_CAPABILITY: u32 = 17;
     const FLOAT64: u32 = 10;
-    let all = [all_keys(), keys_of_plain_light(), keys_of_certified_light()].concat();
+    let all = [all_keys(), keys_of_baseline_light(), keys_of_certified_light()].concat();
     for key in all {
         let words = spirv(&key);
         let n_floats =
@@ -263,7 +263,7 @@ fn a_tree_only_where_there_are_many_spheres() {
         let scene = Arc::new(scene(spheres, vec![]));
         for kernel in Kernel::ALL {
             let prepared = Prepared::new(Arc::clone(&scene), kernel, &rays).unwrap();
-            let has_tree = prepared.shader_key(Wants::default()).tree;
+            let has_tree = prepared.shader_key(Outputs::default()).tree;
             let is_many = kernel == Kernel::Certified && n > FEW_SPHERES;
             assert_eq!(has_tree, is_many, "{n} spheres, {}", kernel.name());
         }

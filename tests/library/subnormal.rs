@@ -1,7 +1,7 @@
 //! Directions and normals of any length, below f64's normal range as well, are scaled to about one.
 
 use glam::{DVec3, dvec3};
-use kugelblitz::prepare::{Scaled, exponent_of, power_of_two};
+use kugelblitz::prepare::{ScaledInteger, exponent_of, power_of_two};
 use kugelblitz_tests::in_cube;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -20,7 +20,7 @@ fn directions_are_scaled_to_at_least_one() {
         if direction == DVec3::ZERO {
             continue;
         }
-        let scaled = Scaled::new(direction);
+        let scaled = ScaledInteger::new(direction);
         let (scaled, exponent) = (scaled.rounded(), scaled.exponent());
         let largest = scaled.abs().max_element();
         assert!((1.0..2.0).contains(&largest), "{direction:?}: 2^{exponent}, {scaled:?}");
@@ -35,7 +35,7 @@ fn directions_are_scaled_to_at_least_one() {
         (dvec3(1e300, 1e-100, 0.0), false),
         (dvec3(1e300, 1e-7, 0.0), true),
     ] {
-        let scaled = Scaled::new(v);
+        let scaled = ScaledInteger::new(v);
         let back = times_power_of_two(scaled.rounded(), scaled.exponent());
         assert_eq!(back == v, is_exact, "{v}");
         for axis in 0..3 {

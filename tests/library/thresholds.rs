@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use kugelblitz::scene::Edges;
+use kugelblitz::scene::QuantizationTable;
 use kugelblitz_tests::rational::{Q, q};
 use kugelblitz_tests::root;
 use num_traits::Pow;
@@ -28,7 +28,7 @@ fn is_nearest(threshold: f64, byte: i64) -> bool {
 /// The guide has the number of thresholds that differ from the standard's in the last bits.
 #[test]
 fn the_guide_counts_the_thresholds_that_are_not_the_nearest() {
-    let edges = Edges::srgb8();
+    let edges = QuantizationTable::srgb8();
     let differs = |byte: &u16| !is_nearest(edges.range(*byte).0, (*byte).into());
     let n_differ = (1..=255).filter(differs).count();
     let guide = fs::read_to_string(root().join("docs/guide/src/promised.md")).unwrap();

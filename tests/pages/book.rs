@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use kugelblitz_tests::{build_folder, root};
 use mdbook_driver::MDBook;
 use tracing::field::{Field, Visit};
-use tracing::{Level, Metadata, Subscriber, span};
+use tracing::{Metadata, Stage, Subscriber, span};
 
 /// What mdBook warns of.
 #[derive(Clone, Default)]
@@ -16,7 +16,7 @@ struct Warnings(Arc<Mutex<Vec<String>>>);
 
 impl Subscriber for Warnings {
     fn enabled(&self, metadata: &Metadata<'_>) -> bool {
-        *metadata.level() <= Level::WARN
+        *metadata.level() <= Stage::WARN
     }
 
     fn event(&self, event: &tracing::Event<'_>) {

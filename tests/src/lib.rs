@@ -17,12 +17,12 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
+use kugelblitz::Control;
 use kugelblitz::Session;
-use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::Gpu;
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays};
 use kugelblitz::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
-use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz_judge::compare::compare;
 use rand::{Rng, RngExt};
 
@@ -123,7 +123,7 @@ pub fn broken(kernel: Kernel, on_cpu: &Hits, on_gpu: &Hits) -> Option<String> {
 pub fn traced(scene: &Arc<Scene>, kernel: Kernel, rays: &Rays, gpu: Option<&Arc<Gpu>>) -> Hits {
     let device = gpu.map_or(Device::Cpu, |gpu| Device::Gpu(Arc::clone(gpu)));
     let mut session = Session::new(Arc::clone(scene), device, kernel);
-    let (mut hits, wants) = (Hits::default(), Wants { surface: true, level: true });
+    let (mut hits, wants) = (Hits::default(), Outputs { surface: true, level: true });
     session.trace(rays, wants, &Control::default(), &mut hits).expect("hits");
     hits
 }

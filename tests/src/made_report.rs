@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use kugelblitz::gpu::{AdapterFacts, Arithmetic};
-use kugelblitz::trace::StageCounts;
+use kugelblitz::query::StageCounts;
 use kugelblitz_report::{
     AdapterArithmetic, ClassRow, DistanceRow, Environment, ErrorQuantiles, KernelOnDevice,
     RayErrors, Report, ReportScene, SceneClass, SceneRow, Settings, ShadowRow, SpheresRow,

@@ -7,7 +7,7 @@ use clap::{Arg, ArgAction, ArgGroup, Args, Parser, Subcommand, value_parser};
 use kugelblitz::device::DeviceChoice;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
-use kugelblitz::trace::{Kernel, WorldRay};
+use kugelblitz::query::{Kernel, WorldRay};
 use kugelblitz::words::joined;
 use kugelblitz_judge::explain::{DEFAULT_DIGITS, Lang, MAX_DIGITS};
 use kugelblitz_judge::export::Language;

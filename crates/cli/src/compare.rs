@@ -9,10 +9,10 @@ use kugelblitz::error::Message;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{Image, read_rays, rgb8_file};
 use kugelblitz::plain::Shown;
+use kugelblitz::query::{Kernel, WorldRay};
 use kugelblitz::rays::{Pixels, Rays};
 use kugelblitz::scene::schema::CameraKeys;
 use kugelblitz::scene::{Camera, Projection, Samples, Scene, SceneOverrides};
-use kugelblitz::trace::{Kernel, WorldRay};
 use kugelblitz::words::{count, joined};
 use kugelblitz::{Error, Result, Session};
 use kugelblitz_judge::compare::{
@@ -25,7 +25,7 @@ use serde::Serialize;
 
 use crate::args::{DeviceArgs, PICTURE, SizeArgs, WholeArgs};
 use crate::head::{Done, On};
-use crate::info::Content;
+use crate::info::FileContent;
 use crate::options::samples_parser;
 use crate::output::{check_ending, shell_quoted};
 use crate::picture::{GivenOptions, PictureArgs, read_composed};
@@ -102,7 +102,7 @@ fn transforms_help() -> String {
 
 /// A comparison of two files.
 #[derive(Serialize)]
-pub struct Summary {
+pub struct CompareSummary {
     /// First file; with a scene, the file that is compared with the scene.
     a: String,
     /// Second file; with a scene, the scene.
@@ -121,15 +121,19 @@ pub struct Summary {
 }
 
 /// Compares two pictures, hits or scenes.
-pub fn run(args: &CompareArgs, run: &Run) -> Result<Done<Summary>> {
+pub fn run(args: &CompareArgs, run: &Run) -> Result<Done<CompareSummary>> {
     let inputs = [&args.a, &args.b].into_iter().chain(&args.rays);
     let file = begin_picture(args.output.as_ref(), inputs, run)?;
-    let content = |path| Content::of(path, &PictureArgs::default());
+    let content = |path| FileContent::of(path, &PictureArgs::default());
     match [content(&args.a)?, content(&args.b)?] {
-        [Content::Picture(a), Content::Picture(b)] => of_pictures(args, [a, b], file, run),
-        [Content::Picture(a), Content::Scene] => with_scene(args, (&args.a, a), &args.b, file, run),
-        [Content::Scene, Content::Picture(b)] => with_scene(args, (&args.b, b), &args.a, file, run),
-        [Content::Scene, Content::Scene] => of_scenes(args, file, run),
+        [FileContent::Picture(a), FileContent::Picture(b)] => of_pictures(args, [a, b], file, run),
+        [FileContent::Picture(a), FileContent::Scene] => {
+            with_scene(args, (&args.a, a), &args.b, file, run)
+        }
+        [FileContent::Scene, FileContent::Picture(b)] => {
+            with_scene(args, (&args.b, b), &args.a, file, run)
+        }
+        [FileContent::Scene, FileContent::Scene] => of_scenes(args, file, run),
     }
 }
 
@@ -138,7 +142,7 @@ fn of_pictures(
     pictures: [Image; 2],
     file: Option<OutputFile>,
     run: &Run,
-) -> Result<Done<Summary>> {
+) -> Result<Done<CompareSummary>> {
     args.picture.refuse_without_scene()?;
     if args.rays.is_some() || !args.quantities.is_empty() || args.samples.is_some() {
         return wrong_usage("--as, --channel, --rays and --samples are for comparing with a scene");
@@ -147,7 +151,11 @@ fn of_pictures(
     finish_pictures(args, pictures, file, None)
 }
 
-fn of_scenes(args: &CompareArgs, file: Option<OutputFile>, run: &Run) -> Result<Done<Summary>> {
+fn of_scenes(
+    args: &CompareArgs,
+    file: Option<OutputFile>,
+    run: &Run,
+) -> Result<Done<CompareSummary>> {
     let picture = |path: &PathBuf| {
         let size = args.size.whole.size;
         let overrides = SceneOverrides {
@@ -174,7 +182,7 @@ fn finish_pictures(
     [mut a, b]: [Image; 2],
     file: Option<OutputFile>,
     on: Option<On>,
-) -> Result<Done<Summary>> {
+) -> Result<Done<CompareSummary>> {
     let CompareArgs { a: path_a, b: path_b, allow, transform, .. } = args;
     let allowed = allow.clone().unwrap_or_default();
     allowed.check_used(false, true)?;
@@ -196,7 +204,7 @@ fn finish_pictures(
     });
     let (words, broken) = (found.in_words(), found.broken.clone());
     let [a, b] = names;
-    let summary = Summary {
+    let summary = CompareSummary {
         a,
         b,
         on,
@@ -215,7 +223,7 @@ fn with_scene(
     scene_path: &PathBuf,
     file: Option<OutputFile>,
     run: &Run,
-) -> Result<Done<Summary>> {
+) -> Result<Done<CompareSummary>> {
     let quantities = match args.quantities.as_slice() {
         [] => quantities_of(&image, args.channel.as_deref())?,
         given => given.to_vec(),
@@ -300,7 +308,7 @@ fn finish_with_scene(
     image: &Image,
     (file, head): (Option<OutputFile>, String),
     session: &Session,
-) -> Result<Done<Summary>> {
+) -> Result<Done<CompareSummary>> {
     let of_hits = hits.as_ref().and_then(HitDifference::picture);
     let of_colors = picture
         .as_ref()
@@ -324,7 +332,7 @@ fn finish_with_scene(
         words += &picture.in_words();
         broken.extend(picture.broken.clone());
     }
-    let summary = Summary {
+    let summary = CompareSummary {
         a: path.display().to_string(),
         b: scene_path.display().to_string(),
         on: Some(On::from(session.device())),

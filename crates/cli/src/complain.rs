@@ -129,11 +129,11 @@ fn complain_about_scene(error: &SceneError) {
 }
 
 /// A line in parts: what is before a place in it, the place, and the rest.
-type Line = [String; 3];
+type SourceLine = [String; 3];
 
 /// The line of an error's place with its number, and the lines before and behind it, in which no place is. Of a place
 /// of several lines, the first one counts.
-fn lines_around(SceneError { text, span, line, .. }: &SceneError) -> Vec<(usize, Line)> {
+fn lines_around(SceneError { text, span, line, .. }: &SceneError) -> Vec<(usize, SourceLine)> {
     let line_start = text[..span.start].rfind('\n').map_or(0, |newline| newline + 1);
     let before = &text[line_start..span.start];
     let shown = |(number, whole): (usize, &str)| {
@@ -162,7 +162,7 @@ const CUT: &str = "…";
 
 /// A line of some [`COLUMNS`] at most, with nothing in it that steers a terminal: what is before a place in it, and what
 /// begins with the place, of so many bytes.
-fn excerpt(before: &str, behind: &str, n_bytes: usize) -> Line {
+fn excerpt(before: &str, behind: &str, n_bytes: usize) -> SourceLine {
     let n_before = before.chars().rev().take(COLUMNS).count();
     let n_behind = behind.chars().take(COLUMNS).count();
     let n_behind = n_behind.min(COLUMNS_BEHIND.max(COLUMNS - n_before));
@@ -201,10 +201,11 @@ mod tests {
             message: String::new(),
             hint: Hint::NONE,
         };
-        let shown = |(number, [before, place, behind]): (usize, Line)| match number == error.line {
-            true => format!("{before}‹{place}›{behind}"),
-            false => [before, place, behind].concat(),
-        };
+        let shown =
+            |(number, [before, place, behind]): (usize, SourceLine)| match number == error.line {
+                true => format!("{before}‹{place}›{behind}"),
+                false => [before, place, behind].concat(),
+            };
         let lines: Vec<String> = lines_around(&error).into_iter().map(shown).collect();
         assert_eq!(lines.join("\n"), expected);
     }

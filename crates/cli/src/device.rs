@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use kugelblitz::device::{self, Device, DeviceChoice};
 use kugelblitz::gpu::{Gpu, find_adapter};
+use kugelblitz::query::Kernel;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::Kernel;
 use kugelblitz::words::duration;
 use kugelblitz::{Result, Session};
 

@@ -6,9 +6,9 @@ use clap::Args;
 use kugelblitz::input::read_text;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::Shown;
+use kugelblitz::query::Kernel;
 use kugelblitz::render::n_steps;
 use kugelblitz::scene::Samples;
-use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::cost::ObjectCounts;
 use kugelblitz_judge::markup::{document, escaped};
@@ -59,7 +59,7 @@ pub struct DigestArgs {
 const DIGESTS: &str = "Files of digests";
 
 /// A picture, and what its digest is to be.
-struct Picture {
+struct DigestJob {
     scene: PathBuf,
     size: SizeArgs,
     samples: Option<Samples>,
@@ -89,7 +89,7 @@ pub struct Digested {
 /// The digests of pictures.
 #[derive(Serialize)]
 #[serde(untagged)]
-pub enum Summary {
+pub enum DigestSummary {
     /// A single scene, without `--check`.
     One(Digested),
     /// Several scenes, or `--check`.
@@ -123,14 +123,14 @@ impl Digested {
 }
 
 /// Prints the digests of pictures, or compares them with those of a file.
-pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
+pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<DigestSummary>> {
     // With --check there is no --write, and --junit is for --check alone.
     let output = args.write.as_ref().or(args.junit.as_ref());
     run.refuse_sharing_stdout(output.map(|output| (output, "the digests")))?;
     output::refuse_overwriting(output, args.scenes.iter().chain(&args.check))?;
     let file = output.map(|path| OutputFile::create(path, false)).transpose()?;
     let DigestArgs { size, samples, .. } = *args;
-    let picture = |scene: PathBuf| Picture { scene, size, samples, expected: None };
+    let picture = |scene: PathBuf| DigestJob { scene, size, samples, expected: None };
     let pictures = match &args.check {
         Some(path) => pictures_of(path)?,
         None => args.scenes.iter().cloned().map(picture).collect(),
@@ -156,15 +156,15 @@ pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
         None => lines,
     };
     let summary = if args.check.is_none() && n == 1 {
-        Summary::One(digests.remove(0))
+        DigestSummary::One(digests.remove(0))
     } else {
-        Summary::Many { digests }
+        DigestSummary::Many { digests }
     };
     Ok(Done::compared(summary, words, file, broken.as_slice()))
 }
 
 /// The pictures that a file of `--write` has.
-fn pictures_of(path: &Path) -> Result<Vec<Picture>> {
+fn pictures_of(path: &Path) -> Result<Vec<DigestJob>> {
     let text = read_text(path, "digests", "check them in parts")?;
     let picture = |(number, line): (usize, &str)| {
         let wrong = || Error::Input {
@@ -178,7 +178,7 @@ fn pictures_of(path: &Path) -> Result<Vec<Picture>> {
         let &[digest, size, samples, scene] = &parts[..] else { return Err(wrong()) };
         let size = parse_size(size).map_err(|_| wrong())?;
         let samples = samples.parse().ok().and_then(|n| Samples::new(n).ok()).ok_or_else(wrong)?;
-        Ok(Picture {
+        Ok(DigestJob {
             scene: scene.into(),
             size: SizeArgs { whole: WholeArgs { size: Some(size) }, crop: None },
             samples: Some(samples),
@@ -193,7 +193,7 @@ fn pictures_of(path: &Path) -> Result<Vec<Picture>> {
 }
 
 fn digest(
-    Picture { scene: path, size, samples, expected }: Picture,
+    DigestJob { scene: path, size, samples, expected }: DigestJob,
     args: &DigestArgs,
     output: Option<&PathBuf>,
     run: &Run,

@@ -1,8 +1,8 @@
 //! `kugelblitz explain`
 
 use glam::DVec3;
+use kugelblitz::query::{Rays, WorldRay};
 use kugelblitz::rays::Pixels;
-use kugelblitz::trace::{Rays, WorldRay};
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::cost::ObjectCounts;
 use kugelblitz_judge::explain::{DEFAULT_OBJECTS, ExplainStyle, Explanation, explain, latex, text};
@@ -15,7 +15,7 @@ use crate::{Run, wrong_usage};
 
 /// The explanation of a ray.
 #[derive(Serialize)]
-pub struct Summary {
+pub struct ExplainSummary {
     #[serde(flatten)]
     on: On,
     /// Objects of the scene.
@@ -25,7 +25,7 @@ pub struct Summary {
 }
 
 /// Shows the formulas of one ray with its numbers in them.
-pub fn run(args: &ExplainArgs, run: &Run) -> Result<Done<Summary>> {
+pub fn run(args: &ExplainArgs, run: &Run) -> Result<Done<ExplainSummary>> {
     let SceneArgs { path, size, picture } = &args.scene;
     let scene = match args.ray {
         Some(_) => picture.scene_of_rays(path, size.whole.size, run)?,
@@ -47,7 +47,7 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<Done<Summary>> {
     run.control.check()?;
     let words = if args.latex { latex::latex(&explanation) } else { text::text(&explanation) };
     let (on, objects) = (On::from(&device), ObjectCounts::of(&scene));
-    Ok(Done::in_words(Summary { on, objects, explanation }, words))
+    Ok(Done::in_words(ExplainSummary { on, objects, explanation }, words))
 }
 
 /// The pixel alone, as part of its picture.

@@ -14,7 +14,7 @@ use crate::picture::read_composed;
 
 /// A scene for another renderer.
 #[derive(Serialize)]
-pub struct Summary {
+pub struct ExportSummary {
     /// `pov` or `tachyon`.
     language: &'static str,
     /// Width and height, pixels.
@@ -50,6 +50,6 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
         if is_stdout(output) { String::new() } else { format!("; render it with: {command}") };
     let objects = ObjectCounts::of(&scene);
     let line = format!("{objects} for {}{next}", language.renderer());
-    let summary = Summary { language: language.name(), size, objects, run: command };
+    let summary = ExportSummary { language: language.name(), size, objects, run: command };
     Done::with_file(summary, printed, file, &line).finish("export", run)
 }

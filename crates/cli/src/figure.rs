@@ -62,7 +62,7 @@ fn figure_parser() -> impl TypedValueParser<Value = Figure> {
 
 /// A figure of the lecture.
 #[derive(Serialize)]
-pub struct Summary {
+pub struct FigureSummary {
     /// Number of the figure in the lecture.
     figure: &'static str,
     /// Width and height, pixels.
@@ -74,7 +74,7 @@ pub struct Summary {
 }
 
 /// Draws a figure.
-pub fn run(args: &FigureArgs, run: &Run) -> Result<Done<Summary>> {
+pub fn run(args: &FigureArgs, run: &Run) -> Result<Done<FigureSummary>> {
     run.refuse_sharing_stdout([(&args.output, "the figure")])?;
     if !is_stdout(&args.output) {
         check_ending(&args.output, "svg", "a figure is")?;
@@ -94,7 +94,7 @@ pub fn run(args: &FigureArgs, run: &Run) -> Result<Done<Summary>> {
     let drawn = figure.draw(&scene, object, &pixels, lang)?;
     let file = written(&args.output, drawn.as_bytes())?;
     let (size, number) = ([pixels.width, pixels.height], figure.number());
-    let summary = Summary { figure: number, size, object, lang: lang.name() };
+    let summary = FigureSummary { figure: number, size, object, lang: lang.name() };
     let line = format!("figure {number} of {}", path.shown());
     Ok(Done::with_file(summary, None, file, &line))
 }

@@ -5,20 +5,20 @@ use std::path::Path;
 use std::time::Instant;
 
 use clap::{Args, value_parser};
+use kugelblitz::Control;
 use kugelblitz::Result;
-use kugelblitz::control::Control;
 use kugelblitz::frames::{MAX_FRAMES, check_reach, file_of_frame, pattern_of_files, turntable};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::Format;
 use kugelblitz::plain::Shown;
+use kugelblitz::query::Rays;
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::trace::Rays;
 use kugelblitz::words::{count, duration};
 use kugelblitz_judge::cost::ObjectCounts;
 use serde::Serialize;
 
 use crate::args::RenderArgs;
-use crate::head::{Done, Drawn, Millis, Work};
+use crate::head::{Done, Drawn, Millis, WorkSummary};
 use crate::output::{is_stdout, shell_quoted};
 use crate::progress::Progress;
 use crate::render::{Begun, size};
@@ -63,13 +63,13 @@ fn parse_frames(text: &str) -> Result<[u32; 2], String> {
 
 /// `render` with `--turntable`.
 #[derive(Serialize)]
-pub struct Summary {
+pub struct FilmSummary {
     #[serde(flatten)]
-    work: Work,
+    work: WorkSummary,
     /// Number of frames of the whole film.
     n_frames: u32,
     /// Frames of this run.
-    frames: Vec<Frame>,
+    frames: Vec<FilmFrame>,
     /// Memory on the device, bytes.
     bytes_device: u64,
     /// Times of the whole run, milliseconds.
@@ -90,7 +90,7 @@ struct FilmTimes {
 
 /// A frame of a film.
 #[derive(Serialize)]
-struct Frame {
+struct FilmFrame {
     /// Number of the frame, from 1.
     frame: u32,
     /// Path of the picture.
@@ -102,7 +102,7 @@ struct Frame {
 }
 
 /// Renders the frames one after the other: the scene is read, and its tree built, once for all.
-pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<Done<Summary>> {
+pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<Done<FilmSummary>> {
     if is_stdout(output) {
         return wrong_usage(
             "a film is several files, and can't go to standard output; name them with -o, e.g. \
@@ -121,12 +121,12 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         ));
     }
     let path_of = |frame: u32| file_of_frame(output, frame, n_frames);
-    let mut frames: Vec<Frame> = Vec::new();
+    let mut frames: Vec<FilmFrame> = Vec::new();
     for frame in first..=last.min(n_frames) {
         let path = path_of(frame);
         begun.refuse_overwriting(args, &path)?;
         let skipped = args.film.resume && fs::metadata(&path).is_ok_and(|found| found.is_file());
-        frames.push(Frame { frame, file: path.display().to_string(), skipped, drawn: None });
+        frames.push(FilmFrame { frame, file: path.display().to_string(), skipped, drawn: None });
     }
     let n_skipped = frames.iter().filter(|frame| frame.skipped).count();
     let n_left = frames.len() - n_skipped;
@@ -140,7 +140,7 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     let plan = begun.plan()?;
     let progress = Progress::of_frames(run, begun.n_steps, n_left as u64);
     let is_lit = begun.scene.is_lit();
-    let draw = |frame: &mut Frame| -> Result<()> {
+    let draw = |frame: &mut FilmFrame| -> Result<()> {
         let (start, camera) = (Instant::now(), &cameras[frame.frame as usize - 1]);
         session.set_camera(camera.clone());
         let pixels = Pixels { view: View::new(camera), ..begun.pixels };
@@ -183,8 +183,8 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     );
     let as_film = ffmpeg.as_ref().map(|ffmpeg| format!("as a film: {ffmpeg}"));
     let said = [line].into_iter().chain(as_film).collect();
-    let summary = Summary {
-        work: Work::new(&session, Some((shape, begun.n_samples))),
+    let summary = FilmSummary {
+        work: WorkSummary::new(&session, Some((shape, begun.n_samples))),
         n_frames,
         frames,
         bytes_device: session.bytes_device(),

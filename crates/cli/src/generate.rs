@@ -17,7 +17,7 @@ use crate::{Run, wrong_usage};
 
 /// A generated data file.
 #[derive(Serialize)]
-pub struct Summary {
+pub struct GenerateSummary {
     /// Distribution of the spheres.
     distribution: &'static str,
     /// Number of spheres.
@@ -40,7 +40,7 @@ struct GenerateTimes {
 }
 
 /// Makes a cloud.
-pub fn run(args: &GenerateArgs, run: &Run) -> Result<Done<Summary>> {
+pub fn run(args: &GenerateArgs, run: &Run) -> Result<Done<GenerateSummary>> {
     if !is_stdout(&args.output) {
         check_ending(&args.output, "npy", "a cloud is")?;
     } else if args.scene.is_some() {
@@ -62,7 +62,7 @@ pub fn run(args: &GenerateArgs, run: &Run) -> Result<Done<Summary>> {
     Progress::of_bytes(run).during(|| write_cloud(&mut file, &recipe, &run.control))?;
     let took = run.start.elapsed();
     let named = |path: &PathBuf| path.display().to_string();
-    let summary = Summary {
+    let summary = GenerateSummary {
         distribution: distribution.name(),
         count: n,
         seed,

@@ -8,14 +8,14 @@ use std::time::Duration;
 use kugelblitz::device::Device;
 use kugelblitz::error::ErrorSubject;
 use kugelblitz::gpu::AdapterFacts;
+use kugelblitz::lighting::ColorCounts;
+use kugelblitz::lighting::RenderStats;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::Shown;
+use kugelblitz::query::StageCounts;
 use kugelblitz::scene::Samples;
-use kugelblitz::shade::ColorCounts;
-use kugelblitz::shade::Rendered;
-use kugelblitz::trace::StageCounts;
 use kugelblitz::words::{duration, joined};
-use kugelblitz::{Error, Making, Result, Session};
+use kugelblitz::{Error, Result, Session, SetupTimes};
 use kugelblitz_judge::cost::ObjectCounts;
 use kugelblitz_judge::show::Entry;
 use serde::{Serialize, Serializer};
@@ -132,7 +132,7 @@ struct Failure {
     help: String,
     /// Place of an error in a scene or in data.
     #[serde(skip_serializing_if = "Option::is_none")]
-    place: Option<Place>,
+    place: Option<ErrorPlace>,
     /// Place of an error in data, or key whose value is wrong. A field that does not apply to the error is `null`.
     #[serde(skip_serializing_if = "Option::is_none")]
     subject: Option<SubjectSummary>,
@@ -157,7 +157,7 @@ struct SubjectSummary {
 
 /// The place of a scene error.
 #[derive(Serialize)]
-struct Place {
+struct ErrorPlace {
     /// Scene file, or the data if there is no scene file.
     file: String,
     /// Line, from 1; 0 if the error is about the whole file, or if there is no scene file.
@@ -172,7 +172,7 @@ impl From<&Error> for Failure {
             Error::Scene(error) => Some(error),
             _ => None,
         };
-        let place = scene.map(|error| Place {
+        let place = scene.map(|error| ErrorPlace {
             file: error.path.display().to_string(),
             line: error.line,
             column: error.column,
@@ -285,8 +285,8 @@ pub struct StageTimes {
     pub shade: Option<Millis>,
 }
 
-impl From<&Rendered> for StageTimes {
-    fn from(Rendered { timing, shade, .. }: &Rendered) -> StageTimes {
+impl From<&RenderStats> for StageTimes {
+    fn from(RenderStats { timing, shade, .. }: &RenderStats) -> StageTimes {
         StageTimes {
             trace: Millis(timing.trace),
             refine: Millis(timing.refine),
@@ -366,8 +366,8 @@ impl Drawn {
     /// What was drawn, with the times that it took to make it ready, to read its input where that is its own, and in all:
     /// from the program's start, so with opening the device as well; of a film's frame, from its own.
     pub fn new(
-        done: &Rendered,
-        making: Making,
+        done: &RenderStats,
+        making: SetupTimes,
         read: Option<Duration>,
         total: Duration,
         is_lit: bool,
@@ -393,7 +393,7 @@ impl Drawn {
 
 /// What a session traces.
 #[derive(Serialize)]
-pub struct Work {
+pub struct WorkSummary {
     #[serde(flatten)]
     on: On,
     /// Name of the kernel.
@@ -408,11 +408,11 @@ pub struct Work {
     samples: Option<u32>,
 }
 
-impl Work {
+impl WorkSummary {
     /// The work of `session`: a picture of this size with so many samples, or a list of rays.
-    pub fn new(session: &Session, picture: Option<([u32; 2], Samples)>) -> Work {
+    pub fn new(session: &Session, picture: Option<([u32; 2], Samples)>) -> WorkSummary {
         let (size, samples) = picture.unzip();
-        Work {
+        WorkSummary {
             on: On::from(session.device()),
             kernel: session.kernel().name(),
             size,
@@ -426,7 +426,7 @@ impl Work {
 #[derive(Serialize)]
 pub struct Traced {
     #[serde(flatten)]
-    pub work: Work,
+    pub work: WorkSummary,
     #[serde(flatten)]
     pub drawn: Drawn,
     /// With `--show`: the quantity that the colours show.

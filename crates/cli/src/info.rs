@@ -9,7 +9,7 @@ use clap::Args;
 use kugelblitz::Result;
 use kugelblitz::picture::{Channel, Format, Image, ImageFacts, read_image};
 use kugelblitz::plain::Shown;
-use kugelblitz::trace::{Kernel, StageCounts};
+use kugelblitz::query::{Kernel, StageCounts};
 use kugelblitz::words::{bytes, count, joined};
 use kugelblitz_judge::cost::{Built, Cost, LightOf, ObjectCounts, PictureCost};
 use serde::Serialize;
@@ -42,7 +42,7 @@ pub struct InfoArgs {
 /// What is in a file.
 #[derive(Serialize)]
 #[serde(untagged)]
-pub enum Summary {
+pub enum InfoSummary {
     /// A picture or hits.
     Picture(ImageFacts),
     /// A scene or data.
@@ -50,21 +50,21 @@ pub enum Summary {
 }
 
 /// The content of a file.
-pub enum Content {
+pub enum FileContent {
     /// A picture or hits.
     Picture(Image),
     /// A scene or data, which are not read yet.
     Scene,
 }
 
-impl Content {
+impl FileContent {
     /// Finds what a file is, by its content. `picture` are options that make it a scene.
     ///
     /// # Errors
     /// Returns the errors of [`read_image`].
-    pub fn of(path: &Path, picture: &PictureArgs) -> Result<Content> {
+    pub fn of(path: &Path, picture: &PictureArgs) -> Result<FileContent> {
         if is_stdout(path) || picture.data.input_format.is_some() {
-            return Ok(Content::Scene);
+            return Ok(FileContent::Scene);
         }
         let mut start = Vec::new();
         let read = File::open(path).and_then(|file| file.take(8).read_to_end(&mut start));
@@ -78,12 +78,12 @@ impl Content {
             _ => false,
         };
         if !is_picture {
-            return Ok(Content::Scene);
+            return Ok(FileContent::Scene);
         }
         // An .npy without fields can be an array of particles, of which a picture reads any number of columns.
         match read_image(path) {
-            Ok(image) if !is_of_particles(&image) => Ok(Content::Picture(image)),
-            Ok(_) => Ok(Content::Scene),
+            Ok(image) if !is_of_particles(&image) => Ok(FileContent::Picture(image)),
+            Ok(_) => Ok(FileContent::Scene),
             Err(error) => Err(error),
         }
     }
@@ -97,14 +97,14 @@ fn is_of_particles(image: &Image) -> bool {
 }
 
 /// Prints what is in a file.
-pub fn run(args: &InfoArgs, run: &Run) -> Result<Done<Summary>> {
-    match Content::of(&args.file, &args.picture)? {
-        Content::Picture(image) => of_picture(args, &image),
-        Content::Scene => of_scene(args, run),
+pub fn run(args: &InfoArgs, run: &Run) -> Result<Done<InfoSummary>> {
+    match FileContent::of(&args.file, &args.picture)? {
+        FileContent::Picture(image) => of_picture(args, &image),
+        FileContent::Scene => of_scene(args, run),
     }
 }
 
-fn of_scene(args: &InfoArgs, run: &Run) -> Result<Done<Summary>> {
+fn of_scene(args: &InfoArgs, run: &Run) -> Result<Done<InfoSummary>> {
     let InfoArgs { file, size, picture } = args;
     let scene = picture.scene_of_rays(file, size.whole.size, run)?;
     let pixels = scene.camera.as_ref().map(|_| size.pixels(&scene, file)).transpose()?;
@@ -145,10 +145,10 @@ fn of_scene(args: &InfoArgs, run: &Run) -> Result<Done<Summary>> {
         }
         None => text += "no camera: commands that draw place one that frames all spheres\n",
     }
-    Ok(Done::in_words(Summary::Scene(Box::new(cost)), text))
+    Ok(Done::in_words(InfoSummary::Scene(Box::new(cost)), text))
 }
 
-fn of_picture(args: &InfoArgs, image: &Image) -> Result<Done<Summary>> {
+fn of_picture(args: &InfoArgs, image: &Image) -> Result<Done<InfoSummary>> {
     args.picture.refuse_without_scene()?;
     let facts = image.facts(&args.file);
     let mut text = format!("{}: {}\n", args.file.shown(), shape(image));
@@ -170,7 +170,7 @@ fn of_picture(args: &InfoArgs, image: &Image) -> Result<Done<Summary>> {
     if image.texts.is_empty() {
         text += "it says nothing of how it was made\n";
     }
-    Ok(Done::in_words(Summary::Picture(facts), text))
+    Ok(Done::in_words(InfoSummary::Picture(facts), text))
 }
 
 /// `PNG, 1280×720`, or `NPY, 12 results`.

@@ -42,7 +42,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::error::wrong_usage;
 use kugelblitz::{Error, Result};
 

@@ -20,7 +20,7 @@ pub struct NewArgs {
 
 /// A new scene file.
 #[derive(Serialize)]
-pub struct Summary {
+pub struct NewSummary {
     /// Path of the file.
     file: String,
 }
@@ -28,7 +28,7 @@ pub struct Summary {
 const SCENE: &str = include_str!("new.toml");
 
 /// Writes the scene.
-pub fn run(args: &NewArgs, run: &Run) -> Result<Done<Summary>> {
+pub fn run(args: &NewArgs, run: &Run) -> Result<Done<NewSummary>> {
     let path = &*args.scene;
     run.refuse_sharing_stdout([(&args.scene, "the scene")])?;
     if !is_stdout(path) {
@@ -46,5 +46,5 @@ pub fn run(args: &NewArgs, run: &Run) -> Result<Done<Summary>> {
     } else {
         format!("`kugelblitz render {} -o picture.png` draws it", shell_quoted(path))
     };
-    Ok(Done::with_file(Summary { file: path.display().to_string() }, None, file, &line))
+    Ok(Done::with_file(NewSummary { file: path.display().to_string() }, None, file, &line))
 }

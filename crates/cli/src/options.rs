@@ -8,9 +8,9 @@ use std::sync::Arc;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::value_parser;
 use glam::DVec3;
+use kugelblitz::query::WorldRay;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{MAX_SIDE, Samples, Scene};
-use kugelblitz::trace::WorldRay;
 use kugelblitz::{Error, Result};
 
 use crate::Run;

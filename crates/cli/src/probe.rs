@@ -3,8 +3,9 @@
 use std::fmt::Write;
 
 use kugelblitz::gpu::{AdapterFacts, Arithmetic, Gpu, list_adapters, no_device};
+use kugelblitz::support::memory;
 use kugelblitz::words::{bytes, joined};
-use kugelblitz::{Error, Result, memory};
+use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use crate::Run;
@@ -13,7 +14,7 @@ use crate::quiet::{self, quietly};
 
 /// The Vulkan adapters.
 #[derive(Serialize)]
-pub struct Summary {
+pub struct ProbeSummary {
     /// Adapters, the best first.
     adapters: Vec<Probed>,
 }
@@ -24,7 +25,7 @@ pub struct Probed {
     #[serde(flatten)]
     facts: AdapterFacts,
     /// Measured arithmetic; `null` if it could not be measured.
-    arithmetic: Option<Measured>,
+    arithmetic: Option<MeasuredAdapter>,
     /// Reason why the arithmetic could not be measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     failure: Option<String>,
@@ -32,7 +33,7 @@ pub struct Probed {
 
 /// The findings of the self-test.
 #[derive(Serialize)]
-struct Measured {
+struct MeasuredAdapter {
     /// Arithmetic in f32.
     f32: Arithmetic,
     /// Arithmetic in f64; `null` if shaders do not support it.
@@ -49,14 +50,14 @@ impl Probed {
     }
 }
 
-fn measure(gpu: &Gpu) -> Result<Measured> {
+fn measure(gpu: &Gpu) -> Result<MeasuredAdapter> {
     let f32 = gpu.arithmetic()?;
     let f64 = gpu.arithmetic_f64()?;
-    Ok(Measured { f32, f64, certified_on_device: f32.suits_filter() })
+    Ok(MeasuredAdapter { f32, f64, certified_on_device: f32.suits_filter() })
 }
 
 /// Lists the adapters, the best first.
-pub fn run(run: &Run) -> Result<Done<Summary>> {
+pub fn run(run: &Run) -> Result<Done<ProbeSummary>> {
     memory::require_device()?;
     let (adapters, noise): (Vec<Probed>, _) =
         quietly(|| list_adapters().into_iter().map(Probed::new).collect());
@@ -65,7 +66,7 @@ pub fn run(run: &Run) -> Result<Done<Summary>> {
     }
     let failure = adapters.is_empty().then(no_device);
     let text = joined(adapters.iter().map(describe), "\n");
-    Ok(Done { failure, ..Done::in_words(Summary { adapters }, text) })
+    Ok(Done { failure, ..Done::in_words(ProbeSummary { adapters }, text) })
 }
 
 fn describe(probed: &Probed) -> String {
@@ -89,7 +90,7 @@ fn describe(probed: &Probed) -> String {
         ("workgroups an axis", facts.max_workgroups.to_string()),
         ("texels a side", facts.max_texture_side.to_string()),
     ];
-    if let Some(Measured { f32, f64, .. }) = &probed.arithmetic {
+    if let Some(MeasuredAdapter { f32, f64, .. }) = &probed.arithmetic {
         lines.push(("certified kernel", f32.filter_in_words().to_string()));
         lines.push(("f32, measured", f32.to_string()));
         lines.extend(f64.as_ref().map(|f64| ("f64, measured", f64.to_string())));

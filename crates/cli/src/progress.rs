@@ -7,9 +7,9 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use kugelblitz::control::Control;
+use kugelblitz::Control;
+use kugelblitz::query::Kernel;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::Kernel;
 use kugelblitz::words::count;
 
 use crate::Run;

@@ -5,22 +5,22 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use kugelblitz::device::rays_of_picture;
-use kugelblitz::memory::Available;
 use kugelblitz::output::OutputFile;
 use kugelblitz::picture::{ChannelBits, Format, PictureOptions};
 use kugelblitz::plain::Shown;
 use kugelblitz::prepare::Prepared;
+use kugelblitz::query::{Kernel, Rays};
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::{self, Plan};
 use kugelblitz::scene::{Samples, Scene, SceneOverrides};
-use kugelblitz::trace::{Kernel, Rays};
+use kugelblitz::support::memory::Available;
 use kugelblitz::{Error, Result, Session};
 use kugelblitz_judge::figure::legend_svg;
 use kugelblitz_judge::show::{self, Entry, Show};
 
 use crate::args::RenderArgs;
 use crate::device;
-use crate::head::{Done, Drawn, StageTimes, Traced, Work, traced_in_words};
+use crate::head::{Done, Drawn, StageTimes, Traced, WorkSummary, traced_in_words};
 use crate::output::{check_ending, refuse_overwriting, written};
 use crate::picture::read_composed;
 use crate::progress::Progress;
@@ -94,7 +94,7 @@ fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     let shows_nothing = rendered.hits == 0;
     let drawn = Drawn::new(&rendered, making, Some(begun.read), run.start.elapsed(), is_lit);
     let summary = Traced {
-        work: Work::new(&session, Some(([pixels.width, pixels.height], begun.n_samples))),
+        work: WorkSummary::new(&session, Some(([pixels.width, pixels.height], begun.n_samples))),
         drawn,
         show: shown.as_ref().map(|_| args.show.name()),
         legend: shown.map(|shown| shown.legend),
@@ -126,7 +126,7 @@ pub struct Begun {
     pub n_samples: Samples,
     /// What is traced, for the choice of a device.
     n_rays: usize,
-    /// Steps of drawing it that [`Control`](kugelblitz::control::Control) counts.
+    /// Steps of drawing it that [`Control`](kugelblitz::Control) counts.
     pub n_steps: u64,
     pub format: Format,
     /// The files of --print-scene and --legend.

@@ -8,9 +8,10 @@ use kugelblitz::device::Device;
 use kugelblitz::gpu::{AdapterFacts, Gpu};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::Shown;
+use kugelblitz::query::Kernel;
 use kugelblitz::scene::read_scene_text;
-use kugelblitz::trace::Kernel;
-use kugelblitz::{Error, Result, memory};
+use kugelblitz::support::memory;
+use kugelblitz::{Error, Result};
 use kugelblitz_report::{
     AdapterArithmetic, Benchmark, Environment, Report, ReportScene, SceneClass, Settings,
     Unmeasured, Work, default_cases, html, markdown, plots, text,

@@ -3,15 +3,15 @@
 use std::time::Instant;
 
 use kugelblitz::Result;
+use kugelblitz::lighting::RenderStats;
 use kugelblitz::output::OutputFile;
 use kugelblitz::picture::{read_rays, write_hits};
-use kugelblitz::shade::Rendered;
-use kugelblitz::trace::{Hits, Rays, Wants};
+use kugelblitz::query::{Hits, Outputs, Rays};
 use kugelblitz::words::count;
 
 use crate::args::TraceArgs;
 use crate::device;
-use crate::head::{Done, Drawn, Traced, Work, traced_in_words};
+use crate::head::{Done, Drawn, Traced, WorkSummary, traced_in_words};
 use crate::output::{check_ending, is_stdout, refuse_overwriting};
 use crate::picture::PictureArgs;
 use crate::progress::Progress;
@@ -26,7 +26,7 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<Done<Traced>> {
     if is_stdout(&args.rays) && is_stdout(&args.scene) {
         return wrong_usage("standard input cannot be both the scene and the rays");
     }
-    let wants = Wants { surface: true, level: args.certificates };
+    let wants = Outputs { surface: true, level: args.certificates };
     let start = Instant::now();
     let picture = PictureArgs { data: args.data.clone(), ..PictureArgs::default() };
     let scene = picture.scene_of_rays(&args.scene, None, run)?;
@@ -50,7 +50,7 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<Done<Traced>> {
     let write = start.elapsed();
 
     let (n_hits, counts) = (hits.n_hits(), hits.counts);
-    let done = Rendered { hits: n_hits, counts, timing, write, ..Rendered::default() };
+    let done = RenderStats { hits: n_hits, counts, timing, write, ..RenderStats::default() };
     let line = format!(
         "{}, {}, {}",
         count(n_rays, "ray"),
@@ -58,7 +58,7 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<Done<Traced>> {
         traced_in_words(&session, run)
     );
     let drawn = Drawn::new(&done, making, Some(read), run.start.elapsed(), false);
-    let (work, bytes_device) = (Work::new(&session, None), session.bytes_device());
+    let (work, bytes_device) = (WorkSummary::new(&session, None), session.bytes_device());
     let summary = Traced { work, drawn, show: None, legend: None, bytes_device, ms_runs: None };
     Ok(Done::with_file(summary, None, file, &line))
 }

@@ -2,7 +2,7 @@
 
 use kugelblitz::Result;
 use kugelblitz::plain::Shown;
-use kugelblitz::trace::Kernel;
+use kugelblitz::query::Kernel;
 use kugelblitz_judge::cost::ObjectCounts;
 use kugelblitz_judge::verify::{Verification, Verified};
 use serde::Serialize;
@@ -16,7 +16,7 @@ use crate::render::size;
 
 /// The verification of a picture.
 #[derive(Serialize)]
-pub struct Summary {
+pub struct VerifySummary {
     #[serde(flatten)]
     on: On,
     #[serde(flatten)]
@@ -24,7 +24,7 @@ pub struct Summary {
 }
 
 /// Compares the devices with each other and with exact arithmetic.
-pub fn run(args: &VerifyArgs, run: &Run) -> Result<Done<Summary>> {
+pub fn run(args: &VerifyArgs, run: &Run) -> Result<Done<VerifySummary>> {
     let scene = args.scene.scene(run)?;
     let pixels = args.scene.pixels(&scene)?;
     let verification = Verification::new(&scene, &pixels, args.samples, args.seed);
@@ -52,6 +52,6 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<Done<Summary>> {
         device.label()
     );
     let (words, broken) = (head + &verified.in_words(), verified.broken());
-    let summary = Summary { on: On::from(&device), verified };
+    let summary = VerifySummary { on: On::from(&device), verified };
     Ok(Done::compared(summary, words, None, &broken))
 }

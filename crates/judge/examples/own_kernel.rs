@@ -3,12 +3,12 @@
 //! `cargo run --release -p kugelblitz-judge --example own_kernel`
 
 use glam::Vec3;
+use kugelblitz::Control;
 use kugelblitz::Session;
-use kugelblitz::control::Control;
 use kugelblitz::device::Device;
+use kugelblitz::query::{Hits, Kernel};
 use kugelblitz::rays::{Pixels, Rays};
 use kugelblitz::scene::{Scene, read_scene};
-use kugelblitz::trace::{Hits, Kernel};
 use kugelblitz_judge::verify::{Truth, compare_to_exact};
 
 /// The formula that most tutorials have: b² − 4ac, in f32 and in world coordinates.

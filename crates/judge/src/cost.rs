@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
 use std::sync::Arc;
 
-use kugelblitz::control::Control;
-use kugelblitz::memory::Available;
+use kugelblitz::Control;
 use kugelblitz::picture::{Format, PictureOptions};
 use kugelblitz::prepare::{Hierarchy, Prepared, record_bytes};
+use kugelblitz::query::Kernel;
 use kugelblitz::rays::{Pixels, Rays};
 use kugelblitz::render::plan;
 use kugelblitz::scene::{Cloud, Samples, Scene};
-use kugelblitz::trace::Kernel;
+use kugelblitz::support::memory::Available;
 use kugelblitz::words::count;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
@@ -26,7 +26,7 @@ pub struct Cost {
     /// Number of samples across a pixel, and down it.
     pub samples: u32,
     /// Files of spheres, in the order of their ids.
-    pub clouds: Vec<CloudFile>,
+    pub clouds: Vec<CloudFacts>,
     /// Memory of the objects without the records of a kernel, bytes.
     pub bytes_scene: u64,
     /// Memory of the objects on the device without light, bytes, by the name of the kernel.
@@ -94,7 +94,7 @@ pub struct Built {
 
 /// A file of spheres.
 #[derive(Clone, Debug, Serialize)]
-pub struct CloudFile {
+pub struct CloudFacts {
     /// Path of the file.
     pub file: String,
     /// Number of its spheres.
@@ -140,7 +140,7 @@ impl Cost {
         let held = held_bytes(scene, prepared.hierarchy.as_ref(), samples);
         bytes_device.insert(Kernel::Certified.name(), prepared.bytes());
         drop(prepared);
-        let file = |cloud: &Cloud| CloudFile {
+        let file = |cloud: &Cloud| CloudFacts {
             file: cloud.path.display().to_string(),
             spheres: cloud.n_spheres,
             first_id: cloud.first_id,

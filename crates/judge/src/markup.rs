@@ -6,11 +6,11 @@
 use kugelblitz::plain::plain_document;
 
 /// A class with its colour on a light and on a dark page.
-pub type Shade = (&'static str, &'static str, &'static str);
+pub type ThemeColor = (&'static str, &'static str, &'static str);
 
 /// Style sheets with the colours of classes, which `write` makes rules of, on light pages and on dark ones.
 pub fn for_light_and_dark(
-    shades: &[Shade],
+    shades: &[ThemeColor],
     write: impl Fn(&str, &str) -> String,
     all: impl Fn(String) -> String,
 ) -> String {

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use kugelblitz::Control;
 use kugelblitz::Result;
-use kugelblitz::control::Control;
 use kugelblitz::generate::{Distribution, Recipe};
-use kugelblitz::random::SplitMix;
+use kugelblitz::query::{Rays, WorldRay};
 use kugelblitz::scene::{Scene, Sphere};
-use kugelblitz::trace::{Rays, WorldRay};
+use kugelblitz::support::random::SplitMix;
 
 use super::measure::pixels_of;
 

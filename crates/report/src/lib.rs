@@ -23,7 +23,7 @@ pub use measure::{Benchmark, Work};
 pub use scenes::{ReportScene, SceneClass, default_cases};
 pub use stats::{ErrorQuantiles, RayErrors, TimeSpread};
 
-use kugelblitz::trace::StageCounts;
+use kugelblitz::query::StageCounts;
 
 /// Version of the fields of a report in `docs/json.md`.
 pub const SCHEMA: u32 = 3;

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::device::{Device, Made};
 use kugelblitz::prepare::Prepared;
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays, StageCounts};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Scene};
-use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants};
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::verify::{Truth, sample};
 
@@ -18,10 +18,10 @@ use super::{
 };
 
 /// The visible object of each pixel.
-pub const IDS: Wants = Wants { surface: false, level: false };
+pub const IDS: Outputs = Outputs { surface: false, level: false };
 
 /// The visible object with `t` and the normal.
-const SURFACE: Wants = Wants { surface: true, level: false };
+const SURFACE: Outputs = Outputs { surface: true, level: false };
 
 /// A kernel on a device, to be measured.
 pub struct Benchmark {
@@ -39,7 +39,7 @@ impl Benchmark {
     }
 
     /// Builds a new tracer, with a shader that is compiled again.
-    fn tracer(&self, scene: &Arc<Scene>, rays: &Rays, wants: Wants) -> Result<Made> {
+    fn tracer(&self, scene: &Arc<Scene>, rays: &Rays, wants: Outputs) -> Result<Made> {
         let prepared = Arc::new(Prepared::new(Arc::clone(scene), self.kernel, rays)?);
         if let Device::Gpu(gpu) = &self.device {
             gpu.forget_programs();

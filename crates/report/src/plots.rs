@@ -29,11 +29,11 @@ pub struct Series {
     /// Index of the device, which selects mark and dashes.
     pub device: usize,
     /// Coordinates of each mark.
-    pub points: Vec<Point>,
+    pub points: Vec<PlotPoint>,
 }
 
 /// Median, minimum and maximum of both coordinates.
-type Point = [[f64; 3]; 2];
+type PlotPoint = [[f64; 3]; 2];
 
 const TIME: &str = "time per ray, ns (bar: minimum to maximum)";
 
@@ -98,7 +98,7 @@ const ERRORS: [ErrorQuantity; 2] = [
 ];
 
 /// Returns the share of wrong shadows of all scenes for each kernel and epsilon.
-fn shadows(report: &Report) -> impl Iterator<Item = (KernelOnDevice, Point)> {
+fn shadows(report: &Report) -> impl Iterator<Item = (KernelOnDevice, PlotPoint)> {
     let mut sums: Vec<(&'static str, f64, [u64; 2])> = Vec::new();
     for row in &report.shadows {
         let epsilon = row.epsilon.unwrap_or(0.0);
@@ -116,8 +116,11 @@ fn shadows(report: &Report) -> impl Iterator<Item = (KernelOnDevice, Point)> {
 }
 
 /// Returns a line for each kernel and device. Devices with equal points share one.
-fn series(report: &Report, points: impl Iterator<Item = (KernelOnDevice, Point)>) -> Vec<Series> {
-    let mut lines: Vec<(KernelOnDevice, Vec<Point>)> = Vec::new();
+fn series(
+    report: &Report,
+    points: impl Iterator<Item = (KernelOnDevice, PlotPoint)>,
+) -> Vec<Series> {
+    let mut lines: Vec<(KernelOnDevice, Vec<PlotPoint>)> = Vec::new();
     for (of, point) in points {
         match lines.iter_mut().find(|(known, _)| *known == of) {
             Some((_, points)) => points.push(point),

@@ -5,12 +5,12 @@
 
 use std::sync::Arc;
 
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::device::Device;
 use kugelblitz::kernel::Kernel;
+use kugelblitz::lighting::{Pixel, Style};
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Color, Light, Plane, Scene};
-use kugelblitz::shade::{Pixel, Style};
 use kugelblitz::{Result, Session};
 use kugelblitz_judge::verify::{RenderedColors, sample};
 

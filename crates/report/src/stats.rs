@@ -1,6 +1,6 @@
 //! Times with their range, and errors of rays.
 
-use kugelblitz::trace::Hits;
+use kugelblitz::query::Hits;
 use kugelblitz_judge::compare::{RayDifferences, RayError};
 use kugelblitz_judge::verify::{Truth, ray_errors};
 use serde::Serialize;

@@ -40,7 +40,7 @@ pub struct Column {
 }
 
 /// Names of a row without its kernel, the kernel, and its figures.
-type Line = (Vec<String>, &'static str, Vec<String>);
+type TableLine = (Vec<String>, &'static str, Vec<String>);
 
 /// Returns all tables that have rows.
 pub fn tables(report: &Report) -> Vec<Table> {
@@ -130,7 +130,7 @@ fn by_kernel(
     note: &'static str,
     names: [&'static str; 2],
     figures: &[&'static str],
-    lines: impl Iterator<Item = Line>,
+    lines: impl Iterator<Item = TableLine>,
 ) -> Table {
     let (mut kernels, mut rows) = (Vec::new(), Vec::<(Vec<String>, Vec<Vec<String>>)>::new());
     for (names, kernel, cells) in lines {

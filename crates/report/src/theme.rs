@@ -1,12 +1,12 @@
 //! Colours for light and dark pages. Each element of a plot has a class, whose CSS property `color` is the element's
 //! colour, so that one plot suits both.
 
-use kugelblitz_judge::markup::{Shade, for_light_and_dark};
+use kugelblitz_judge::markup::{ThemeColor, for_light_and_dark};
 
 /// Colours of all classes: first the neutral ones, then one for each kernel, the same in all plots. Kernels without
 /// a proof in f32 have warm colours. All differ for each of the three colour blindnesses (in Machado's
 /// simulation at least 0.14 apart in Oklab), and have a contrast of at least 3 on paper.
-const SHADES: [Shade; 9] = [
+const SHADES: [ThemeColor; 9] = [
     ("ink", "#1b2027", "#e8eaee"),
     ("soft", "#59616d", "#a5adb9"),
     ("grid", "#e2e5e9", "#2c323b"),

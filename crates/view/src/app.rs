@@ -9,14 +9,14 @@ use std::time::{Duration, Instant};
 
 use eframe::egui::{self, Context, RawInput, Ui, ViewportBuilder, ViewportCommand, vec2};
 use eframe::wgpu;
+use kugelblitz::Control;
 use kugelblitz::Session;
-use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::error::Message;
 use kugelblitz::gpu::Gpu;
 use kugelblitz::plain::Shown;
+use kugelblitz::query::Kernel;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::explain::Lang;
 use winit::window::Window;
@@ -28,7 +28,7 @@ use super::picture::{self, DrawnFrame, Order};
 use super::present;
 use super::reload::watch;
 use super::save::{Save, Saving, free_name};
-use super::state::{Command, Explained, State};
+use super::state::{Explained, State, WindowCommand};
 use super::turns::Turns;
 use super::worker::Worker;
 
@@ -92,7 +92,7 @@ pub fn run(options: Options, mut notify: impl FnMut(&Notice)) -> Result<()> {
     let path = options.path.clone();
     let context = Context::default();
     style(&context);
-    let mut end = End::default();
+    let mut end = WindowEnd::default();
     let mut app = App::new(options, context.clone(), &mut notify, &mut end)?;
     let (title, native) = (app.title(), app.native_options());
     let opened = Box::new(|creation: &eframe::CreationContext| {
@@ -100,7 +100,7 @@ pub fn run(options: Options, mut notify: impl FnMut(&Notice)) -> Result<()> {
         Ok(Box::new(app) as Box<dyn eframe::App>)
     });
     let ran = unless_lost(|| eframe::run_native_ext(&title, native, Some(context), opened), &path);
-    let End { saves, mut failure } = end;
+    let WindowEnd { saves, mut failure } = end;
     for save in saves {
         let (path, size) = (save.path.clone(), save.size);
         match save.end() {
@@ -221,7 +221,7 @@ fn style(context: &Context) {
 
 /// What is left when the window is closed.
 #[derive(Default)]
-struct End {
+struct WindowEnd {
     failure: Option<Error>,
     /// Pictures that are being saved.
     saves: Vec<Save>,
@@ -230,7 +230,7 @@ struct End {
 struct App<'a> {
     options: Options,
     notify: &'a mut dyn FnMut(&Notice),
-    end: &'a mut End,
+    end: &'a mut WindowEnd,
     state: State,
     turns: Turns,
     window: Option<Kept>,
@@ -293,7 +293,7 @@ impl<'a> App<'a> {
         options: Options,
         context: Context,
         notify: &'a mut dyn FnMut(&Notice),
-        end: &'a mut End,
+        end: &'a mut WindowEnd,
     ) -> Result<App<'a>> {
         let device = match &options.device {
             Some(name) => Device::Gpu(Arc::new(Gpu::open(name)?)),
@@ -433,17 +433,17 @@ impl<'a> App<'a> {
         error
     }
 
-    fn carry_out(&mut self, command: Command) {
+    fn carry_out(&mut self, command: WindowCommand) {
         match command {
-            Command::PrintCamera => {
+            WindowCommand::PrintCamera => {
                 let toml = self.state.rig.camera.to_toml();
                 self.state.tell("The camera is copied as TOML, and printed on standard output");
                 (self.notify)(&Notice::Camera { toml: &toml });
                 self.teller.context.copy_text(toml);
             }
-            Command::Save => self.save(),
-            Command::Open(path) => self.reader.ask(path),
-            Command::Explain(question) => {
+            WindowCommand::Save => self.save(),
+            WindowCommand::Open(path) => self.reader.ask(path),
+            WindowCommand::Explain(question) => {
                 self.state.explained = Some(Explained { question: question.clone(), why: None });
                 self.explain.ask(question);
             }

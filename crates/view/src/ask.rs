@@ -5,9 +5,9 @@ use std::sync::Arc;
 use glam::DVec3;
 use kugelblitz::Session;
 use kugelblitz::device::Device;
+use kugelblitz::query::{Kernel, Outputs, Rays};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Kernel, Rays, Wants};
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::explain::{ExplainStyle, Lang, explain, label, text};
 
@@ -68,7 +68,7 @@ pub fn start_hover(
         let (at, Question { scene, pixel, kernel }) = (question.at(), question);
         session.set_scene(Arc::clone(&scene));
         session.set_kernel(kernel);
-        let wants = Wants { surface: true, level: false };
+        let wants = Outputs { surface: true, level: false };
         let hits = session.hits(&pixel, wants, &turn.control)?;
         let (id, t) = (hits.id[0], hits.t[0]);
         let ray = pixel.ray(pixel.x, pixel.y);

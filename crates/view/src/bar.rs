@@ -3,12 +3,12 @@
 use eframe::egui;
 use egui::{Button, Ui};
 use kugelblitz::device::Device;
+use kugelblitz::query::Kernel;
 use kugelblitz::scene::Samples;
-use kugelblitz::trace::Kernel;
 use kugelblitz_judge::show::Show;
 
 use super::rig::SIDES;
-use super::state::{Command, SAMPLES, State};
+use super::state::{SAMPLES, State, WindowCommand};
 
 /// The whole bar.
 pub fn bar(ui: &mut Ui, state: &mut State) {
@@ -41,7 +41,7 @@ pub fn bar(ui: &mut Ui, state: &mut State) {
         });
         ui.menu_button("camera", |ui| camera_menu(ui, state));
         if ui.button("save").on_hover_text("Save what is shown (Ctrl+S)").clicked() {
-            state.commands.push(Command::Save);
+            state.commands.push(WindowCommand::Save);
         }
         if ui.add(toggle("help", state.has_help)).on_hover_text("All controls (H)").clicked() {
             state.has_help = !state.has_help;
@@ -89,6 +89,6 @@ fn camera_menu(ui: &mut Ui, state: &mut State) {
     }
     ui.separator();
     if item(ui, "copy and print as TOML", "P") {
-        state.commands.push(Command::PrintCamera);
+        state.commands.push(WindowCommand::PrintCamera);
     }
 }

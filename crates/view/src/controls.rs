@@ -10,7 +10,7 @@ use kugelblitz_judge::show::Show;
 
 use super::overlay;
 use super::rig::SIDES;
-use super::state::{Area, Command, State};
+use super::state::{Area, State, WindowCommand};
 
 /// Orbiting by a drag over the whole height of the picture, radians.
 const ORBIT_OF_HEIGHT: f64 = std::f64::consts::PI;
@@ -50,7 +50,7 @@ pub fn keys(ui: &Ui, state: &mut State) {
                 state.flying.push(key);
                 press(key, modifiers.shift, state);
             }
-            Key::S => state.commands.push(Command::Save),
+            Key::S => state.commands.push(WindowCommand::Save),
             Key::Q => ui.ctx().send_viewport_cmd(ViewportCommand::Close),
             _ => {}
         }
@@ -72,7 +72,7 @@ fn press(key: Key, shift: bool, state: &mut State) {
     match key {
         Key::F => state.frame_everything(),
         Key::R => state.take_file_camera(),
-        Key::P => state.commands.push(Command::PrintCamera),
+        Key::P => state.commands.push(WindowCommand::PrintCamera),
         Key::K => {
             let place = usize::from(!(shift && state.compares));
             state.kernels[place] = state.kernel_after(state.kernels[place]);
@@ -143,7 +143,7 @@ fn mouse(ui: &Ui, response: &Response, state: &mut State) {
             None => state.pivot_wanted = Some(pixel),
         }
     } else if response.clicked() {
-        state.commands.push(Command::Explain(state.question(pixel)));
+        state.commands.push(WindowCommand::Explain(state.question(pixel)));
     }
     state.pointed = (!response.dragged()).then(|| state.question(pixel));
 }
@@ -228,8 +228,8 @@ mod tests {
     use egui::{Modifiers, Pos2, RawInput};
     use kugelblitz::device::Device;
     use kugelblitz::prepare::Prepared;
+    use kugelblitz::query::{Kernel, Rays};
     use kugelblitz::scene::parse_scene;
-    use kugelblitz::trace::{Kernel, Rays};
 
     use egui::vec2;
 
@@ -252,7 +252,7 @@ mod tests {
         state: &mut State,
         size: [f32; 2],
         events: Vec<Event>,
-    ) -> Vec<Command> {
+    ) -> Vec<WindowCommand> {
         let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, size.into()));
         let mut input = RawInput { screen_rect, events, ..RawInput::default() };
         let mut turns = Turns::default();
@@ -289,7 +289,7 @@ mod tests {
         let commands = frames(&context, &mut state, small, and_away);
         assert_ne!(state.pixels(), pixels);
         let asked = commands.into_iter().find_map(|command| match command {
-            Command::Explain(question) => Some(question),
+            WindowCommand::Explain(question) => Some(question),
             _ => None,
         });
         let asked = asked.expect("a question");

@@ -10,8 +10,8 @@ use kugelblitz::error::wrong_usage;
 use kugelblitz::gpu::has_software_alone;
 use kugelblitz::plain::Shown;
 use kugelblitz::prepare::FEW_SPHERES;
+use kugelblitz::query::Kernel;
 use kugelblitz::scene::{Scene, recompose_scene};
-use kugelblitz::trace::Kernel;
 use kugelblitz_cli::{
     CommandLine, EXIT_CODES, Run, TalkArgs, ViewArgs, check_size, long_version, main_of,
     print_text, printed_line,

@@ -12,7 +12,7 @@ use super::bar::bar;
 use super::controls;
 use super::explanation::explanation;
 use super::overlay;
-use super::state::{Command, State, point};
+use super::state::{State, WindowCommand, point};
 
 /// Height of the lines below the picture, points.
 const LINES: f32 = 46.0;
@@ -79,7 +79,7 @@ pub fn layout(ui: &mut Ui, state: &mut State) {
     explanation(ui, rect, state);
     help(ui, rect, state);
     let dropped = ui.input(|input| Some(input.raw.dropped_files.first()?.path().to_owned()));
-    state.commands.extend(dropped.map(Command::Open));
+    state.commands.extend(dropped.map(WindowCommand::Open));
 }
 
 /// Height of what stands above and below the picture in a window of this width, points.
@@ -258,8 +258,8 @@ mod tests {
     use std::sync::Arc;
 
     use kugelblitz::device::Device;
+    use kugelblitz::query::Kernel;
     use kugelblitz::scene::parse_scene;
-    use kugelblitz::trace::Kernel;
 
     use super::*;
 

@@ -3,14 +3,14 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use kugelblitz::Control;
 use kugelblitz::Result;
 use kugelblitz::Session;
-use kugelblitz::control::Control;
 use kugelblitz::device::Device;
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays, StageCounts};
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::sampled_band_rows;
 use kugelblitz::scene::{Samples, Scene};
-use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants};
 use kugelblitz_judge::show::{self, Entry, Show, ShownPicture};
 
 use super::present::WindowImage;
@@ -151,9 +151,9 @@ impl Artist {
             (Vec::new(), StageCounts::default(), Duration::ZERO);
         for session in &mut self.sessions {
             let (rays, hits) = (Rays::Pixels(*pixels), &mut self.hits);
-            session.make_ready(&rays, Wants::default(), control)?;
+            session.make_ready(&rays, Outputs::default(), control)?;
             let start = Instant::now();
-            session.trace(&rays, Wants::default(), control, hits)?;
+            session.trace(&rays, Outputs::default(), control, hits)?;
             time += start.elapsed();
             counts.add(hits.counts);
             let colors = hits.id.iter().map(|&id| palette[id as usize]);

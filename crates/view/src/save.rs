@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
+use kugelblitz::Control;
 use kugelblitz::Session;
-use kugelblitz::control::Control;
 use kugelblitz::output::{OutputFile, commit};
 use kugelblitz::picture::rgb8_file;
-use kugelblitz::trace::Kernel;
+use kugelblitz::query::Kernel;
 use kugelblitz::{Error, Result};
 use kugelblitz_judge::show::{self, Show};
 

@@ -10,9 +10,9 @@ use egui::{Color32, Painter, Pos2, Rect, pos2};
 use glam::{DVec2, DVec3, Vec2};
 use kugelblitz::Result;
 use kugelblitz::device::Device;
+use kugelblitz::query::Kernel;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Samples, Scene, Sphere};
-use kugelblitz::trace::Kernel;
 use kugelblitz_judge::explain::six_digits;
 use kugelblitz_judge::show::{Entry, Show};
 
@@ -84,7 +84,7 @@ impl Area {
 
 /// A wish of the user that is more than a change of [`State`].
 #[derive(Clone)]
-pub enum Command {
+pub enum WindowCommand {
     /// Print the camera.
     PrintCamera,
     /// Save the picture.
@@ -111,7 +111,7 @@ pub struct State {
     unlit: Arc<Scene>,
     pub extent: Sphere,
     /// What the user wants and nobody has carried out yet.
-    pub commands: Vec<Command>,
+    pub commands: Vec<WindowCommand>,
     pub rig: Rig,
     /// The hand moves the camera.
     pub is_moving: bool,

@@ -5,15 +5,15 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::{Error, Result};
 
 /// A job, and what stops it.
-type Job<J> = (J, Arc<Control>);
+type WorkerJob<J> = (J, Arc<Control>);
 
 /// The thread and its newest job.
 pub struct Worker<J> {
-    jobs: Option<Sender<Job<J>>>,
+    jobs: Option<Sender<WorkerJob<J>>>,
     /// What stops the newest job.
     control: Arc<Control>,
     closing: Arc<Control>,
@@ -22,8 +22,8 @@ pub struct Worker<J> {
 
 /// The link from a job at work to those that came after it.
 pub struct Turn<'a, J> {
-    jobs: &'a Receiver<Job<J>>,
-    next: Option<Job<J>>,
+    jobs: &'a Receiver<WorkerJob<J>>,
+    next: Option<WorkerJob<J>>,
     /// Cancelled when a newer job waits, and at the end.
     pub control: Arc<Control>,
     /// Cancelled at the end alone.
@@ -51,7 +51,7 @@ impl<J: Send + 'static> Worker<J> {
         say: impl Fn(Result<A>) + Send + 'static,
         mut work: impl FnMut(J, &mut Turn<J>, &dyn Fn(A)) -> Result<()> + Send + 'static,
     ) -> Result<Worker<J>> {
-        let (sender, jobs) = channel::<Job<J>>();
+        let (sender, jobs) = channel::<WorkerJob<J>>();
         let closing = Arc::<Control>::default();
         let is_closing = Arc::clone(&closing);
         let run = move || {

@@ -2,13 +2,13 @@
 
 use glam::DVec3;
 
-use super::{ExactShape, Place, Side};
+use super::{ExactPlace, ExactShape, Side};
+use crate::bounds::steps;
+use crate::exact::double_double::ball_dot;
 use crate::exact::light::{ExactBeam, Surd, dot_real};
 use crate::exact::number::{primitive, product3, real3};
-use crate::exact::sight::ball_dot;
-use crate::exact::{Ball, Dyadic, Enclosure, ExactRay, Root, Sight, signum};
-use crate::guard::steps;
-use crate::num::{Float, Scaled};
+use crate::exact::{Ball, DoubleDoubleRay, Dyadic, Enclosure, ExactRay, QuadraticSurd, signum};
+use crate::num::{Float, ScaledInteger};
 use crate::rays::WorldRay;
 use crate::scene::Plane;
 
@@ -29,20 +29,20 @@ fn beam_quotient<'a>(beam: &ExactBeam<'a>, plane: &Plane) -> Option<[Surd<'a>; 2
 impl ExactShape for Plane {
     /// The root `t > 0`: `N/M`, written with a positive denominator. `M > 0` means that the ray runs along
     /// the normal: it meets the back.
-    fn visible_root(&self, ray: &ExactRay) -> Option<(Root, Side)> {
+    fn visible_root(&self, ray: &ExactRay) -> Option<(QuadraticSurd, Side)> {
         let (n, m) = plane_quotient(ray, self)?;
         match (signum(&n), signum(&m)) {
-            (1, 1) => Some((Root::quotient(n, m, ray.t_factor()), Side::Back)),
-            (-1, -1) => Some((Root::quotient(-n, -m, ray.t_factor()), Side::Front)),
+            (1, 1) => Some((QuadraticSurd::quotient(n, m, ray.t_factor()), Side::Back)),
+            (-1, -1) => Some((QuadraticSurd::quotient(-n, -m, ray.t_factor()), Side::Front)),
             _ => None,
         }
     }
 
-    fn outward_normal(&self, _: &ExactRay, _: &Root) -> Option<[Root; 3]> {
+    fn outward_normal(&self, _: &ExactRay, _: &QuadraticSurd) -> Option<[QuadraticSurd; 3]> {
         plane_normal(self)
     }
 
-    fn surface_in_balls(&self, sight: &Sight) -> Option<(Ball, [f32; 3])> {
+    fn surface_in_balls(&self, sight: &DoubleDoubleRay) -> Option<(Ball, [f32; 3])> {
         let n = self.normal.to_array().map(Ball::from);
         let slope = ball_dot(&n, &sight.direction);
         let is_along = slope.is_positive();
@@ -78,17 +78,17 @@ impl ExactShape for Plane {
 
     /// However long its normal is, and whichever of its points is named. Of the normal whole numbers without a common divisor,
     /// the first of which that is not 0 is positive.
-    fn place(&self) -> Option<Place> {
+    fn place(&self) -> Option<ExactPlace> {
         let normal = primitive(&real3(self.normal)?)?;
         let n = normal.each_ref().map(|x| Dyadic::from(x.clone()));
         let offset = product3(&real3(self.point)?, &n).shortest();
-        Some(Place::Plane(Box::new((normal, offset))))
+        Some(ExactPlace::Plane(Box::new((normal, offset))))
     }
 }
 
 /// The exact unit normal of a plane, each component rounded to the nearest f32.
 pub(crate) fn unit_f32(plane: &Plane) -> [f32; 3] {
-    let normal = Scaled::new(plane.normal).rounded();
+    let normal = ScaledInteger::new(plane.normal).rounded();
     let unit = (normal * (1.0 / normal.length())).to_array();
     let error = steps::NORMALIZED * f64::UNIT;
     let [low, high] = [-error, error].map(|error| unit.map(|x| (x + error) as f32));
@@ -100,7 +100,7 @@ pub(crate) fn unit_f32(plane: &Plane) -> [f32; 3] {
 }
 
 /// `nᵢ/‖n‖ = sgn(nᵢ)·√(nᵢ²·‖n‖²) / ‖n‖²`
-fn plane_normal(plane: &Plane) -> Option<[Root; 3]> {
+fn plane_normal(plane: &Plane) -> Option<[QuadraticSurd; 3]> {
     let n = real3(plane.normal)?;
     let norm_squared = product3(&n, &n);
     if signum(&norm_squared) == 0 {
@@ -108,7 +108,7 @@ fn plane_normal(plane: &Plane) -> Option<[Root; 3]> {
     }
     Some(std::array::from_fn(|i| {
         let radicand = &n[i] * &n[i] * &norm_squared;
-        Root::new(Dyadic::zero(), signum(&n[i]), radicand, norm_squared.clone(), 1)
+        QuadraticSurd::new(Dyadic::zero(), signum(&n[i]), radicand, norm_squared.clone(), 1)
     }))
 }
 
@@ -116,16 +116,16 @@ fn plane_normal(plane: &Plane) -> Option<[Root; 3]> {
 #[derive(Clone, Debug)]
 pub struct PlaneNumbers {
     /// `(a − o)·n`.
-    pub numerator: Root,
+    pub numerator: QuadraticSurd,
     /// `d·n`.
-    pub denominator: Root,
+    pub denominator: QuadraticSurd,
 }
 
 /// The numbers of a ray and a plane; `None` where a number is not finite.
 pub fn plane_numbers(ray: &ExactRay, plane: &Plane) -> Option<PlaneNumbers> {
     let (n, m) = plane_quotient(ray, plane)?;
     Some(PlaneNumbers {
-        numerator: Root::ratio(n, ray.world_scale()),
-        denominator: Root::ratio(m, ray.direction_scale()),
+        numerator: QuadraticSurd::ratio(n, ray.world_scale()),
+        denominator: QuadraticSurd::ratio(m, ray.direction_scale()),
     })
 }

@@ -2,11 +2,13 @@
 
 use glam::DVec3;
 
-use super::{ExactShape, Place, Side};
+use super::{ExactPlace, ExactShape, Side};
+use crate::exact::double_double::ball_dot;
 use crate::exact::light::{ExactBeam, Surd, dot};
 use crate::exact::number::{double, product3, real3};
-use crate::exact::sight::ball_dot;
-use crate::exact::{Ball, Dyadic, Enclosure, ExactRay, Root, Sight, integer, real, signum};
+use crate::exact::{
+    Ball, DoubleDoubleRay, Dyadic, Enclosure, ExactRay, QuadraticSurd, integer, real, signum,
+};
 use crate::rays::WorldRay;
 use crate::scene::{Source, Sphere};
 
@@ -46,7 +48,7 @@ impl ExactShape for Sphere {
     ///
     /// Side: with the outward normal `(τ·d − L)/r`, `d·(τ·d − L) = a·τ − b' = ±√D'`: the near root
     /// meets the front, the far root the back, a tangent ray the front.
-    fn visible_root(&self, ray: &ExactRay) -> Option<(Root, Side)> {
+    fn visible_root(&self, ray: &ExactRay) -> Option<(QuadraticSurd, Side)> {
         let a = ray.norm_squared();
         if self.radius == 0.0 {
             return None;
@@ -62,19 +64,19 @@ impl ExactShape for Sphere {
             return None;
         }
         let (sign, side) = if sign_k > 0 { (-1, Side::Front) } else { (1, Side::Back) };
-        let root = Root::new(half_b.b, sign, d, a.clone(), ray.t_factor());
+        let root = QuadraticSurd::new(half_b.b, sign, d, a.clone(), ray.t_factor());
         Some((root, side))
     }
 
     /// With `τ = (B + s√D)/A` the root in the ray's own scale, and so all other numbers:
     /// `nᵢ = (τ·dᵢ − Lᵢ)/|r| = (dᵢB − LᵢA + s·sgn(dᵢ)·√(dᵢ²D)) / (A·|r|)`.
-    fn outward_normal(&self, ray: &ExactRay, root: &Root) -> Option<[Root; 3]> {
+    fn outward_normal(&self, ray: &ExactRay, root: &QuadraticSurd) -> Option<[QuadraticSurd; 3]> {
         let r = real(self.radius.abs()).filter(|r| signum(r) > 0)?;
         let l = ray.to_point(self.center)?;
         let denominator = root.denominator() * ray.to_scale(r);
         Some(std::array::from_fn(|i| {
             let d = &ray.direction()[i];
-            Root::new(
+            QuadraticSurd::new(
                 d * root.rational_part() - &l[i] * root.denominator(),
                 root.root_sign() * signum(d),
                 d * d * root.radicand(),
@@ -86,7 +88,7 @@ impl ExactShape for Sphere {
 
     /// With `a = d·d`, `b = d·l`, `k = l·l − r²` and `w = √(b² − ak)` the visible root is `k/(b + w)` from outside, and
     /// `(b + w)/a` or `−k/(w − b)` from inside, whichever does not cancel.
-    fn surface_in_balls(&self, sight: &Sight) -> Option<(Ball, [f32; 3])> {
+    fn surface_in_balls(&self, sight: &DoubleDoubleRay) -> Option<(Ball, [f32; 3])> {
         let (d, l) = (&sight.direction, &sight.to_point(self.center));
         let r = sight.to_scale(self.radius.abs());
         let (a, b, k) = (ball_dot(d, d), ball_dot(d, l), ball_dot(l, l) - r * r);
@@ -166,8 +168,8 @@ impl ExactShape for Sphere {
         Some(signum(&HalfB::new(&ray, self)?.k))
     }
 
-    fn place(&self) -> Option<Place> {
-        (self.radius != 0.0).then(|| Place::Sphere(self.bits()))
+    fn place(&self) -> Option<ExactPlace> {
+        (self.radius != 0.0).then(|| ExactPlace::Sphere(self.bits()))
     }
 }
 
@@ -175,11 +177,11 @@ impl ExactShape for Sphere {
 #[derive(Clone, Debug)]
 pub struct SphereNumbers {
     /// `b = 2·d·(o − c)`.
-    pub b: Root,
+    pub b: QuadraticSurd,
     /// `k = (o − c)·(o − c) − r²`.
-    pub k: Root,
+    pub k: QuadraticSurd,
     /// `D = b² − 4ak`.
-    pub discriminant: Root,
+    pub discriminant: QuadraticSurd,
 }
 
 /// The numbers of the quadratic equation of a ray and a sphere; `None` where a number is not
@@ -193,9 +195,9 @@ pub fn sphere_numbers(ray: &ExactRay, sphere: &Sphere) -> Option<SphereNumbers> 
     let s = integer(i64::from(ray.world_scale()));
     let fs = integer(i64::from(ray.direction_scale())) * &s;
     Some(SphereNumbers {
-        discriminant: Root::quotient(double(&double(&d)), &fs * &fs, 1),
-        b: Root::quotient(-double(&half_b.b), fs, 1),
-        k: Root::quotient(half_b.k, &s * &s, 1),
+        discriminant: QuadraticSurd::quotient(double(&double(&d)), &fs * &fs, 1),
+        b: QuadraticSurd::quotient(-double(&half_b.b), fs, 1),
+        k: QuadraticSurd::quotient(half_b.k, &s * &s, 1),
     })
 }
 

@@ -4,7 +4,7 @@
 use bytemuck::Pod;
 
 use crate::num::{Float, ulp_distance};
-use crate::random::SplitMix;
+use crate::support::random::SplitMix;
 
 /// A constant that is divided by numbers, for which a driver may take a reciprocal.
 pub const NUMERATOR: f32 = 1.0 + 1.0 / (1 << 19) as f32;
@@ -75,7 +75,7 @@ pub struct Sample<F> {
 
 /// One output.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outcome<F> {
+pub struct SampleOutcome<F> {
     pub results: [F; N_RESULTS],
     pub words: [u32; N_WORDS],
 }
@@ -123,7 +123,7 @@ pub trait SampledFloat: Float + Pod + PartialOrd {
     /// Two operands, none of them 0 but for [`Sort::Large`].
     fn operands(random: &mut SplitMix, sort: Sort) -> [Self; 2];
     /// The outcome of a sample by IEEE 754.
-    fn expected(sample: &Sample<Self>) -> Outcome<Self>;
+    fn expected(sample: &Sample<Self>) -> SampleOutcome<Self>;
     /// Distance in steps of the type.
     fn steps(a: Self, b: Self) -> u64;
     /// True if `found` is a neighbour of the exact sum or product on the side where that result
@@ -183,7 +183,7 @@ macro_rules! float {
                 }
             }
 
-            fn expected(sample: &Sample<Self>) -> Outcome<Self> {
+            fn expected(sample: &Sample<Self>) -> SampleOutcome<Self> {
                 let &Sample { a, b, texel: [integer, word, number, factor], .. } = sample;
                 let sum = a + b;
                 let b_part = sum - a;
@@ -214,7 +214,7 @@ macro_rules! float {
                     word,
                     (f32::from_bits(number) * f32::from_bits(factor)).to_bits(),
                 ];
-                Outcome { results, words }
+                SampleOutcome { results, words }
             }
 
             fn steps(a: Self, b: Self) -> u64 {

@@ -11,11 +11,11 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::input;
-use crate::memory;
+use crate::lighting::Colors;
 use crate::plain::Shown;
+use crate::query::{Hits, StageCounts};
 use crate::rays::Pixels;
-use crate::shade::Colors;
-use crate::trace::{Hits, StageCounts};
+use crate::support::memory;
 
 pub use npy::channel_name;
 

@@ -6,7 +6,7 @@ use exr::prelude::f16;
 
 use super::{Channel, ChannelValues, Image, require};
 use crate::error::Result;
-use crate::npy::{Array, Cell, Header, Kind};
+use crate::npy::{Array, Kind, NpyCell, NpyHeader};
 
 /// Most numbers of a pixel.
 const MAX_CHANNELS: usize = 1024;
@@ -14,7 +14,7 @@ const MAX_CHANNELS: usize = 1024;
 pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
     let n_bytes = Some(bytes.len() as u64);
     let array = Array::new(bytes, n_bytes, path, "an array of numbers")?;
-    let &Header { is_structured: is_record, is_fortran, .. } = &array.header;
+    let &NpyHeader { is_structured: is_record, is_fortran, .. } = &array.header;
     let shape: Vec<usize> = array.header.shape.iter().map(|&n| n as usize).collect();
     let expected = "expected an array of shape (H, W), (N,) or (H, W, channels)";
     let (n_rows, n_columns, n_inner, is_list) = match (&shape[..], is_record) {
@@ -43,7 +43,7 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
     } else {
         [n_columns * n_inner, n_inner, 1]
     };
-    let channel = |(cell, inner): (&Cell, usize)| {
+    let channel = |(cell, inner): (&NpyCell, usize)| {
         let first = inner * strides[2];
         let places = (0..n_rows)
             .flat_map(|row| (0..n_columns).map(move |x| row * strides[0] + x * strides[1] + first));
@@ -64,7 +64,7 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
 }
 
 /// The name of a channel of an array. Without fields, three or four channels may be colours.
-fn name(cell: &Cell, inner: usize, n_inner: usize) -> String {
+fn name(cell: &NpyCell, inner: usize, n_inner: usize) -> String {
     match cell.field.as_str() {
         "" if n_inner == 1 => "value".into(),
         "" if matches!(n_inner, 3 | 4) => ["R", "G", "B", "A"][inner].into(),
@@ -87,7 +87,7 @@ pub fn channel_name(field: &str, element: Option<usize>) -> String {
 }
 
 /// The numbers of a cell that has some, by their bits.
-fn samples(cell: &Cell, bits: impl Iterator<Item = u64>) -> ChannelValues {
+fn samples(cell: &NpyCell, bits: impl Iterator<Item = u64>) -> ChannelValues {
     match (cell.kind, cell.n_bytes) {
         (Some(Kind::Bool | Kind::Uint), 1) => ChannelValues::U8(bits.map(|n| n as u8).collect()),
         (Some(Kind::Uint), 2) => ChannelValues::U16(bits.map(|n| n as u16).collect()),

@@ -61,7 +61,7 @@ pub(super) struct Header<'h> {
 }
 
 /// The columns that are read, by their places.
-pub(super) struct Layout {
+pub(super) struct ColumnLayout {
     /// Place and part of each column of numbers, with the factor to the unit of x.
     pub parts: Vec<(usize, Part, Factor)>,
     /// Coordinates that are the same for all spheres.
@@ -157,14 +157,14 @@ struct Finder<'f, 'r> {
     units: Vec<Option<&'f str>>,
 }
 
-impl Layout {
+impl ColumnLayout {
     /// Finds the columns. Missing and ambiguous ones are errors, and so is a radius or a colour that would not be read. Notes
     /// are added to `notes`.
     pub fn find<'f>(
         source: &'f CloudFile<'f, '_>,
         header: &'f Header<'f>,
         notes: &mut Vec<String>,
-    ) -> Result<Layout> {
+    ) -> Result<ColumnLayout> {
         let keys = source.keys;
         let none = ColumnKeys::default();
         let columns = keys.columns.as_ref().unwrap_or(&none);
@@ -197,7 +197,7 @@ impl Layout {
         // Without a name: row names, and what follows a separator at the end of each row.
         let is_named = |place: &usize| !header.names[*place].is_empty();
         let unused = (0..header.names.len()).filter(|&place| !is_used(place)).filter(is_named);
-        Ok(Layout {
+        Ok(ColumnLayout {
             constants: center.map(|coordinate| match coordinate {
                 Coordinate::Constant(number) => Some(number),
                 Coordinate::Column(_) => None,
@@ -219,7 +219,7 @@ impl Layout {
     }
 }
 
-impl Layout {
+impl ColumnLayout {
     /// Whether each colour is one cell, whose scale is known.
     pub fn has_whole_colors(&self) -> bool {
         self.parts.iter().any(|(_, part, _)| matches!(part, Part::WholeColor { .. }))

@@ -19,7 +19,7 @@ pub(super) const FORMAT: TextFormat = TextFormat {
 
 /// Box of a step: its corner, and its edges.
 #[derive(Clone, Copy)]
-struct Bounds {
+struct BoxBounds {
     origin: DVec3,
     edges: [DVec3; 3],
     /// Whether the first edge is along x and the second in the x-y plane.
@@ -76,7 +76,7 @@ fn head(lines: &mut Lines) -> Result<Option<Head>> {
 /// Reads the three lines of a box. LAMMPS' manual has the formulas: "Howto triclinic" for restricted boxes, whose lines have the
 /// bounds of the tilted box and the tilt factors xy, xz, yz; "dump" for general ones (`abc origin`), whose lines have the edges a,
 /// b, c and the coordinates of the origin.
-fn read_bounds(lines: &mut Lines, kind: &str) -> Result<Bounds> {
+fn read_bounds(lines: &mut Lines, kind: &str) -> Result<BoxBounds> {
     let is_general = kind.contains("abc");
     let is_tilted = kind.contains("xy");
     let n = if is_general {
@@ -99,14 +99,14 @@ fn read_bounds(lines: &mut Lines, kind: &str) -> Result<Bounds> {
     if is_general {
         let edges = rows.map(|[x, y, z, _]| DVec3::new(x, y, z));
         let origin = DVec3::from_array(rows.map(|[.., origin]| origin));
-        return Ok(Bounds { origin, edges, is_restricted: false });
+        return Ok(BoxBounds { origin, edges, is_restricted: false });
     }
     let [[x_low, x_high, xy, _], [y_low, y_high, xz, _], [z_low, z_high, yz, _]] = rows;
     let [least, most] = [f64::min as fn(f64, f64) -> f64, f64::max]
         .map(|choose| choose(choose(0.0, xy), choose(xz, xy + xz)));
     let (x_low, x_high) = (x_low - least, x_high - most);
     let (y_low, y_high) = (y_low - yz.min(0.0), y_high - yz.max(0.0));
-    Ok(Bounds {
+    Ok(BoxBounds {
         origin: DVec3::new(x_low, y_low, z_low),
         edges: [
             DVec3::X * (x_high - x_low),
@@ -122,7 +122,7 @@ fn read_bounds(lines: &mut Lines, kind: &str) -> Result<Bounds> {
 fn coordinates(
     source: &CloudFile,
     names: &mut [String],
-    bounds: Option<Bounds>,
+    bounds: Option<BoxBounds>,
 ) -> Result<Option<Cell>> {
     let mut columns = [None; 3];
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
@@ -144,7 +144,7 @@ fn coordinates(
     }
     let is_mixed = columns.contains(&None);
     match bounds {
-        Some(Bounds { origin, edges, is_restricted }) if is_restricted || !is_mixed => {
+        Some(BoxBounds { origin, edges, is_restricted }) if is_restricted || !is_mixed => {
             Ok(Some(Cell { origin, edges, columns }))
         }
         Some(_) => Err(source

@@ -31,7 +31,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::decode::Input;
-use super::open::Reader;
+use super::open::InputReader;
 use super::places::quoted;
 use super::schema::{CloudKeys, ColorSpace, MissingRows, Section};
 use super::sniff::{Content, DataFormat, recognize};
@@ -41,20 +41,20 @@ use super::{
     Cloud, Color, Coloring, MAX_OBJECTS, Scene, Sphere, hex, linear_from_srgb, linear_of_bytes,
 };
 use crate::error::{Error, ErrorSubject, Hint, Message, Result, SceneError, Setting};
-use crate::memory::Available;
-use crate::parallel;
 use crate::plain::Shown;
+use crate::support::memory::Available;
+use crate::support::parallel;
 use crate::words::{count, cut};
-use columns::Layout;
+use columns::ColumnLayout;
 pub(super) use numbers::n_numbers;
 use text::FileColor;
 
 /// Adds the spheres of all clouds to `scene`, in the order of the file. Paths are relative to `folder`. Returns the
-/// keys that were taken from [`Reader::usual`].
+/// keys that were taken from [`InputReader::usual`].
 pub(super) fn read_clouds(
     tables: &[CloudKeys],
     folder: &Path,
-    reader: Reader,
+    reader: InputReader,
     scene: &mut Scene,
 ) -> Result<CloudKeys> {
     let path_of = |keys: &CloudKeys| keys.file().map(|file| folder.join(file));
@@ -104,7 +104,7 @@ const MAX_MESSAGE: usize = 400;
 struct CloudFile<'a, 'r> {
     keys: &'a CloudKeys,
     path: PathBuf,
-    reader: Reader<'a, 'r>,
+    reader: InputReader<'a, 'r>,
     /// The scene without this cloud.
     before: &'a Scene,
 }
@@ -131,7 +131,7 @@ const COLORS_AT_ONCE: usize = 1 << 12;
 
 /// A place in a file.
 #[derive(Clone, Copy, Debug)]
-enum Place {
+enum RowPlace {
     /// Line of a text, from 1.
     Line(u64),
     /// Row of an array, from 0.
@@ -167,7 +167,7 @@ impl From<Problem> for RowError {
 #[derive(Default)]
 struct FileColors {
     /// The first one with a component above 1, and its place.
-    above_one: Option<(Place, Color)>,
+    above_one: Option<(RowPlace, Color)>,
     /// Whether a component is not a whole number.
     have_fractions: bool,
     /// Whether their type is bytes.
@@ -175,12 +175,12 @@ struct FileColors {
     /// Whether an alpha is above 1, as the alpha of opaque bytes is.
     have_alpha_of_bytes: bool,
     /// The first alpha that is not 1, and the first that is not 255.
-    transparent: [Option<(Place, f64)>; 2],
+    transparent: [Option<(RowPlace, f64)>; 2],
 }
 
 impl FileColors {
     /// Takes a colour into account. Returns whether it is wrong on either scale.
-    fn see(&mut self, FileColor { color, alpha, is_bytes }: FileColor, place: Place) -> bool {
+    fn see(&mut self, FileColor { color, alpha, is_bytes }: FileColor, place: RowPlace) -> bool {
         let is_any = |is: fn(f64) -> bool| color.0.into_iter().any(is);
         self.are_bytes |= is_bytes;
         self.have_fractions |= is_any(|part| part.fract() != 0.0);
@@ -230,12 +230,12 @@ impl<'r> CloudFile<'_, 'r> {
         error
     }
 
-    fn wrong_row(&self, place: Place, fault: RowError) -> Box<SceneError> {
+    fn wrong_row(&self, place: RowPlace, fault: RowError) -> Box<SceneError> {
         let RowError { message, hint, value, column } = fault;
         let mut error = self.wrong(message, hint);
         match place {
-            Place::Line(line) => error.subject.line = Some(line),
-            Place::Row(row) => error.subject.row = Some(row),
+            RowPlace::Line(line) => error.subject.line = Some(line),
+            RowPlace::Row(row) => error.subject.row = Some(row),
         }
         (error.subject.column, error.value) = (column, value);
         error
@@ -353,7 +353,7 @@ impl<'r> CloudFile<'_, 'r> {
 
 impl Reading<'_, '_> {
     /// Reads all spheres of the file, and returns its columns.
-    fn read(&mut self) -> Result<Layout> {
+    fn read(&mut self) -> Result<ColumnLayout> {
         let source = self.source;
         let input = source.open()?;
         let format = match source.keys.format {
@@ -391,7 +391,7 @@ impl Reading<'_, '_> {
 
     /// Returns a sphere with the radius of all, or with 0; stores the colour of all. A key that the file makes superfluous is
     /// an error, and so is a radius or a colour that neither gives. An element gives only values that the scene does not give.
-    fn template(&mut self, layout: &Layout) -> Result<Sphere> {
+    fn template(&mut self, layout: &ColumnLayout) -> Result<Sphere> {
         let &CloudFile { keys, reader, .. } = self.source;
         let has_element = layout.element.is_some();
         let is_colored = layout.has_colors || keys.color_by.is_some();
@@ -471,7 +471,7 @@ impl Reading<'_, '_> {
     }
 
     /// Adds a checked sphere, with its colour as the file has it.
-    fn push(&mut self, (sphere, color): (Sphere, FileColor), place: Place) -> Result<()> {
+    fn push(&mut self, (sphere, color): (Sphere, FileColor), place: RowPlace) -> Result<()> {
         if self.is_missing(&sphere) {
             self.n_missing += 1;
             return Ok(());
@@ -504,7 +504,7 @@ impl Reading<'_, '_> {
     }
 
     /// Refuses a sphere without a meaning, and a colour that is wrong on either scale.
-    fn check(&mut self, sphere: Sphere, color: FileColor, place: Place) -> Result<()> {
+    fn check(&mut self, sphere: Sphere, color: FileColor, place: RowPlace) -> Result<()> {
         let eye = self.source.before.camera.as_ref().map_or(DVec3::ZERO, |camera| camera.position);
         let file_colors = self.file_colors.as_mut();
         let wrong_color = || file_colors?.see(color, place).then(|| wrong_color(color.color));
@@ -527,7 +527,7 @@ impl Reading<'_, '_> {
     }
 
     /// Turns the numbers that the file has for colours into colours.
-    fn finish_colors(&mut self, layout: &Layout) -> Result<Option<Coloring>> {
+    fn finish_colors(&mut self, layout: &ColumnLayout) -> Result<Option<Coloring>> {
         if let Some(name) = &self.source.keys.color_by {
             return self.color_by(name, layout).map(Some);
         }
@@ -574,7 +574,7 @@ impl Reading<'_, '_> {
         Ok(None)
     }
 
-    fn color_by(&mut self, name: &str, layout: &Layout) -> Result<Coloring> {
+    fn color_by(&mut self, name: &str, layout: &ColumnLayout) -> Result<Coloring> {
         if layout.has_vector {
             for Color(parts) in &mut self.colors {
                 *parts = [DVec3::from_array(*parts).length(); 3];

@@ -1,10 +1,10 @@
 //! Data in NumPy's format: tables of numbers, and structured arrays.
 
-use super::columns::{Header, Layout, Part, put};
+use super::columns::{ColumnLayout, Header, Part, put};
 use super::text::FileColor;
-use super::{CloudFile, Place, Reading, RowError};
+use super::{CloudFile, Reading, RowError, RowPlace};
 use crate::error::{Error, Hint, Result, Setting, SettingValue};
-use crate::npy::{self, Array, Cell};
+use crate::npy::{self, Array, NpyCell};
 use crate::plain::Shown;
 use crate::scene::Color;
 use crate::scene::decode::Input;
@@ -20,7 +20,7 @@ const HELP: &str = "save an array of numbers of shape (N, 3): x, y, z; (N, 4): w
                     structured array with fields of these names";
 
 /// Reads the spheres of an `.npy` file, in the order of its rows.
-pub(super) fn read<'r>(cloud: &mut Reading<'_, 'r>, input: Input<'r>) -> Result<Layout> {
+pub(super) fn read<'r>(cloud: &mut Reading<'_, 'r>, input: Input<'r>) -> Result<ColumnLayout> {
     let source = cloud.source;
     source.refuse_frame()?;
     source.refuse_header()?;
@@ -35,20 +35,20 @@ pub(super) fn read<'r>(cloud: &mut Reading<'_, 'r>, input: Input<'r>) -> Result<
         array.numbers(|_| true, "numbers")
     };
     let array = array.map_err(|error| of_file(source, error))?;
-    let npy::Header { cells, is_structured, .. } = &array.header;
+    let npy::NpyHeader { cells, is_structured, .. } = &array.header;
 
     let n = cells.len();
     // With other numbers of columns, only the coordinates are known.
     let n_named = if COLUMNS.contains(&(n as u64)) { n } else { n.min(3) };
     let by_place = |i: usize| NAMES[..n_named].get(i).map_or(i.to_string(), |name| (*name).into());
     let (what, names): (_, Vec<String>) = if *is_structured {
-        ("the structured array", cells.iter().map(Cell::name).collect())
+        ("the structured array", cells.iter().map(NpyCell::name).collect())
     } else {
         ("the array", (0..n).map(by_place).collect())
     };
     let header = Header { names: &names, what, help: HELP, has_elements: false, has_places: true };
     let mut notes = Vec::new();
-    let layout = Layout::find(source, &header, &mut notes)?;
+    let layout = ColumnLayout::find(source, &header, &mut notes)?;
     notes.into_iter().for_each(|note| cloud.note(note));
     if layout.element.is_some() {
         let hint = Hint::new("remove `element` from {}", [Setting::named("columns")]);
@@ -108,7 +108,7 @@ pub(super) fn read<'r>(cloud: &mut Reading<'_, 'r>, input: Input<'r>) -> Result<
         );
         let fault = RowError::new(format!("expected a packed colour, found {value:?}"), hint);
         return Err(source
-            .wrong_row(Place::Row(row as u64), fault.with_value(value.to_string()))
+            .wrong_row(RowPlace::Row(row as u64), fault.with_value(value.to_string()))
             .into());
     }
     let is_bytes = matches!(&layout.parts[..], [.., (_, Part::WholeColor { .. }, _)]);
@@ -122,7 +122,7 @@ pub(super) fn read<'r>(cloud: &mut Reading<'_, 'r>, input: Input<'r>) -> Result<
         let color = cloud.colors.get(row).copied();
         let alpha = alphas.get(row).copied().unwrap_or(f64::NAN);
         let seen = FileColor { color: color.unwrap_or_default(), alpha, is_bytes };
-        cloud.check(sphere, seen, Place::Row(row as u64))?;
+        cloud.check(sphere, seen, RowPlace::Row(row as u64))?;
         cloud.spheres[n_kept] = sphere;
         if let Some(color) = color {
             cloud.colors[n_kept] = color;
@@ -144,7 +144,7 @@ fn packed(value: f64) -> Option<FileColor> {
 }
 
 /// Refuses an array that is not a table of numbers, with the step that makes it one.
-fn check_shape(source: &CloudFile, header: &npy::Header, has_names: bool) -> Result<()> {
+fn check_shape(source: &CloudFile, header: &npy::NpyHeader, has_names: bool) -> Result<()> {
     let wrong = |found: String, hint: Hint| {
         Err(source
             .wrong(
@@ -153,7 +153,7 @@ fn check_shape(source: &CloudFile, header: &npy::Header, has_names: bool) -> Res
             )
             .into())
     };
-    let npy::Header { shape, cells, .. } = header;
+    let npy::NpyHeader { shape, cells, .. } = header;
     let convert = |arguments: &str, step: &str| {
         let (path, stem) = (source.path.shown(), source.path.with_extension("").shown());
         format!(

@@ -6,10 +6,10 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::columns::{Header, Layout, Part, put};
+use super::columns::{ColumnLayout, Header, Part, put};
 use super::elements::{self, element};
 use super::numbers::Numbers;
-use super::{CloudFile, Place, Reading, RowError};
+use super::{CloudFile, Reading, RowError, RowPlace};
 use crate::error::{Error, Hint, Message, Result, SceneError, Setting};
 use crate::input::MAX_LINE_BYTES;
 use crate::scene::decode::Input;
@@ -94,7 +94,7 @@ pub(super) fn read<'r>(
     cloud: &mut Reading<'_, 'r>,
     input: Input<'r>,
     format: &TextFormat,
-) -> Result<Layout> {
+) -> Result<ColumnLayout> {
     let source = cloud.source;
     if format.is_table {
         source.refuse_frame()?;
@@ -135,7 +135,7 @@ pub(super) fn read<'r>(
         has_places: head.has_places,
     };
     let mut notes = Vec::new();
-    let mut layout = Layout::find(source, &header, &mut notes)?;
+    let mut layout = ColumnLayout::find(source, &header, &mut notes)?;
     notes.into_iter().for_each(|note| cloud.note(note));
     if let Some(column) = layout.element
         && let Some(label) = lines.peek_cell(&head, column)?
@@ -165,7 +165,7 @@ pub(super) fn read<'r>(
         }
         has_blocks |= n_empty > 1 && !cloud.spheres.is_empty();
         n_empty = 0;
-        let fault = |fault: RowError| Error::from(source.wrong_row(Place::Line(line), fault));
+        let fault = |fault: RowError| Error::from(source.wrong_row(RowPlace::Line(line), fault));
         rows.check_length(&lines, format.is_table).map_err(fault)?;
         let read = rows.sphere(&lines, line).map_err(|problem| {
             let is_text_below_header = cloud.spheres.is_empty() && head.header_line.is_some();
@@ -178,7 +178,7 @@ pub(super) fn read<'r>(
             });
             fault(RowError { hint: hint.unwrap_or(problem.hint), ..problem })
         })?;
-        cloud.push(read, Place::Line(line))?;
+        cloud.push(read, RowPlace::Line(line))?;
     }
     rows.notes().into_iter().for_each(|note| cloud.note(note));
     if has_blocks {
@@ -504,7 +504,7 @@ const MISSING: [&str; 7] = ["", "na", "n/a", "null", "none", "-", "ø"];
 
 /// Makes spheres of rows of cells.
 struct Rows<'h> {
-    layout: Layout,
+    layout: ColumnLayout,
     /// Sphere with the values that are the same for all rows.
     template: Sphere,
     head: &'h Head,
@@ -523,7 +523,7 @@ struct Rows<'h> {
 
 impl<'h> Rows<'h> {
     fn new(
-        layout: Layout,
+        layout: ColumnLayout,
         template: Sphere,
         head: &'h Head,
         help: &'static str,

@@ -48,11 +48,11 @@ pub fn direction(field: &Field) -> Checked<DVec3> {
 }
 
 /// What is expected of a number, and which are.
-type Bounds = (&'static str, fn(f64) -> bool);
+type NumberLimits = (&'static str, fn(f64) -> bool);
 
-pub(in crate::scene) const FOV: Bounds =
+pub(in crate::scene) const FOV: NumberLimits =
     ("degrees, greater than 0 and less than 180", |angle| angle > 0.0 && angle < 180.0);
-pub(in crate::scene) const HEIGHT: Bounds =
+pub(in crate::scene) const HEIGHT: NumberLimits =
     ("a height in world units, greater than 0", |height| height > 0.0);
 
 /// A vertical field of view, degrees.

@@ -3,17 +3,17 @@
 
 use std::sync::{Arc, Mutex, OnceLock};
 
+use kugelblitz::Control;
 use kugelblitz::Session;
-use kugelblitz::control::Control;
+use kugelblitz::bounds::LARGEST_EXPONENT;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::Gpu;
-use kugelblitz::guard::LARGEST_EXPONENT;
-use kugelblitz::num::OPEN;
+use kugelblitz::lighting::{Background, Encoding, Pixel as _, Style, certified_lighting};
+use kugelblitz::num::UNDECIDED;
 use kugelblitz::prepare::{CertifiedLighting, Prepared, exponent_of};
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays, Stage, WorldRay};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::Samples;
-use kugelblitz::shade::{Background, Encoding, Pixel as _, Style, certified_lighting};
-use kugelblitz::trace::{Hits, Kernel, Level, Rays, Wants, WorldRay};
 use kugelblitz::tracer::Tracer;
 use kugelblitz_tests::twins::{light_alone, propose_alone};
 use kugelblitz_tests::{broken, gpu, spoiled, text_of};
@@ -49,10 +49,10 @@ pub fn replay(case: &Case) -> String {
 
 /// Ids that the CPU decides in f32.
 fn of_cpu(prepared: &Arc<Prepared>, rays: &Rays) -> Vec<u32> {
-    let (mut hits, wants) = (Hits::default(), Wants { level: true, ..Wants::default() });
+    let (mut hits, wants) = (Hits::default(), Outputs { level: true, ..Outputs::default() });
     let mut tracer = Tracer::on_cpu(Arc::clone(prepared), wants);
     tracer.trace(rays, &Control::default(), &mut hits).unwrap();
-    let of_f32 = |(&id, &level)| if level == Level::F32 as u8 { id } else { OPEN };
+    let of_f32 = |(&id, &level)| if level == Stage::F32 as u8 { id } else { UNDECIDED };
     hits.id.iter().zip(&hits.level).map(of_f32).collect()
 }
 
@@ -67,25 +67,26 @@ pub fn counted(prepared: &Prepared, rays: &Rays, mut ids: Vec<u32>) -> Vec<u32> 
                 prepared.in_range && is_ordinary(&rays[i]) && !is_far
             }
         };
-        *id = if counts { *id } else { OPEN };
+        *id = if counts { *id } else { UNDECIDED };
     }
     ids
 }
 
 /// What a device proposes by its Rust twin; where it finds no way, all is open.
 fn of_twin(prepared: &Prepared, rays: &Rays) -> Vec<u32> {
-    propose_alone(prepared, rays).unwrap_or_else(|| vec![OPEN; rays.len()])
+    propose_alone(prepared, rays).unwrap_or_else(|| vec![UNDECIDED; rays.len()])
 }
 
 fn n_open(ids: &[u32]) -> usize {
-    ids.iter().filter(|&&id| id == OPEN).count()
+    ids.iter().filter(|&&id| id == UNDECIDED).count()
 }
 
 /// Where two proposals for the same rays see another object, or just another number where they must be equal.
 pub fn differing(twin: &[u32], found: &[u32], are_equal: bool) -> Option<String> {
     assert_eq!(twin.len(), found.len());
-    let differs =
-        |&i: &usize| twin[i] != found[i] && (are_equal || twin[i] != OPEN && found[i] != OPEN);
+    let differs = |&i: &usize| {
+        twin[i] != found[i] && (are_equal || twin[i] != UNDECIDED && found[i] != UNDECIDED)
+    };
     let i = (0..twin.len()).find(differs)?;
     Some(format!("ray {i}: {}, and its twin {}", found[i] as i32, twin[i] as i32))
 }
@@ -134,7 +135,7 @@ impl Proposal {
     /// What a device proposes, before anything is repaired; `None` where it leaves all to the CPU.
     fn found(&self, gpu: &Arc<Gpu>) -> Option<Vec<u32>> {
         let device = Device::Gpu(Arc::clone(gpu));
-        let mut tracer = device.tracer(&self.prepared, Wants::default()).unwrap().tracer;
+        let mut tracer = device.tracer(&self.prepared, Outputs::default()).unwrap().tracer;
         let (backend, mut hits) = (tracer.backend().unwrap(), Hits::default());
         backend.propose(&self.rays, &Control::default(), &mut hits).unwrap()?;
         Some(counted(&self.prepared, &self.rays, hits.id))
@@ -169,7 +170,7 @@ fn propose(case: &Case, gpu: &Arc<Gpu>, tally: &mut Tally) -> Vec<Failure> {
         let truth = if *way == "list" { &case.of_list } else { &case.of_pixels };
         for (i, at) in judged.into_iter().zip(places) {
             for (who, ids) in [("the device", &found), ("the twin", twin), ("the CPU", &on_cpu)] {
-                if ids[at] != OPEN && ids[at] != truth[i].id {
+                if ids[at] != UNDECIDED && ids[at] != truth[i].id {
                     fail(who, format!("ray {at}: {} instead of {}", ids[at] as i32, truth[i].id));
                 }
             }
@@ -214,7 +215,7 @@ impl LitPixels {
     /// `None` where a device leaves them to the CPU.
     fn found(&self, gpu: &Arc<Gpu>) -> Option<Vec<u32>> {
         let device = Device::Gpu(Arc::clone(gpu));
-        let mut tracer = device.tracer(&self.prepared, Wants::default()).unwrap().tracer;
+        let mut tracer = device.tracer(&self.prepared, Outputs::default()).unwrap().tracer;
         let device = tracer.backend().unwrap();
         let codes = device.light(&self.lighting, &self.pixels, &Control::default()).unwrap();
         codes.map(<[u32]>::to_vec)
@@ -245,7 +246,7 @@ fn light(case: &Case, gpu: &Arc<Gpu>, tally: &mut Tally) -> Vec<Failure> {
             let (judged, places) = case.judged_in(pixels);
             for (i, at) in judged.into_iter().zip(places) {
                 let [r, g, b] = case.colors[n][i].srgb8().map(u32::from);
-                if codes[at] != OPEN && codes[at] != (r | g << 8 | b << 16) {
+                if codes[at] != UNDECIDED && codes[at] != (r | g << 8 | b << 16) {
                     fail(format!("pixel {at}: {:06x}, not {r:02x} {g:02x} {b:02x}", codes[at]));
                 }
             }
@@ -284,18 +285,18 @@ fn proposals_are_true_and_those_of_the_twin() {
 
 #[test]
 fn the_comparison_of_proposals_sees_what_it_is_for() {
-    let twin = [OPEN, 0, 1, 2, 1, 0];
+    let twin = [UNDECIDED, 0, 1, 2, 1, 0];
     assert_eq!(compare(&twin, &twin, true), None);
     // A ray, what it becomes, and whether other arithmetic than the CPU's is no excuse.
     for (i, id, is_seen_anywhere) in
-        [(0, 1, false), (2, OPEN, false), (2, 0, true), (1, 1, true), (3, 1, true)]
+        [(0, 1, false), (2, UNDECIDED, false), (2, 0, true), (1, 1, true), (3, 1, true)]
     {
         let mut found = twin;
         found[i] = id;
         assert!(compare(&twin, &found, true).is_some(), "{i}: {id}");
         assert_eq!(compare(&twin, &found, false).is_some(), is_seen_anywhere, "{i}: {id}");
     }
-    assert!(compare(&twin, &[OPEN; 6], false).is_some());
+    assert!(compare(&twin, &[UNDECIDED; 6], false).is_some());
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -354,7 +355,7 @@ fn plain(case: &Case, kernel: Kernel, gpu: &Arc<Gpu>, n_lit: &mut u64) -> Vec<Fa
     };
     let devices = [Device::Cpu, Device::Gpu(Arc::clone(gpu))];
     let mut sessions = devices.map(|device| Session::new(Arc::clone(&case.scene), device, kernel));
-    let (control, wants) = (Control::default(), Wants { surface: true, level: true });
+    let (control, wants) = (Control::default(), Outputs { surface: true, level: true });
     let is_ieee = gpu.is_ieee(kernel).unwrap();
     for (way, rays) in rays_of(case) {
         let [on_cpu, on_gpu] = sessions.each_mut().map(|session| {

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use kugelblitz::num::{Mask, Real};
 use kugelblitz::prepare::{ObjectRecords, Prepared};
-use kugelblitz::trace::{Kernel, Rays, WorldRay};
+use kugelblitz::query::{Kernel, Rays, WorldRay};
 use kugelblitz_tests::twins::Twin;
 use kugelblitz_tests::{plane, scene, sphere, traced};
 

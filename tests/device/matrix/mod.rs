@@ -17,15 +17,15 @@ use std::fmt::Debug;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
+use kugelblitz::Control;
 use kugelblitz::Session;
-use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::exact::{ExactPixels, ExactRay, nearest};
-use kugelblitz::prepare::Scaled;
+use kugelblitz::lighting::{Background, Encoding, Pixel, Style};
+use kugelblitz::prepare::ScaledInteger;
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays, Stage, StageCounts, WorldRay};
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Camera, Color, Plane, Samples, Scene, parse_scene};
-use kugelblitz::shade::{Background, Encoding, Pixel, Style};
-use kugelblitz::trace::{Hits, Kernel, Level, Rays, StageCounts, Wants, WorldRay};
 use kugelblitz_tests::gpu;
 use kugelblitz_tests::oracle::{self, Hit, MISS, Oracle, Truth};
 use kugelblitz_tests::{root, text_of};
@@ -183,9 +183,9 @@ impl Case {
     /// Asserts that the stages are those of the rays.
     fn assert_counted(&self, hits: &Hits, n_rays: usize, has_levels: bool) {
         assert_eq!(hits.counts.total(), n_rays as u64, "{}", self.name);
-        let n_of = |level: Level| hits.level.iter().filter(|at| **at == level as u8).count() as u64;
+        let n_of = |level: Stage| hits.level.iter().filter(|at| **at == level as u8).count() as u64;
         let StageCounts { f32, f64, exact } = hits.counts;
-        let of_levels = [Level::F32, Level::F64, Level::Exact].map(n_of);
+        let of_levels = [Stage::F32, Stage::F64, Stage::Exact].map(n_of);
         assert!(!has_levels || of_levels == [f32, f64, exact], "{}", self.name);
     }
 
@@ -275,7 +275,7 @@ impl<'a> Check<'a> {
 
     fn hits(&mut self, pixels: &Pixels, surface: bool) -> Vec<Hit> {
         let hits =
-            self.session.hits(pixels, Wants { surface, level: surface }, &Control::default());
+            self.session.hits(pixels, Outputs { surface, level: surface }, &Control::default());
         let hits = hits.unwrap();
         self.count(&hits, pixels.len(), surface);
         let found = all_hits(&hits, surface);
@@ -291,7 +291,7 @@ impl<'a> Check<'a> {
 
     fn list(&mut self, surface: bool) {
         let mut hits = Hits::default();
-        let wants = Wants { surface, level: surface };
+        let wants = Outputs { surface, level: surface };
         self.session.trace(&self.case.list(), wants, &Control::default(), &mut hits).unwrap();
         self.count(&hits, self.case.rays.len(), surface);
         let (_, is_true) = of_surface(surface);
@@ -323,7 +323,7 @@ impl<'a> Check<'a> {
         is_true: fn(&Shown<P>, &Truth) -> bool,
     ) -> Vec<Shown<P>> {
         let (style, control) = (self.case.style(n, P::ENCODING), Control::default());
-        let (kept, _) = self.session.keep(pixels, style, Wants::default(), &control).unwrap();
+        let (kept, _) = self.session.keep(pixels, style, Outputs::default(), &control).unwrap();
         let n_hits = kept.coverage.map(|coverage| coverage.n_hits);
         assert_eq!(n_hits.is_some(), style.background != Background::Shown);
         let colors = P::all(kept.colors).unwrap().into_iter().enumerate();
@@ -575,7 +575,7 @@ fn one_session_for_all() {
 /// Bits of what a session's picture shows.
 fn hits_of(session: &mut Session) -> Vec<[u32; 5]> {
     let pixels = session.pixels(USUAL[0], USUAL[1]).unwrap();
-    let wants = Wants { surface: true, level: false };
+    let wants = Outputs { surface: true, level: false };
     let hits = session.hits(&pixels, wants, &Control::default()).unwrap();
     let bits = |Hit { id, t, normal: [x, y, z] }: Hit| {
         [id, t.to_bits(), x.to_bits(), y.to_bits(), z.to_bits()]
@@ -593,7 +593,8 @@ fn colors_of(session: &mut Session) -> Vec<[u32; 5]> {
 fn behind_a_wall(case: &Case) -> Arc<Scene> {
     let mut scene = (*case.scene).clone();
     let Camera { position, look_at, .. } = scene.camera.clone().expect("a camera");
-    let (point, normal) = (position.lerp(look_at, 0.5), Scaled::new(position - look_at).rounded());
+    let (point, normal) =
+        (position.lerp(look_at, 0.5), ScaledInteger::new(position - look_at).rounded());
     scene.planes.push(Plane { name: None, point, normal, color: Color([0.5; 3]) });
     Arc::new(scene)
 }

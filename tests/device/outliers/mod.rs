@@ -13,15 +13,15 @@ use std::fmt::{self, Write};
 use std::sync::Arc;
 
 use glam::DVec3;
+use kugelblitz::Control;
 use kugelblitz::Session;
-use kugelblitz::control::Control;
 use kugelblitz::device::Device;
-use kugelblitz::num::OPEN;
+use kugelblitz::lighting::{Encoding, Style, certified_lighting};
+use kugelblitz::num::UNDECIDED;
 use kugelblitz::prepare::{LengthUnit, Prepared};
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays, StageCounts};
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::Samples;
-use kugelblitz::shade::{Encoding, Style, certified_lighting};
-use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants};
 use kugelblitz_tests::twins::{Twin, light_alone};
 use rand::SeedableRng;
 use rayon::prelude::*;
@@ -317,7 +317,7 @@ fn work_counts(case: &Workload) -> Vec<WorkCount> {
 /// Returns the stages that decided rays, and shadow rays.
 fn stage_counts(case: &Workload) -> [StageCounts; 2] {
     let mut session = Session::new(case.scene.clone(), Device::Cpu, Kernel::Certified);
-    let (wants, control) = (Wants::default(), Control::default());
+    let (wants, control) = (Outputs::default(), Control::default());
     match case.rays() {
         Rays::Pixels(pixels) => {
             let style = Style { n_samples: case.n_samples, ..Style::new(Encoding::Srgb8) };
@@ -339,7 +339,7 @@ fn counts_on_device(prepared: &Prepared, rays: &Rays) -> [u64; 2] {
     let Some(twin) = twin else { return [rays.len() as u64, 0] };
     let count = |index| {
         let ray = twin.ray(rays, index);
-        [u64::from(twin.decide(&ray) == OPEN), u64::from(twin.n_boxes(&ray))]
+        [u64::from(twin.decide(&ray) == UNDECIDED), u64::from(twin.n_boxes(&ray))]
     };
     (0..rays.len()).map(count).fold([0, 0], |[a, b], [x, y]| [a + x, b + y])
 }
@@ -352,7 +352,7 @@ fn undecided_pixels_on_device(prepared: &Prepared, pixels: &Pixels, n_samples: S
     match certified_lighting(prepared, pixels, n_samples) {
         Some(lighting) if Twin::new(prepared).is_some() => {
             let codes = light_alone(prepared, &lighting, pixels);
-            codes.iter().filter(|&&code| code == OPEN).count() as u64
+            codes.iter().filter(|&&code| code == UNDECIDED).count() as u64
         }
         _ => pixels.len() as u64,
     }

@@ -6,9 +6,9 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 use kugelblitz::prepare::power_of_two;
+use kugelblitz::query::{Rays, WorldRay};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Color, Light, Projection, Samples, Scene, Source, Sphere};
-use kugelblitz::trace::{Rays, WorldRay};
 use kugelblitz_tests::{camera, in_cube, plane, scene, sphere};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

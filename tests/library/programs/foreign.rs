@@ -164,7 +164,7 @@ fn data_are_not_taken_for_foreign_files() {
     folder
         .write("a.toml", "# data_x\n[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\ncolor = \"red\"\n");
     let overrides = SceneOverrides { needs_camera: true, ..SceneOverrides::default() };
-    let control = kugelblitz::control::Control::default();
+    let control = kugelblitz::Control::default();
     let composed = kugelblitz::scene::compose_scene(&folder.path("a.toml"), &overrides, &control);
     assert_eq!(composed.expect("a scene").scene.spheres.len(), 1);
 }

@@ -53,7 +53,7 @@ enum Quotes {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum HeaderForm {
-    Plain,
+    Baseline,
     /// After comments and an empty line.
     AfterComments,
     /// Itself a comment.
@@ -93,7 +93,7 @@ impl Form {
         quotes: Quotes::None,
         line_end: "\n",
         names: HEADERS[0],
-        header: HeaderForm::Plain,
+        header: HeaderForm::Baseline,
         units: None,
         row_names: RowNames::None,
         has_exponents: false,
@@ -123,7 +123,7 @@ impl Form {
             RowNames::Words,
         ];
         let headers = [
-            HeaderForm::Plain,
+            HeaderForm::Baseline,
             HeaderForm::AfterComments,
             HeaderForm::Hash,
             HeaderForm::Slashes,
@@ -159,7 +159,7 @@ impl Form {
                 form.names = HEADERS[0];
             }
             if form.header == HeaderForm::Excel {
-                form.header = HeaderForm::Plain;
+                form.header = HeaderForm::Baseline;
             }
         }
         let is_comment = matches!(form.header, HeaderForm::Hash | HeaderForm::Slashes);
@@ -211,7 +211,7 @@ impl Form {
         names.extend(self.has_colors.then(|| "color".into()));
         let names = names.into_iter().map(|name| self.cell(name, true)).collect();
         let mut text = match self.header {
-            HeaderForm::Plain => String::new(),
+            HeaderForm::Baseline => String::new(),
             HeaderForm::AfterComments => {
                 format!("# a measurement, 5 s{0}{0}# by hand{0}", self.line_end)
             }
@@ -330,7 +330,7 @@ fn separators_marks_quotes_and_line_ends_combine() {
                     if separator == ',' && mark == ',' && quotes != Quotes::All {
                         continue;
                     }
-                    for header in [HeaderForm::Plain, HeaderForm::Hash] {
+                    for header in [HeaderForm::Baseline, HeaderForm::Hash] {
                         let form =
                             Form { separator, mark, quotes, line_end, header, ..Form::PLAIN };
                         let (rows, colors) = random_rows(&mut rng);

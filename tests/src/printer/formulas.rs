@@ -1,14 +1,14 @@
 //! The formulas that a device has from the Rust text.
 
-use kugelblitz::gpu::slabs::{Slabs, Stretch, is_near};
+use kugelblitz::gpu::slabs::{SlabInterval, Slabs, is_near};
 use kugelblitz::kernel::relative::{from_center, plane_stable, sphere_stable};
 use kugelblitz::num::fields::{FieldSink, FieldSource, Fields};
 use kugelblitz::num::{Ray, Real, V3};
 use kugelblitz::rays::{camera_direction, camera_origin};
-use kugelblitz::seen::shadow::Aim;
-use kugelblitz::seen::{
-    Anchor, Bounds, GroundMet, Lengths, LightBounds, Nearest, PlaneMet, PlaneSeen, Seen, ShadowRay,
-    SphereLeaf, SphereMet, SphereSeen, Surface, Verdict,
+use kugelblitz::shape::shadow::Aim;
+use kugelblitz::shape::{
+    Anchor, Bounds, GroundOccluder, LightBounds, Nearest, Occlusion, PlaneOccluder, PlaneRecord,
+    ShadowRay, ShapeRecord, SphereLeaf, SphereOccluder, SphereRecord, Surface, SurfaceErrorTerms,
 };
 
 use super::{Wgsl as W, WgslId, declaration, function};
@@ -20,7 +20,7 @@ pub fn all() -> [(&'static str, String); 4] {
     [
         ("camera.wgsl", camera()),
         ("relative.wgsl", relative()),
-        ("seen.wgsl", seen()),
+        ("shape.wgsl", seen()),
         ("light.wgsl", light()),
     ]
 }
@@ -67,24 +67,24 @@ fn seen() -> String {
         declaration::<Bounds<W>>(),
         declaration::<Nearest<W>>(),
         declaration::<SphereLeaf<W>>(),
-        declaration::<SphereSeen<W>>(),
-        declaration::<PlaneSeen<W>>(),
+        declaration::<SphereRecord<W>>(),
+        declaration::<PlaneRecord<W>>(),
         function!(ray_from(origin: V3<W>, direction: V3<W>) Ray::new(origin, direction)),
         function!(leaf_bounds(leaf: SphereLeaf<W>, ray: Ray<W>) leaf.bounds(&ray).expect(none)),
-        function!(sphere_leaf(sphere: SphereSeen<W>) sphere.leaf()),
-        function!(sphere_bounds_close(sphere: SphereSeen<W>, ray: Ray<W>)
-            SphereSeen::bounds_close(&sphere, &ray).expect(none)),
-        function!(plane_bounds(plane: PlaneSeen<W>, ray: Ray<W>)
-            PlaneSeen::bounds(&plane, &ray).expect(none)),
+        function!(sphere_leaf(sphere: SphereRecord<W>) sphere.leaf()),
+        function!(sphere_bounds_close(sphere: SphereRecord<W>, ray: Ray<W>)
+            SphereRecord::bounds_close(&sphere, &ray).expect(none)),
+        function!(plane_bounds(plane: PlaneRecord<W>, ray: Ray<W>)
+            PlaneRecord::bounds(&plane, &ray).expect(none)),
         function!(nearest_none() Nearest::<W>::none()),
         function!(nearest_with(nearest: Nearest<W>, next: Bounds<W>, id: WgslId)
             nearest.with(next, id)),
         function!(decide(nearest: Nearest<W>) nearest.decide().0),
         declaration::<Slabs<W>>(),
-        declaration::<Stretch<W>>(),
+        declaration::<SlabInterval<W>>(),
         function!(slabs_of(ray: Ray<W>, beside: W) Slabs::new(&ray, beside)),
         function!(between(slabs: Slabs<W>, low: V3<W>, high: V3<W>) slabs.between(low, high)),
-        function!(is_within(stretch: Stretch<W>, t_max: W) stretch.is_within(t_max)),
+        function!(is_within(stretch: SlabInterval<W>, t_max: W) stretch.is_within(t_max)),
     ])
 }
 
@@ -132,25 +132,25 @@ impl Fields<W> for SurfacePoint {
 fn light() -> String {
     joined(&[
         HEAD.into(),
-        declaration::<Lengths<W>>(),
+        declaration::<SurfaceErrorTerms<W>>(),
         declaration::<SurfacePoint>(),
         declaration::<Anchor<W>>(),
-        declaration::<SphereMet<W>>(),
-        declaration::<PlaneMet<W>>(),
-        declaration::<GroundMet<W>>(),
+        declaration::<SphereOccluder<W>>(),
+        declaration::<PlaneOccluder<W>>(),
+        declaration::<GroundOccluder<W>>(),
         declaration::<Aim<W>>(),
         declaration::<ShadowRay<W>>(),
-        declaration::<Verdict<W>>(),
+        declaration::<Occlusion<W>>(),
         declaration::<LightBounds<W>>(),
-        function!(sphere_surface_far(sphere: SphereSeen<W>, ray: Ray<W>, lengths: Lengths<W>)
-            SurfacePoint::from(SphereSeen::surface(&sphere, &ray, &lengths))),
-        function!(sphere_surface_close(sphere: SphereSeen<W>, ray: Ray<W>, lengths: Lengths<W>)
-            SurfacePoint::from(SphereSeen::surface_close(&sphere, &ray, &lengths))),
+        function!(sphere_surface_far(sphere: SphereRecord<W>, ray: Ray<W>, lengths: SurfaceErrorTerms<W>)
+            SurfacePoint::from(SphereRecord::surface(&sphere, &ray, &lengths))),
+        function!(sphere_surface_close(sphere: SphereRecord<W>, ray: Ray<W>, lengths: SurfaceErrorTerms<W>)
+            SurfacePoint::from(SphereRecord::surface_close(&sphere, &ray, &lengths))),
         function!(anchor_ray(
             anchor: Anchor<W>, right: V3<W>, up: V3<W>, across: W, above: W, ray: Ray<W>
         ) anchor.ray((right, up), [across, above], &ray)),
-        function!(plane_surface(plane: PlaneSeen<W>, ray: Ray<W>, lengths: Lengths<W>)
-            SurfacePoint::from(PlaneSeen::surface(&plane, &ray, &lengths))),
+        function!(plane_surface(plane: PlaneRecord<W>, ray: Ray<W>, lengths: SurfaceErrorTerms<W>)
+            SurfacePoint::from(PlaneRecord::surface(&plane, &ray, &lengths))),
         function!(shadow_ray(aim: Aim<W>, point: V3<W>, point_error: W)
             ShadowRay::new(&aim, point, point_error)),
         function!(is_near(ray: ShadowRay<W>) is_near(&ray)),
@@ -159,20 +159,20 @@ fn light() -> String {
             let (low, high) = ray.cosine(normal, normal_error);
             Bounds { low, high }
         }),
-        function!(sphere_occludes(met: SphereMet<W>, ray: ShadowRay<W>)
-            SphereMet::occlude(&met, &ray, None)),
-        function!(plane_occludes(met: PlaneMet<W>, ray: ShadowRay<W>)
-            PlaneMet::occlude(&met, &ray, None)),
-        function!(sphere_occludes_beside(met: SphereMet<W>, ray: ShadowRay<W>, side: W)
-            SphereMet::occlude(&met, &ray, Some(side))),
-        function!(plane_occludes_beside(met: PlaneMet<W>, ray: ShadowRay<W>, side: W)
-            PlaneMet::occlude(&met, &ray, Some(side))),
-        function!(ground_occludes(met: GroundMet<W>, ray: ShadowRay<W>)
-            GroundMet::occlude(&met, &ray, None)),
-        function!(ground_occludes_beside(met: GroundMet<W>, ray: ShadowRay<W>, side: W)
-            GroundMet::occlude(&met, &ray, Some(side))),
-        function!(verdict_with(verdict: Verdict<W>, next: Verdict<W>) verdict.with(next)),
-        function!(behind(given: Bounds<W>, verdict: Verdict<W>) given.behind(&verdict)),
+        function!(sphere_occludes(met: SphereOccluder<W>, ray: ShadowRay<W>)
+            SphereOccluder::occlude(&met, &ray, None)),
+        function!(plane_occludes(met: PlaneOccluder<W>, ray: ShadowRay<W>)
+            PlaneOccluder::occlude(&met, &ray, None)),
+        function!(sphere_occludes_beside(met: SphereOccluder<W>, ray: ShadowRay<W>, side: W)
+            SphereOccluder::occlude(&met, &ray, Some(side))),
+        function!(plane_occludes_beside(met: PlaneOccluder<W>, ray: ShadowRay<W>, side: W)
+            PlaneOccluder::occlude(&met, &ray, Some(side))),
+        function!(ground_occludes(met: GroundOccluder<W>, ray: ShadowRay<W>)
+            GroundOccluder::occlude(&met, &ray, None)),
+        function!(ground_occludes_beside(met: GroundOccluder<W>, ray: ShadowRay<W>, side: W)
+            GroundOccluder::occlude(&met, &ray, Some(side))),
+        function!(verdict_with(verdict: Occlusion<W>, next: Occlusion<W>) verdict.with(next)),
+        function!(behind(given: Bounds<W>, verdict: Occlusion<W>) given.behind(&verdict)),
         function!(light_with(light: LightBounds<W>, weight: V3<W>, given: Bounds<W>)
             light.with(weight, given)),
         function!(light_on(light: LightBounds<W>, color: V3<W>) light.on(color)),

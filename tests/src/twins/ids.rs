@@ -3,12 +3,13 @@
 use kugelblitz::bvh::{FlatBox, IS_LEAF, MOST_BOXES, MOST_BOXES_TO_LIGHT};
 use kugelblitz::gpu::slabs::{LEAST_SLACK, Slabs, is_near};
 use kugelblitz::num::fields::{FieldSource, Fields};
-use kugelblitz::num::{OPEN, Real, V3};
-use kugelblitz::prepare::{InSpace, ObjectRecords, Prepared};
+use kugelblitz::num::{Real, UNDECIDED, V3};
+use kugelblitz::prepare::{DeviceBvh, ObjectRecords, Prepared};
 use kugelblitz::rays::{Frame, List, Rays};
 use kugelblitz::scene::Object;
-use kugelblitz::seen::{
-    Contact, Met, Nearest, PlaneSeen, Ray, Seen as _, ShadowRay, SphereSeen, Verdict,
+use kugelblitz::shape::{
+    Contact, Nearest, Occluder, Occlusion, PlaneRecord, Ray, ShadowRay, ShapeRecord as _,
+    SphereRecord,
 };
 use rayon::prelude::*;
 
@@ -24,7 +25,7 @@ pub fn propose_alone(prepared: &Prepared, rays: &Rays) -> Option<Vec<u32>> {
 /// A prepared scene as a device has it, for any number like an f32.
 pub struct Twin<'a> {
     prepared: &'a Prepared,
-    in_space: Option<InSpace>,
+    in_space: Option<DeviceBvh>,
     most_boxes: u32,
 }
 
@@ -57,12 +58,12 @@ impl Twin<'_> {
         }
     }
 
-    /// The id that a ray sees, or [`OPEN`].
+    /// The id that a ray sees, or [`UNDECIDED`].
     pub fn decide<R: Real<One = f32, Id = u32>>(&self, ray: &Ray<R>) -> u32 {
         let mut nearest = self.nearest_listed(ray);
         match self.look_in_tree(ray, &mut nearest) {
             Some(_) => nearest.decide().0,
-            None => OPEN,
+            None => UNDECIDED,
         }
     }
 
@@ -84,17 +85,17 @@ impl Twin<'_> {
         };
         let mut nearest = Nearest::none();
         for (place, words) in lists.spheres.iter().enumerate() {
-            let sphere: SphereSeen<R> = record(words);
-            let far = SphereSeen::bounds(&sphere, ray);
-            let close = any_close.then(|| SphereSeen::bounds_close(&sphere, ray)).flatten();
-            let is_close = record::<f32, SphereSeen<f32>>(words).is_close > 0.0;
+            let sphere: SphereRecord<R> = record(words);
+            let far = SphereRecord::bounds(&sphere, ray);
+            let close = any_close.then(|| SphereRecord::bounds_close(&sphere, ray)).flatten();
+            let is_close = record::<f32, SphereRecord<f32>>(words).is_close > 0.0;
             if let Some(next) = if is_close { close } else { far } {
                 nearest = nearest.with(next, id_at(place));
             }
         }
         let n_spheres = self.prepared.scene.spheres.len();
         for (index, words) in lists.planes.iter().enumerate() {
-            if let Some(next) = PlaneSeen::bounds(&record(words), ray) {
+            if let Some(next) = PlaneRecord::bounds(&record(words), ray) {
                 nearest = nearest.with(next, (n_spheres + index) as u32 + 1);
             }
         }
@@ -107,7 +108,7 @@ impl Twin<'_> {
         ray: &Ray<R>,
         nearest: &mut Nearest<R>,
     ) -> Option<u32> {
-        let (Some(InSpace { boxes, beside }), Some(hierarchy)) =
+        let (Some(DeviceBvh { boxes, beside }), Some(hierarchy)) =
             (&self.in_space, &self.prepared.hierarchy)
         else {
             return Some(0);
@@ -132,12 +133,12 @@ impl Twin<'_> {
     /// What is in the way of a shadow ray that starts on the object `own`: `listed`, and the spheres of the tree.
     pub fn shadow(
         &self,
-        listed: Verdict<f32>,
+        listed: Occlusion<f32>,
         ray: &ShadowRay<f32>,
         contacts: &[Contact],
         own: u32,
-    ) -> Verdict<f32> {
-        let Some(InSpace { boxes, .. }) = &self.in_space else { return listed };
+    ) -> Occlusion<f32> {
+        let Some(DeviceBvh { boxes, .. }) = &self.in_space else { return listed };
         let slabs = Slabs::to_light(ray);
         let most = if is_near(ray) { self.most_boxes } else { 0 };
         let (mut at, mut verdict) = (0, listed);
@@ -147,12 +148,12 @@ impl Twin<'_> {
             at += next;
             if is_met && node.link & IS_LEAF != 0 && node.id != own {
                 let sphere = &self.prepared.scene.spheres[node.id as usize - 1];
-                let met = Met::new(Object::Sphere(sphere), self.prepared.reference);
+                let met = Occluder::new(Object::Sphere(sphere), self.prepared.reference);
                 verdict = verdict.with(met.occlude(ray, Contact::side_at(contacts, node.id)));
             }
         }
         let is_ended = at == boxes.len();
-        Verdict { clear: if is_ended { verdict.clear } else { -1.0 }, ..verdict }
+        Occlusion { clear: if is_ended { verdict.clear } else { -1.0 }, ..verdict }
     }
 }
 

@@ -1,12 +1,12 @@
 //! What `shaders/lit.wgsl` does: each pixel alone, in f32.
 
-use kugelblitz::num::{Float as _, OPEN, V3};
+use kugelblitz::num::{Float as _, UNDECIDED, V3};
 use kugelblitz::prepare::{CertifiedLamp, CertifiedLighting, Prepared};
 use kugelblitz::rays::{Frame, Pixels};
-use kugelblitz::scene::{Edges, Object};
-use kugelblitz::seen::{
-    Anchors, Bounds, Contact, LightBounds, PlaneSeen, Ray, Record as _, Seen as _, ShadowRay,
-    SphereSeen, Surface, Verdict,
+use kugelblitz::scene::{Object, QuantizationTable};
+use kugelblitz::shape::{
+    Anchors, Bounds, Contact, LightBounds, Occlusion, PlaneRecord, Ray, Record as _, ShadowRay,
+    ShapeRecord as _, SphereRecord, Surface,
 };
 use rayon::prelude::*;
 
@@ -26,20 +26,20 @@ pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &P
             let (is_close, seen, anchor) = (seen.is_close(), seen.round(), anchor.round());
             let ray = anchor.ray((camera.right, camera.true_up), steps, ray);
             anchor.to_eye(match is_close {
-                false => SphereSeen::surface(&seen, &ray, &lighting.lengths),
-                true => SphereSeen::surface_close(&seen, &ray, &lighting.lengths),
+                false => SphereRecord::surface(&seen, &ray, &lighting.lengths),
+                true => SphereRecord::surface_close(&seen, &ray, &lighting.lengths),
             })
         }
         Some(Object::Sphere(sphere)) => {
-            let seen = SphereSeen::new::<f32>(sphere, eye);
+            let seen = SphereRecord::new::<f32>(sphere, eye);
             match seen.is_close() {
-                false => SphereSeen::surface(&seen.round(), ray, &lighting.lengths),
-                true => SphereSeen::surface_close(&seen.round(), ray, &lighting.lengths),
+                false => SphereRecord::surface(&seen.round(), ray, &lighting.lengths),
+                true => SphereRecord::surface_close(&seen.round(), ray, &lighting.lengths),
             }
         }
         Some(Object::Plane(plane)) => {
-            let seen = PlaneSeen::new::<f32>(plane, eye).round();
-            PlaneSeen::surface(&seen, ray, &lighting.lengths)
+            let seen = PlaneRecord::new::<f32>(plane, eye).round();
+            PlaneRecord::surface(&seen, ray, &lighting.lengths)
         }
         None => Surface::unknown(),
     };
@@ -53,7 +53,7 @@ pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &P
             let color = lighting.background;
             return Some(LightBounds { low: color, high: color });
         }
-        if id == OPEN {
+        if id == UNDECIDED {
             return None;
         }
         let color = V3(prepared.scene.color(id).0.map(f32::near));
@@ -67,16 +67,16 @@ pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &P
         let (x, y) = pixels.xy(at);
         let mut sum = LightBounds { low: V3([0.0; 3]), high: V3([0.0; 3]) };
         for k in 0..n * n {
-            let Some(light) = sample(x * n + k % n, y * n + k / n) else { return OPEN };
+            let Some(light) = sample(x * n + k % n, y * n + k / n) else { return UNDECIDED };
             sum = sum.plus(light);
         }
         let LightBounds { low, high } = sum.mean((n * n) as f32, lighting.width);
         let mut code = 0;
         for channel in 0..3 {
             let [low, high] = [low, high].map(|bound| f64::from(bound.0[channel]));
-            let byte = Edges::srgb8().number(low);
-            let is_known = high < Edges::srgb8().range(byte).1;
-            code |= if is_known { u32::from(byte) << (8 * channel) } else { OPEN };
+            let byte = QuantizationTable::srgb8().number(low);
+            let is_known = high < QuantizationTable::srgb8().range(byte).1;
+            code |= if is_known { u32::from(byte) << (8 * channel) } else { UNDECIDED };
         }
         code
     };
@@ -96,7 +96,7 @@ fn given(
     let is_known = surface.normal_error < 1.0;
     let normal = V3::select(is_known, surface.normal, V3([0.0; 3]));
     let (low, high) = ray.cosine(normal, surface.normal_error);
-    let (mut verdict, contacts) = (Verdict::none(), lamp.contacts_on_device());
+    let (mut verdict, contacts) = (Occlusion::none(), lamp.contacts_on_device());
     if lamp.casts_shadows {
         // From inside a sphere it is left open.
         verdict.clear = if surface.front { 1.0 } else { -1.0 };

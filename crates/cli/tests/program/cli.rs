@@ -4,7 +4,7 @@
 use std::fs;
 use std::process::Command;
 
-use kugelblitz::trace::Kernel;
+use kugelblitz::query::Kernel;
 use kugelblitz_tests::{gpu, runs};
 use serde_json::{Value, json};
 

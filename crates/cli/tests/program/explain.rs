@@ -5,9 +5,9 @@ use std::sync::Arc;
 use glam::DVec3;
 use kugelblitz::Session;
 use kugelblitz::device::Device;
+use kugelblitz::query::{Kernel, Rays, WorldRay};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Color, Light, Projection, Samples, Scene, Sky, Source, read_scene};
-use kugelblitz::trace::{Kernel, Rays, WorldRay};
 use kugelblitz_judge::explain::text::{WIDTH, text};
 use kugelblitz_judge::explain::{
     Approximation, DEFAULT_DIGITS, ExplainStyle, Explanation, FormulaNumber, Lang,

@@ -7,13 +7,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use kugelblitz::Control;
 use kugelblitz::Session;
-use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::frames::turntable;
+use kugelblitz::query::{Kernel, Outputs, Rays};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{SceneOverrides, compose_scene};
-use kugelblitz::trace::{Kernel, Rays, Wants};
 use tempfile::TempDir;
 
 use crate::program::{file, program, run};
@@ -35,7 +35,7 @@ fn a_film_has_one_tree() {
     let mut session = Session::new(scene, Device::Cpu, Kernel::Certified);
     let trees = cameras.iter().map(|camera| {
         let rays = Rays::Pixels(Pixels::whole(View::new(camera), 96, 64));
-        session.make_ready(&rays, Wants::default(), &Control::default()).unwrap();
+        session.make_ready(&rays, Outputs::default(), &Control::default()).unwrap();
         Arc::clone(&session.prepared().unwrap().hierarchy.as_ref().unwrap().bvh)
     });
     let trees: Vec<_> = trees.collect();

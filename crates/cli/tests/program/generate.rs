@@ -2,8 +2,8 @@
 //! `tests/answers/generate.txt`.
 
 use glam::DVec3;
+use kugelblitz::Control;
 use kugelblitz::Error;
-use kugelblitz::control::Control;
 use kugelblitz::generate::{Distribution, Recipe, write_cloud, write_scene};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::rays::View;

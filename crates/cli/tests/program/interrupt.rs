@@ -8,11 +8,11 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
+use kugelblitz::Control;
 use kugelblitz::Error;
-use kugelblitz::control::Control;
 use kugelblitz::prepare::Prepared;
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays, WorldRay};
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::trace::{Hits, Kernel, Rays, Wants, WorldRay};
 use kugelblitz::tracer::Tracer;
 use kugelblitz_tests::{camera, gpu, in_cube, npy_of_rays, sphere};
 use rand::SeedableRng;
@@ -235,7 +235,7 @@ fn the_library_stops_amid_a_row_and_between_the_steps_of_preparing() {
             let control = Arc::new(Control::default());
             let prepared =
                 Prepared::renewed(None, Arc::clone(&scene), kernel, &rays, &control).unwrap();
-            let mut tracer = Tracer::on_cpu(Arc::new(prepared), Wants::default());
+            let mut tracer = Tracer::on_cpu(Arc::new(prepared), Outputs::default());
             let later = Arc::clone(&control);
             let cancel = std::thread::spawn(move || {
                 std::thread::sleep(Duration::from_millis(200));

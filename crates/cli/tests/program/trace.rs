@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use kugelblitz::trace::Kernel;
+use kugelblitz::query::Kernel;
 use kugelblitz_tests::{gpu, npy_of_rays, runs};
 
 use crate::program::{file, run, scene_file};

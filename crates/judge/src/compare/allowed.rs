@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
 
-use kugelblitz::trace::Kernel;
+use kugelblitz::query::Kernel;
 use kugelblitz::words::did_you_mean_at_end;
 use kugelblitz::{Error, Result};
 
@@ -16,12 +16,12 @@ pub struct Tolerance {
     /// The number.
     pub most: f64,
     /// The unit of `most`.
-    pub unit: Unit,
+    pub unit: LimitUnit,
 }
 
 /// The unit of a [`Tolerance`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
+pub enum LimitUnit {
     /// Rays or pixels.
     Count,
     /// All of them.
@@ -35,7 +35,7 @@ pub enum Unit {
     /// The thing's own.
     Size,
 }
-use Unit::{Count, Degrees, Relative, Share, Size, Ulp};
+use LimitUnit::{Count, Degrees, Relative, Share, Size, Ulp};
 
 use crate::wrong_usage;
 
@@ -98,7 +98,7 @@ pub enum AllowedKey {
 #[derive(Clone, Copy)]
 struct Values {
     /// What may follow the number, with the unit, and how many of these numbers are one of it.
-    suffixes: &'static [(&'static str, Unit, f64)],
+    suffixes: &'static [(&'static str, LimitUnit, f64)],
     /// The number that `any` is, in the first unit.
     any: f64,
     /// In words.

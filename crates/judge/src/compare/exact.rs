@@ -1,12 +1,12 @@
 //! Exact pictures, to compare other ones with.
 
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::error::Message;
+use kugelblitz::lighting::{Encoding, Style};
 use kugelblitz::picture::{ChannelValues, Image};
+use kugelblitz::query::{Kernel, Outputs};
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Camera, Samples, parse_scene};
-use kugelblitz::shade::{Encoding, Style};
-use kugelblitz::trace::{Kernel, Wants};
 use kugelblitz::{Error, Result, Session};
 
 use crate::wrong_usage;
@@ -56,7 +56,7 @@ pub fn exact_picture(
         ExactChannels::All => (Encoding::Srgb8, true),
     };
     let style = Style { n_samples, ..Style::new(encoding) };
-    let wants = Wants { surface: has_hits, level: false };
+    let wants = Outputs { surface: has_hits, level: false };
     let (kept, _) = session.keep(pixels, style, wants, control)?;
     let hits = has_hits.then_some(&kept.hits);
     Ok(Image::of_pixels("exact picture", pixels, &kept.colors, hits))

@@ -7,22 +7,24 @@
 use std::sync::Arc;
 
 use crate::cost::ObjectCounts;
-use kugelblitz::control::Control;
-use kugelblitz::memory;
+use kugelblitz::Control;
 use kugelblitz::picture::Image;
+use kugelblitz::query::{Hits, Kernel, Outputs, WorldRay};
 use kugelblitz::rays::{Pixels, Rays};
 use kugelblitz::scene::{Object, Scene};
-use kugelblitz::trace::{Hits, Kernel, Wants, WorldRay};
+use kugelblitz::support::memory;
 use kugelblitz::{Result, Session};
 use serde::Serialize;
 
 use super::claims::Claims;
 use super::objects::{ObjectErrors, errors_by_object};
 use super::search::{TransformMatch, explain};
-use super::transform::{Expected, Part, Transform, truth_of_far_normals, truth_of_far_roots};
+use super::transform::{
+    Expected, Transform, TransformPart, truth_of_far_normals, truth_of_far_roots,
+};
 use super::words::{Finding, length_range};
 use super::{
-    Allowed, AllowedKey, ErrorStats, Quantity, RayError, RayResult, TError, Tolerance, Unit,
+    Allowed, AllowedKey, ErrorStats, LimitUnit, Quantity, RayError, RayResult, TError, Tolerance,
     error_picture, short,
 };
 use crate::verify::{Near, TrueHit, Truth};
@@ -100,7 +102,7 @@ impl HitComparison {
 
     /// Reads the foreign results, with the order of pixels that the comparison's transforms and these ones give.
     pub(super) fn claims(&self, more: &[Transform]) -> Result<Claims> {
-        let of_file = |it: &&Transform| it.part() == Part::File;
+        let of_file = |it: &&Transform| it.part() == TransformPart::File;
         let mut transforms = self.transforms.iter().chain(more).filter(of_file).peekable();
         let (quantities, channel) = (&self.quantities, self.channel.as_deref());
         if transforms.peek().is_none() {
@@ -136,7 +138,7 @@ impl HitComparison {
             truth_of_far_roots(&self.scene, &rays, &all, control)?
         } else {
             let mut hits = Hits::default();
-            session.trace(&rays, Wants::default(), control, &mut hits)?;
+            session.trace(&rays, Outputs::default(), control, &mut hits)?;
             Truth::of_known(&self.scene, &rays, &hits.id, control)?
         };
         if has(Transform::FarNormals) {
@@ -332,7 +334,7 @@ impl HitDifference {
         });
         if !allowed.allows_t(&TError { ulp, relative, is_nearest: false }) {
             broken.push(match allowed.limit(AllowedKey::T) {
-                Tolerance { most, unit: Unit::Ulp } => {
+                Tolerance { most, unit: LimitUnit::Ulp } => {
                     format!("t is off by {} ulp, allowed: {most}", short(ulp))
                 }
                 most => format!("t is off by a relative {}, allowed: {most}", short(relative)),

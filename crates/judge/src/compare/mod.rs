@@ -21,7 +21,7 @@ mod window;
 mod words;
 
 pub(crate) use allowed::short;
-pub use allowed::{Allowed, AllowedKey, Tolerance, Unit};
+pub use allowed::{Allowed, AllowedKey, LimitUnit, Tolerance};
 pub use claims::{Claims, Quantity, quantities_of};
 pub use exact::{ColorKind, ExactChannels, camera_of, exact_picture, has_camera, samples_of};
 pub use hits::{HitComparison, HitDifference, HitErrors, HitSummary};

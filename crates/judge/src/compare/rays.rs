@@ -1,8 +1,8 @@
 //! How results of rays differ, ray by ray.
 
 use glam::DVec3;
+use kugelblitz::query::Hits;
 use kugelblitz::rays::Rays;
-use kugelblitz::trace::Hits;
 use serde::Serialize;
 
 use super::Precision;

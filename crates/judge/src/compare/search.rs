@@ -5,14 +5,14 @@
 
 use std::fmt;
 
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::{Result, Session};
 use serde::Serialize;
 
 use super::claims::DepthKind;
 use super::hits::{HitDifference, transformed};
-use super::transform::{Expected, Part, Transform};
-use super::{RayError, Unit};
+use super::transform::{Expected, Transform, TransformPart};
+use super::{LimitUnit, RayError};
 use crate::compare::{Allowed, AllowedKey};
 use crate::verify::sample;
 
@@ -87,7 +87,7 @@ pub(super) fn explain(
     session: &mut Session,
     control: &Control,
 ) -> Result<Option<TransformMatch>> {
-    let search = Search::new(difference, session, control)?;
+    let search = TransformSearch::new(difference, session, control)?;
     let n = search.index.len() as u64;
     let before = search.tried(&[])?.map_or(0, |(n_agree, _)| n_agree);
     let candidates = search.candidates();
@@ -114,7 +114,7 @@ pub(super) fn explain(
     Ok(None)
 }
 
-struct Search<'a> {
+struct TransformSearch<'a> {
     difference: &'a HitDifference,
     /// The sampled rays.
     index: Vec<usize>,
@@ -124,23 +124,25 @@ struct Search<'a> {
     agreement: Allowed,
 }
 
-impl<'a> Search<'a> {
+impl<'a> TransformSearch<'a> {
     fn new(
         difference: &'a HitDifference,
         session: &mut Session,
         control: &Control,
-    ) -> Result<Search<'a>> {
+    ) -> Result<TransformSearch<'a>> {
         let comparison = &difference.comparison;
         let index = sample(comparison.rays.len(), N_SAMPLE, 0);
         let mut expected = Vec::new();
-        for transform in [None].into_iter().chain(Search::of_expected(difference).map(Some)) {
+        for transform in
+            [None].into_iter().chain(TransformSearch::of_expected(difference).map(Some))
+        {
             let transforms: Vec<Transform> =
                 comparison.transforms.iter().copied().chain(transform).collect();
             let found = comparison.expected(&transforms, index.clone(), session, control)?;
             expected.push((transform, found));
         }
         let agreement = Allowed::for_search(&comparison.allowed, T_ERROR, NORMAL_ERROR);
-        Ok(Search { difference, index, expected, agreement })
+        Ok(TransformSearch { difference, index, expected, agreement })
     }
 
     /// Returns the transforms of what is expected that may explain the errors.
@@ -278,7 +280,8 @@ impl Transform {
         };
         let (one, two) = (convention(self), convention(other));
         // Transforms of what is expected are tried one at a time.
-        one == two || (self.part() == Part::Expected && other.part() == Part::Expected)
+        one == two
+            || (self.part() == TransformPart::Expected && other.part() == TransformPart::Expected)
     }
 }
 
@@ -291,8 +294,8 @@ impl Allowed {
             super::Tolerance { most, unit }
         };
         let mut loose = allowed.clone();
-        loose.set(AllowedKey::T, limit(AllowedKey::T, t, Unit::Relative));
-        loose.set(AllowedKey::Normal, limit(AllowedKey::Normal, degrees, Unit::Degrees));
+        loose.set(AllowedKey::T, limit(AllowedKey::T, t, LimitUnit::Relative));
+        loose.set(AllowedKey::Normal, limit(AllowedKey::Normal, degrees, LimitUnit::Degrees));
         loose
     }
 }

@@ -1,13 +1,13 @@
 //! A renderer in f64 with one planted mistake at a time: each is found, and named.
 
 use glam::DVec3;
+use kugelblitz::Control;
 use kugelblitz::Session;
-use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::picture::{Channel, ChannelValues, Image};
+use kugelblitz::query::Kernel;
 use kugelblitz::rays::{Pixels, Rays, View};
 use kugelblitz::scene::{Object, Scene, parse_scene};
-use kugelblitz::trace::Kernel;
 
 use super::*;
 

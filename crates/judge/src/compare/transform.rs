@@ -7,13 +7,13 @@ use std::fmt;
 use std::str::FromStr;
 
 use glam::DVec3;
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::error::{Hint, Message};
-use kugelblitz::parallel;
 use kugelblitz::picture::Image;
+use kugelblitz::query::WorldRay;
 use kugelblitz::rays::{Lens, Pixels, Rays, View};
 use kugelblitz::scene::{Object, Scene, Sphere};
-use kugelblitz::trace::WorldRay;
+use kugelblitz::support::parallel;
 use kugelblitz::words::did_you_mean_at_end;
 use kugelblitz::{Error, Result};
 
@@ -189,7 +189,7 @@ impl fmt::Display for Transform {
 
 /// Which part of a comparison a transform changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum TransformPart {
     /// The order of the pixels in the file.
     File,
     /// The foreign results.
@@ -200,19 +200,19 @@ pub(super) enum Part {
 
 impl Transform {
     /// Returns the part that the transform changes.
-    pub(super) fn part(self) -> Part {
+    pub(super) fn part(self) -> TransformPart {
         match self {
-            FlipRows | FlipColumns => Part::File,
+            FlipRows | FlipColumns => TransformPart::File,
             PixelOffset(_) | HorizontalFov | AspectOfMoreRows | FarRoots | FarNormals => {
-                Part::Expected
+                TransformPart::Expected
             }
-            _ => Part::Claims,
+            _ => TransformPart::Claims,
         }
     }
 
     /// Whether the transform changes the order of a picture's pixels, so that it suits any two pictures.
     pub fn is_of_files(self) -> bool {
-        self.part() == Part::File
+        self.part() == TransformPart::File
     }
 
     /// Whether the transform needs pixels of a camera, not a list of rays.

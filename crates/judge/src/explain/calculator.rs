@@ -1,19 +1,19 @@
-//! Arithmetic with [`Root`]s, and their decimal digits.
+//! Arithmetic with [`QuadraticSurd`]s, and their decimal digits.
 //!
-//! Results that are no [`Root`] are replaced by a number of a thousand bits, far more than an explanation prints.
+//! Results that are no [`QuadraticSurd`] are replaced by a number of a thousand bits, far more than an explanation prints.
 
 use std::cmp::Ordering;
 
 use dashu_int::IBig;
 use dashu_int::ops::BitTest;
-use kugelblitz::exact::{Dyadic, Root, dyadic_root, integer, signum};
+use kugelblitz::exact::{Dyadic, QuadraticSurd, dyadic_root, integer, signum};
 
 /// Bits of an approximation that replaces a number.
 const ENOUGH_BITS: usize = 1024;
 
-/// Sums, products and decimals of [`Root`]s.
+/// Sums, products and decimals of [`QuadraticSurd`]s.
 ///
-/// A result is exact if it is a [`Root`], otherwise its relative error is below `2^-1000`.
+/// A result is exact if it is a [`QuadraticSurd`], otherwise its relative error is below `2^-1000`.
 pub(crate) trait Calculator: Sized {
     /// Returns the sum; exact if the square roots are multiples of each other.
     fn plus(&self, other: &Self) -> Self;
@@ -35,54 +35,59 @@ pub(crate) trait Calculator: Sized {
     fn to_decimal(&self, digits: usize) -> String;
 }
 
-impl Calculator for Root {
-    fn plus(&self, other: &Root) -> Root {
-        let (x, y) = (Fields::of(self), Fields::of(other));
+impl Calculator for QuadraticSurd {
+    fn plus(&self, other: &QuadraticSurd) -> QuadraticSurd {
+        let (x, y) = (CalculatorFields::of(self), CalculatorFields::of(other));
         let [by_x, by_y] =
             if x.a == y.a { [Dyadic::one(), Dyadic::one()] } else { [y.a.clone(), x.a.clone()] };
         let surds = [(x.s, &x.d * &by_x * &by_x), (y.s, &y.d * &by_y * &by_y)];
         match sum_of_surds(surds) {
-            Some((s, d)) => Root::new(&x.b * &by_x + &y.b * &by_y, s, d, &x.a * &by_x, 1),
+            Some((s, d)) => QuadraticSurd::new(&x.b * &by_x + &y.b * &by_y, s, d, &x.a * &by_x, 1),
             None => rational(self).plus(&rational(other)),
         }
     }
 
-    fn times(&self, other: &Root) -> Root {
-        let (x, y) = (Fields::of(self), Fields::of(other));
+    fn times(&self, other: &QuadraticSurd) -> QuadraticSurd {
+        let (x, y) = (CalculatorFields::of(self), CalculatorFields::of(other));
         let across =
             [(x.s * signum(&y.b), &y.b * &y.b * &x.d), (y.s * signum(&x.b), &x.b * &x.b * &y.d)];
         match (dyadic_root(&(&x.d * &y.d)), sum_of_surds(across)) {
-            (Some(both), Some((s, d))) => {
-                Root::new(&x.b * &y.b + both * integer((x.s * y.s).into()), s, d, &x.a * &y.a, 1)
-            }
+            (Some(both), Some((s, d))) => QuadraticSurd::new(
+                &x.b * &y.b + both * integer((x.s * y.s).into()),
+                s,
+                d,
+                &x.a * &y.a,
+                1,
+            ),
             _ => rational(self).times(&rational(other)),
         }
     }
 
     /// `A/(B + s√D) = A·(B − s√D)/(B² − D)`
-    fn over(&self, divisor: &Root) -> Root {
-        let y = Fields::of(divisor);
+    fn over(&self, divisor: &QuadraticSurd) -> QuadraticSurd {
+        let y = CalculatorFields::of(divisor);
         let norm = &y.b * &y.b - &y.d;
-        let inverse =
-            |b: Dyadic, s: i32, norm: Dyadic| Root::new(b * &y.a, s, &y.d * &y.a * &y.a, norm, 1);
+        let inverse = |b: Dyadic, s: i32, norm: Dyadic| {
+            QuadraticSurd::new(b * &y.a, s, &y.d * &y.a * &y.a, norm, 1)
+        };
         match signum(&norm) {
-            0 => Root::from(Dyadic::zero()),
+            0 => QuadraticSurd::from(Dyadic::zero()),
             1 => self.times(&inverse(y.b.clone(), -y.s, norm)),
             _ => self.times(&inverse(-y.b.clone(), y.s, -norm)),
         }
     }
 
-    fn sqrt(&self) -> Root {
-        let x = Fields::of(&rational(self));
-        Root::new(Dyadic::zero(), 1, &x.b * &x.a, x.a, 1)
+    fn sqrt(&self) -> QuadraticSurd {
+        let x = CalculatorFields::of(&rational(self));
+        QuadraticSurd::new(Dyadic::zero(), 1, &x.b * &x.a, x.a, 1)
     }
 
-    fn parse(text: &str) -> Option<Root> {
+    fn parse(text: &str) -> Option<QuadraticSurd> {
         let (mantissa, exponent) = text.split_once('e').unwrap_or((text, "0"));
         let (whole, part) = mantissa.split_once('.').unwrap_or((mantissa, ""));
         let digits: IBig = format!("{whole}{part}").parse().ok()?;
         let exponent = isize::from(exponent.parse::<i16>().ok()?) - part.len() as isize;
-        Some(times_power_of_ten(&Root::from(Dyadic::from(digits)), exponent))
+        Some(times_power_of_ten(&QuadraticSurd::from(Dyadic::from(digits)), exponent))
     }
 
     /// `q·10^e` with `10^(digits−1) ≤ q < 10^digits`: the exponent is guessed from the binary one
@@ -121,33 +126,35 @@ impl Calculator for Root {
 }
 
 /// The number `(b + s·√d)/a`, without a square root that is dyadic.
-struct Fields {
+struct CalculatorFields {
     b: Dyadic,
     s: i32,
     d: Dyadic,
     a: Dyadic,
 }
 
-impl Fields {
-    fn of(root: &Root) -> Fields {
+impl CalculatorFields {
+    fn of(root: &QuadraticSurd) -> CalculatorFields {
         let f = integer(root.factor().into());
         let (b, a) = (root.rational_part() * &f, root.denominator().clone());
         let (s, d) = (root.root_sign(), root.radicand() * &f * &f);
         match dyadic_root(&d) {
-            Some(root) => Fields { b: b + root * integer(s.into()), s: 0, d: Dyadic::zero(), a },
-            None => Fields { b, s, d, a },
+            Some(root) => {
+                CalculatorFields { b: b + root * integer(s.into()), s: 0, d: Dyadic::zero(), a }
+            }
+            None => CalculatorFields { b, s, d, a },
         }
     }
 }
 
 /// Returns the number itself if it is a quotient, otherwise one with a relative error below `2^-1000`.
-fn rational(root: &Root) -> Root {
+fn rational(root: &QuadraticSurd) -> QuadraticSurd {
     if dyadic_root(root.radicand()).is_some() {
-        let Fields { b, a, .. } = Fields::of(root);
-        return Root::new(b, 0, Dyadic::zero(), a, 1);
+        let CalculatorFields { b, a, .. } = CalculatorFields::of(root);
+        return QuadraticSurd::new(b, 0, Dyadic::zero(), a, 1);
     }
     let magnitude = root.magnitude().approximate(ENOUGH_BITS);
-    Root::from(magnitude * integer(root.signum().into()))
+    QuadraticSurd::from(magnitude * integer(root.signum().into()))
 }
 
 /// Returns `s·√x + t·√y` as one square root with a sign, if it is one.
@@ -161,19 +168,19 @@ fn sum_of_surds([(s, x), (t, y)]: [(i32, Dyadic); 2]) -> Option<(i32, Dyadic)> {
 }
 
 /// Returns `root·10^exponent`.
-fn times_power_of_ten(root: &Root, exponent: isize) -> Root {
+fn times_power_of_ten(root: &QuadraticSurd, exponent: isize) -> QuadraticSurd {
     let power = Dyadic::from(IBig::from(10).pow(exponent.unsigned_abs()));
     let (b, s, d) = (root.rational_part(), root.root_sign(), root.radicand());
     let (a, factor) = (root.denominator(), root.factor());
     if exponent < 0 {
-        Root::new(b.clone(), s, d.clone(), a * power, factor)
+        QuadraticSurd::new(b.clone(), s, d.clone(), a * power, factor)
     } else {
-        Root::new(b * &power, s, d * &power * &power, a.clone(), factor)
+        QuadraticSurd::new(b * &power, s, d * &power * &power, a.clone(), factor)
     }
 }
 
 /// Returns the integer nearest to a number of at least 0, half to even.
-fn nearest_integer(root: &Root, precision: usize) -> IBig {
+fn nearest_integer(root: &QuadraticSurd, precision: usize) -> IBig {
     let estimate = root.approximate(precision);
     let mut q = match estimate.exponent() {
         exponent @ 0.. => estimate.mantissa() << exponent as usize,
@@ -218,8 +225,8 @@ fn layout(negative: bool, mantissa: &str, leading: isize, digits: usize) -> Stri
 mod tests {
     use glam::dvec3;
     use kugelblitz::exact::{ExactRay, nearest, real, sphere_numbers};
+    use kugelblitz::query::WorldRay;
     use kugelblitz::scene::{Object, Sphere};
-    use kugelblitz::trace::WorldRay;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -229,17 +236,18 @@ mod tests {
     #[test]
     fn arithmetic_is_that_of_numbers() {
         let mut rng = ChaCha8Rng::seed_from_u64(3101);
-        let apart = |x: &Root, y: &Root| x.plus(&y.clone().negated()).to_f64().abs();
+        let apart =
+            |x: &QuadraticSurd, y: &QuadraticSurd| x.plus(&y.clone().negated()).to_f64().abs();
         for round in 0..400 {
             let mut whole = |from| integer(rng.random_range(from..90));
             let [d, a, b] = [whole(0), whole(1), whole(-90)];
             let (sign, c, e, f) =
                 (if signum(&b) < 0 { 1 } else { -1 }, whole(1), whole(-90), whole(1));
-            let of = |b, y: &Dyadic, a| Root::new(b, sign, &d * y * y, a, 3);
+            let of = |b, y: &Dyadic, a| QuadraticSurd::new(b, sign, &d * y * y, a, 3);
             let x = of(b, &a, f.clone());
             let y = match round % 4 {
                 0 => of(e, &Dyadic::zero(), c),
-                1 => Root::new(e, 1, whole(0), c, 1),
+                1 => QuadraticSurd::new(e, 1, whole(0), c, 1),
                 _ => of(e, &whole(0), c),
             };
             let (sum, product) = (x.plus(&y), x.times(&y));
@@ -257,13 +265,13 @@ mod tests {
             assert!(apart(&square.sqrt(), &x).min(apart(&square.sqrt(), &x.negated())) < 1e-290);
         }
         for (text, expected) in [("-12.5", -12.5), ("1.25e-3", 0.00125), ("7e2", 700.0)] {
-            assert_eq!(Root::parse(text).map(|x| x.to_f64()), Some(expected));
+            assert_eq!(QuadraticSurd::parse(text).map(|x| x.to_f64()), Some(expected));
         }
     }
 
     #[test]
     fn decimals() {
-        let short = |value: f64, n: usize| Root::from(real(value).unwrap()).to_decimal(n);
+        let short = |value: f64, n: usize| QuadraticSurd::from(real(value).unwrap()).to_decimal(n);
         let decimal = |value: f64| short(value, 20);
         assert_eq!(decimal(0.0), "0");
         assert_eq!(decimal(-0.0), "0");

@@ -1,6 +1,6 @@
 //! The step from a pixel to its ray, as a derivation.
 
-use kugelblitz::exact::{Root, exact, integer};
+use kugelblitz::exact::{QuadraticSurd, exact, integer};
 use kugelblitz::num::{Real as _, V3};
 use kugelblitz::rays::{Lens, Pixels};
 use kugelblitz::scene::{Projection, Scene};
@@ -13,7 +13,7 @@ use super::expression::Expression;
 use super::line::Line;
 use super::numbers::{Short, decimal_f64};
 use super::step::{Step, Tape, show};
-use super::words::Words;
+use super::words::ExplanationWords;
 
 /// Digits of an f64 that are printed at most, as more would be digits of its binary fraction.
 const F64_DIGITS: usize = 17;
@@ -47,24 +47,24 @@ pub(super) fn derive<'t>(
     tape: &'t Tape,
     pixels: &Pixels,
     scene: &Scene,
-    words: &Words,
+    words: &ExplanationWords,
     digits: usize,
 ) -> (Derivation, [V3<Step<'t>>; 2], CameraExplanation) {
     let Pixels { view, image_width, image_height, x, y, .. } = *pixels;
     let mut derivation = Derivation::new(digits);
-    let count = |name, n: u32| tape.number(name, Root::from(integer(n.into())));
+    let count = |name, n: u32| tape.number(name, QuadraticSurd::from(integer(n.into())));
     let (x, y) = (count("x", x), count("y", y));
     let (width, height) = (count("W", image_width), count("H", image_height));
     let [one, two, half] = [1.0, 2.0, 0.5].map(Step::lit);
 
     let h = match view.lens {
         Lens::Perspective => {
-            let h = tape.number("h", Root::from(exact(view.h)));
+            let h = tape.number("h", QuadraticSurd::from(exact(view.h)));
             derivation.lines.push(tangent(fov_degrees(scene, view.h), view.h, digits));
             h
         }
         Lens::Orthographic => {
-            let h = tape.number("height", Root::from(exact(2.0 * view.h))) / two;
+            let h = tape.number("height", QuadraticSurd::from(exact(2.0 * view.h))) / two;
             derivation.written(["h"; 2], ["height / 2", r"\frac{\text{height}}{2}"], h);
             h
         }
@@ -135,7 +135,7 @@ fn fov_degrees(scene: &Scene, h: f64) -> f64 {
 fn tangent(fov_degrees: f64, h: f64, digits: usize) -> Line {
     let mut line = Line::of("h", false);
     let fov = decimal_f64(fov_degrees);
-    let h = Root::from(exact(h)).to_decimal(digits.min(F64_DIGITS));
+    let h = QuadraticSurd::from(exact(h)).to_decimal(digits.min(F64_DIGITS));
     line.pieces.extend([
         Expression::Written { text: "tan(fov / 2)".into(), latex: r"\tan(\text{fov} / 2)".into() },
         Expression::Written {
@@ -173,9 +173,10 @@ mod tests {
                 let (_, [o, d], _) = derive(&tape, &pixels, &scene, Lang::English.words(), 6);
                 let ray = ExactPixels::new(&pixels).ray(x, y);
                 for axis in 0..3 {
-                    let origin = Root::ratio(ray.origin()[axis].clone(), ray.world_scale());
+                    let origin =
+                        QuadraticSurd::ratio(ray.origin()[axis].clone(), ray.world_scale());
                     let scale = ray.direction_scale();
-                    let direction = Root::ratio(ray.direction()[axis].clone(), scale);
+                    let direction = QuadraticSurd::ratio(ray.direction()[axis].clone(), scale);
                     assert_eq!(o.0[axis].value(), origin, "o, {x},{y}");
                     assert_eq!(d.0[axis].value(), direction, "d, {x},{y}");
                 }

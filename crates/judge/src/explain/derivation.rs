@@ -2,7 +2,7 @@
 //!
 //! Each expression of a line has as many digits as it takes to get the result of the line from it with a calculator.
 
-use kugelblitz::exact::{Root, exact};
+use kugelblitz::exact::{QuadraticSurd, exact};
 use serde::Serialize;
 
 use super::calculator::Calculator as _;
@@ -52,7 +52,7 @@ impl Derivation {
         &mut self,
         symbol: &'static str,
         columns: Columns,
-        exact: impl Into<Option<Root>>,
+        exact: impl Into<Option<QuadraticSurd>>,
     ) {
         let exact = exact.into().map(Exact::from);
         let precisions = [Precision::Single, Precision::Single, Precision::Double];
@@ -102,7 +102,7 @@ impl Derivation {
         letter: &'static str,
         numbers: [f64; N],
     ) -> [Step<'t>; N] {
-        let steps = numbers.map(|x| tape.number(letter, Root::from(exact(x))));
+        let steps = numbers.map(|x| tape.number(letter, QuadraticSurd::from(exact(x))));
         self.state(letter, &steps, numbers.map(Short::given).into());
         steps
     }
@@ -199,13 +199,14 @@ impl Derivation {
 }
 
 /// Whether the distance of a number from a printed one is at most half a unit of the last of so many digits.
-fn rounds_to(value: &Root, printed: &str, digits: usize) -> bool {
+fn rounds_to(value: &QuadraticSurd, printed: &str, digits: usize) -> bool {
     let (mantissa, exponent) = printed.split_once('e').unwrap_or((printed, "0"));
     let n_behind = mantissa.split_once('.').map_or(0, |(_, part)| part.len()) as isize;
     let leading = mantissa.trim_start_matches(['-', '0', '.']);
     let n_digits = leading.chars().filter(char::is_ascii_digit).count() as isize;
     let power = exponent.parse().unwrap_or(0) - n_behind + n_digits - 1 - digits as isize;
-    let (half_unit, printed) = (Root::parse(&format!("5e{power}")), Root::parse(printed));
+    let (half_unit, printed) =
+        (QuadraticSurd::parse(&format!("5e{power}")), QuadraticSurd::parse(printed));
     half_unit
         .zip(printed)
         .is_some_and(|(half_unit, printed)| value.plus(&printed.negated()).magnitude() <= half_unit)

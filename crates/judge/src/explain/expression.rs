@@ -1,7 +1,7 @@
 //! Formulas as trees, written in plain text and in LaTeX.
 
 use Notation::{Latex, Text};
-use Rank::{Factor, Product, Sum, Whole};
+use Precedence::{Factor, Product, Sum, Whole};
 
 use super::numbers::Short;
 
@@ -143,7 +143,7 @@ pub enum Sign {
 
 /// Binding strength of a written expression, which decides about parentheses.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
-enum Rank {
+enum Precedence {
     Sum,
     Product,
     Factor,
@@ -208,12 +208,12 @@ impl Expression {
     }
 
     /// Writes the expression, in parentheses if it binds less closely than `rank`.
-    fn within(&self, notation: Notation, rank: Rank) -> String {
+    fn within(&self, notation: Notation, rank: Precedence) -> String {
         let (text, own) = self.written(notation);
         if own < rank { format!("({text})") } else { text }
     }
 
-    fn written(&self, notation: Notation) -> (String, Rank) {
+    fn written(&self, notation: Notation) -> (String, Precedence) {
         let within = |x: &Expression, rank| x.within(notation, rank);
         let alone = |x: &Expression| x.written(notation).0;
         let [times, minus, square] = ["·", "−", "²"].map(|sign| notation.formula(sign));

@@ -8,7 +8,7 @@ use super::words::Remark;
 
 /// Light on the point that a ray sees, and the resulting colour.
 #[derive(Clone, Debug, Serialize)]
-pub struct Shading {
+pub struct ShadingExplanation {
     /// Lights, in the order of the scene file; none for the background.
     pub lights: Vec<LightExplanation>,
     /// Sky; `null` without one.

@@ -27,29 +27,29 @@ use serde::{Serialize, Serializer};
 pub use camera::CameraExplanation;
 pub use derivation::Derivation;
 pub use light::{
-    ChannelByte, ColorExplanation, LightExplanation, LightVerdict, MeanExplanation, Shading,
-    SkyExplanation,
+    ChannelByte, ColorExplanation, LightExplanation, LightVerdict, MeanExplanation,
+    ShadingExplanation, SkyExplanation,
 };
 pub use numbers::{Approximation, Exact, FormulaNumber, six_digits};
 pub use words::{Lang, Remark};
 
+use kugelblitz::Control;
 use kugelblitz::Result;
-use kugelblitz::control::Control;
 use kugelblitz::device::Device;
-use kugelblitz::exact::{Root, Side, nearest};
-use kugelblitz::parallel;
+use kugelblitz::exact::{QuadraticSurd, Side, nearest};
 use kugelblitz::plain::steers;
 use kugelblitz::prepare::Prepared;
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays, Stage};
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Level, Rays, Wants};
+use kugelblitz::support::parallel;
 
 use crate::compare::Precision;
 use crate::wrong_usage;
 use calculator::Calculator as _;
 use numbers::error_ulp;
 use ray::RayNumbers;
-use words::Words;
+use words::ExplanationWords;
 
 /// How many objects are explained where nobody asks for more.
 pub const DEFAULT_OBJECTS: usize = 20;
@@ -119,7 +119,7 @@ pub struct Explanation {
     pub point: Option<Derivation>,
     /// Light on the visible object, and its colour; absent for a scene without light with one sample per pixel. Unstable in JSON.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub shading: Option<Shading>,
+    pub shading: Option<ShadingExplanation>,
     /// Stage that decided the ray with the kernel `certified`: `f32`, `f64` or `exact`.
     pub level: &'static str,
     /// Results of each kernel, on the CPU and then on the device.
@@ -225,7 +225,7 @@ pub struct Winner {
     /// `front` or `back`.
     pub side: &'static str,
     #[serde(skip)]
-    root: Root,
+    root: QuadraticSurd,
 }
 
 /// The result of a kernel on one device.
@@ -317,11 +317,11 @@ impl Explanation {
     fn add(&mut self, scene: &Arc<Scene>, rays: &Rays, kernel: Kernel, on: &Device) -> Result<()> {
         let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
         let device = on.kind();
-        let wants = Wants { surface: true, level: device == Device::Cpu.kind() };
+        let wants = Outputs { surface: true, level: device == Device::Cpu.kind() };
         let mut hits = Hits::default();
         on.tracer(&prepared, wants)?.tracer.trace(rays, &Control::default(), &mut hits)?;
         if let (Kernel::Certified, Some(&level)) = (kernel, hits.level.first()) {
-            self.level = ["f32", "f64", "exact"][usize::from(level).min(Level::Exact as usize)];
+            self.level = ["f32", "f64", "exact"][usize::from(level).min(Stage::Exact as usize)];
         }
         let (id, t) = (hits.id[0], hits.t[0]);
         let right = id == self.winner.as_ref().map_or(0, |winner| winner.id);
@@ -346,7 +346,7 @@ pub fn label(scene: &Scene, id: u32) -> String {
 }
 
 /// `sphere 3 (red giant)`, in the language of the words.
-fn label_in(words: &Words, scene: &Scene, id: u32) -> String {
+fn label_in(words: &ExplanationWords, scene: &Scene, id: u32) -> String {
     let Some(object) = scene.object(id) else { return words.background.into() };
     let kind = words.shape(object);
     let Some(name) = scene.name(id) else { return format!("{kind} {id}") };
@@ -384,7 +384,7 @@ fn winner(numbers: &RayNumbers) -> Option<Winner> {
 /// An object's place in the list.
 struct Rank {
     id: u32,
-    root: Option<Box<Root>>,
+    root: Option<Box<QuadraticSurd>>,
     /// `t` rounded, or the distance by which the ray passes.
     key: f64,
 }
@@ -396,7 +396,7 @@ fn ranked(numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, LeftOut) {
         let id = index as u32 + 1;
         let object = scene.object(id)?;
         let root = numbers.root(id);
-        let key = root.as_ref().map_or_else(|| numbers.gap(object).0, Root::to_f64);
+        let key = root.as_ref().map_or_else(|| numbers.gap(object).0, QuadraticSurd::to_f64);
         Some(Rank { id, root: root.map(Box::new), key })
     };
     let mut ranks = parallel::filter_map(scene.n_objects(), rank);

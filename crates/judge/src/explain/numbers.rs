@@ -1,6 +1,6 @@
 //! Numbers beside the exact ones.
 
-use kugelblitz::exact::{Dyadic, Enclosure, Root, exact, real};
+use kugelblitz::exact::{Dyadic, Enclosure, QuadraticSurd, exact, real};
 use serde::Serialize;
 
 use super::calculator::Calculator as _;
@@ -23,17 +23,21 @@ pub struct Short {
 
 impl Short {
     /// A number to so many digits.
-    pub fn new(root: &Root, digits: usize) -> Short {
+    pub fn new(root: &QuadraticSurd, digits: usize) -> Short {
         Short::of(root, root.to_decimal(digits))
     }
 
     /// A number of a scene, as someone has written it.
     pub(super) fn given(x: f64) -> Short {
-        Short::of(&Root::from(exact(x)), decimal_f64(x))
+        Short::of(&QuadraticSurd::from(exact(x)), decimal_f64(x))
     }
 
-    fn of(root: &Root, text: String) -> Short {
-        Short { rounded: Root::parse(&text) != Root::parse(&root.to_decimal(MANY_DIGITS)), text }
+    fn of(root: &QuadraticSurd, text: String) -> Short {
+        Short {
+            rounded: QuadraticSurd::parse(&text)
+                != QuadraticSurd::parse(&root.to_decimal(MANY_DIGITS)),
+            text,
+        }
     }
 }
 
@@ -45,20 +49,20 @@ pub struct Exact {
     /// Sign: -1, 0 or 1.
     pub signum: i32,
     #[serde(skip)]
-    pub(super) root: Root,
+    pub(super) root: QuadraticSurd,
 }
 
-impl From<Root> for Exact {
-    fn from(root: Root) -> Exact {
+impl From<QuadraticSurd> for Exact {
+    fn from(root: QuadraticSurd) -> Exact {
         Exact { decimal: root.to_decimal(DIGITS), signum: root.signum(), root }
     }
 }
 
 /// Error of `value` in steps at the exact number; +∞ where `value` is not finite, and where it should be 0 and
 /// isn't.
-pub fn error_ulp(value: f64, exact: &Root, precision: Precision) -> f64 {
+pub fn error_ulp(value: f64, exact: &QuadraticSurd, precision: Precision) -> f64 {
     let Some(value) = real(value) else { return f64::INFINITY };
-    let error = exact.plus(&Root::from(-value)).to_f64().abs();
+    let error = exact.plus(&QuadraticSurd::from(-value)).to_f64().abs();
     if error == 0.0 {
         return 0.0;
     }
@@ -73,11 +77,11 @@ const BITS: [usize; 4] = [512, 1024, 2048, 4096];
 
 /// Stands for a number, at least 0, of which bounds are known that `n_bits` bits make narrow, unless they are too few for
 /// any: the middle of bounds that are equal in all digits that are looked at.
-pub fn enclosed(bounds: impl Fn(usize) -> Option<Enclosure>) -> Root {
-    let digits = |x: &Dyadic| Root::from(x.clone()).to_decimal(MANY_DIGITS);
+pub fn enclosed(bounds: impl Fn(usize) -> Option<Enclosure>) -> QuadraticSurd {
+    let digits = |x: &Dyadic| QuadraticSurd::from(x.clone()).to_decimal(MANY_DIGITS);
     let mut number = zero();
     for Enclosure { low, high } in BITS.into_iter().filter_map(bounds) {
-        number = Root::from(simplest(&low, &high));
+        number = QuadraticSurd::from(simplest(&low, &high));
         if digits(&low) == digits(&high) {
             break;
         }
@@ -86,8 +90,8 @@ pub fn enclosed(bounds: impl Fn(usize) -> Option<Enclosure>) -> Root {
 }
 
 /// The number 0.
-pub fn zero() -> Root {
-    Root::from(Dyadic::zero())
+pub fn zero() -> QuadraticSurd {
+    QuadraticSurd::from(Dyadic::zero())
 }
 
 /// The middle of bounds, or a number of few bits that lies within them: it is the exact one, if that has
@@ -173,6 +177,6 @@ pub fn digits(x: f64, n: usize) -> String {
 
 /// Rust's `d.ddde±n`, written as the exact numbers are.
 fn decimal(scientific: &str, digits: usize) -> String {
-    let number = Root::parse(scientific);
+    let number = QuadraticSurd::parse(scientific);
     number.map_or_else(|| scientific.replace("inf", "∞"), |number| number.to_decimal(digits))
 }

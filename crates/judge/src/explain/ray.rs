@@ -5,16 +5,17 @@ use std::sync::Arc;
 use glam::DVec3;
 use kugelblitz::Result;
 use kugelblitz::exact::{
-    Dyadic, ExactHit, ExactRay, ExactRays, Root, plane_numbers, signum_of_discriminant, visible_hit,
+    Dyadic, ExactHit, ExactRay, ExactRays, QuadraticSurd, plane_numbers, signum_of_discriminant,
+    visible_hit,
 };
+use kugelblitz::kernel::baseline::{BaselineRay, BaselineRays};
 use kugelblitz::kernel::lecture::{plane_quotient, quadratic, quadratic_roots};
-use kugelblitz::kernel::plain::{PlainRay, PlainRays};
 use kugelblitz::kernel::relative::{PlaneStable, SphereStable, approach, half_root, roots_stable};
+use kugelblitz::lighting::{BaselinePoint, Lighting};
 use kugelblitz::num::{self, Float, Real, V3};
 use kugelblitz::prepare::{Prepared, exponent_of};
+use kugelblitz::query::{Kernel, Rays, WorldRay};
 use kugelblitz::scene::{Object, Plane, Scene, Sphere};
-use kugelblitz::shade::{Lighting, PlainPoint};
-use kugelblitz::trace::{Kernel, Rays, WorldRay};
 
 use super::camera;
 use super::derivation::Derivation;
@@ -22,7 +23,7 @@ use super::derivation::LineDetail::{Addends, Numbers};
 use super::numbers::{in_all, scaled};
 use super::shading::lighting;
 use super::step::{Step, Tape};
-use super::words::Words;
+use super::words::ExplanationWords;
 use super::{CameraExplanation, ExplainStyle, ObjectExplanation, Rank, Reason, label_in};
 use crate::verify::{Near, is_clearly_missed};
 use crate::wrong_usage;
@@ -38,17 +39,17 @@ pub struct RayNumbers<'a> {
     pub near: Near,
     lecture: num::Ray<f32>,
     double: num::Ray<f64>,
-    stable: PlainRay<f32>,
+    stable: BaselineRay<f32>,
     /// `direction = 2^exponent · stable.direction`.
     exponent: i32,
-    pub words: &'static Words,
+    pub words: &'static ExplanationWords,
     pub digits: usize,
     /// What the ray sees, exactly.
     pub hit: Option<ExactHit<'a>>,
     /// All that lights the scene; `None` where a pixel shows the colour of its object.
     pub lighting: Option<Lighting>,
     /// What the kernels `lecture`, `stable` and `double` make of the light, whatever they see.
-    plain: [Option<PlainPoint>; 3],
+    plain: [Option<BaselinePoint>; 3],
     /// What the numbers of `stable` are relative to.
     reference_of_stable: DVec3,
     /// What the points of `double` are relative to.
@@ -70,8 +71,9 @@ impl<'a> RayNumbers<'a> {
         let lighting = lighting(scene, rays);
         let none = Lighting { lamps: Vec::new(), ambient: [0.0; 3], n_shares: 1 };
         let plain = [&on_lecture, &on_stable, &on_double]
-            .map(|prepared| PlainPoint::new(prepared, rays, lighting.as_ref().unwrap_or(&none)));
-        let of_kernel = |prepared: &Prepared| PlainRays::new(prepared.coordinates(), rays).one(0);
+            .map(|prepared| BaselinePoint::new(prepared, rays, lighting.as_ref().unwrap_or(&none)));
+        let of_kernel =
+            |prepared: &Prepared| BaselineRays::new(prepared.coordinates(), rays).one(0);
         let (lecture, stable) = (of_kernel(&on_lecture).ray, of_kernel(&on_stable));
         Ok(RayNumbers {
             scene,
@@ -95,7 +97,7 @@ impl<'a> RayNumbers<'a> {
     }
 
     /// What the kernels `lecture`, `stable` and `double` make of the light; none where one sees another object.
-    pub fn plain(&self) -> [Option<&PlainPoint>; 3] {
+    pub fn plain(&self) -> [Option<&BaselinePoint>; 3] {
         let right = self.hit.as_ref().map(|hit| hit.id);
         self.plain.each_ref().map(|plain| plain.as_ref().filter(|plain| Some(plain.id) == right))
     }
@@ -106,7 +108,7 @@ impl<'a> RayNumbers<'a> {
     }
 
     /// The exact `t` at which the ray meets an object.
-    pub fn root(&self, id: u32) -> Option<Root> {
+    pub fn root(&self, id: u32) -> Option<QuadraticSurd> {
         let object = self.scene.object(id)?;
         if is_clearly_missed(&self.near, &object) {
             return None;
@@ -146,7 +148,7 @@ impl<'a> RayNumbers<'a> {
         let derivation = Derivation::new(self.digits);
         let (s, f) = (self.exact.world_scale(), self.exact.direction_scale());
         let of = |name, v: &[Dyadic; 3], scale| {
-            tape.vector(name, v.each_ref().map(|x| Root::ratio(x.clone(), scale)))
+            tape.vector(name, v.each_ref().map(|x| QuadraticSurd::ratio(x.clone(), scale)))
         };
         (derivation, [of("o", self.exact.origin(), s), of("d", self.exact.direction(), f)])
     }
@@ -286,7 +288,7 @@ impl<'a> RayNumbers<'a> {
 
     /// `f(p)` of the object that a kernel sees, in its arithmetic: that of `lecture`, `stable` or `double`,
     /// in this order.
-    pub fn residual(&self, kernel: usize, seen: &PlainPoint) -> Option<f64> {
+    pub fn residual(&self, kernel: usize, seen: &BaselinePoint) -> Option<f64> {
         let object = self.scene.object(seen.id)?;
         let (at, _) = object.extent();
         let lecture = V3(seen.at.map(|x| x as f32)) - V3::lit(at);

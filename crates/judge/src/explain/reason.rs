@@ -1,8 +1,8 @@
 //! Why an object is seen, or isn't.
 
-use kugelblitz::exact::Root;
-use kugelblitz::parallel;
+use kugelblitz::exact::QuadraticSurd;
 use kugelblitz::rays::Rays;
+use kugelblitz::support::parallel;
 
 use super::numbers::{COLUMNS, FormulaNumber, digits};
 use super::ray::RayNumbers;
@@ -27,7 +27,7 @@ impl ObjectExplanation {
     }
 
     /// The reason, where `root` is the one at which the ray meets the object.
-    pub(super) fn reason(&self, root: Option<&Root>, numbers: &RayNumbers) -> Reason {
+    pub(super) fn reason(&self, root: Option<&QuadraticSurd>, numbers: &RayNumbers) -> Reason {
         match (root, &numbers.hit) {
             (Some(_), Some(hit)) if hit.id == self.id => Reason::Visible,
             (Some(root), Some(hit)) if *root == hit.root => Reason::TieLost { to: hit.id },

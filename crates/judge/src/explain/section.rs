@@ -4,7 +4,7 @@ use super::calculator::Calculator as _;
 use super::derivation::Derivation;
 use super::line::Line;
 use super::numbers::six_digits;
-use super::words::{Remark, Words};
+use super::words::{ExplanationWords, Remark};
 use super::{ChannelByte, ColorExplanation, Explanation, ObjectExplanation};
 
 /// What is explained of one thing.
@@ -97,7 +97,7 @@ impl ObjectExplanation {
 
 impl ColorExplanation {
     /// The bytes that come out first.
-    fn section(&self, subject: Remark, words: &Words) -> TextSection<'_> {
+    fn section(&self, subject: Remark, words: &ExplanationWords) -> TextSection<'_> {
         let byte = |(channel, name): (&ChannelByte, &str)| {
             let ChannelByte { byte, range: [low, high], from_edge, .. } = channel;
             let ends = [low, high].into_iter().filter(|end| end.is_finite());

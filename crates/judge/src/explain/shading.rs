@@ -1,19 +1,19 @@
-//! [`Shading`]: light and colour in f32, in f64 and exactly.
+//! [`ShadingExplanation`]: light and colour in f32, in f64 and exactly.
 
 use glam::DVec3;
-use kugelblitz::exact::{ExactPixels, Root, Side, integer, real};
+use kugelblitz::exact::{ExactPixels, QuadraticSurd, Side, integer, real};
+use kugelblitz::lighting::{BaselinePoint, BaselineWay, ExactMean, Lighting, PreparedLight};
 use kugelblitz::num::{Real as _, V3};
-use kugelblitz::parallel;
 use kugelblitz::rays::{Pixels, Rays, View};
-use kugelblitz::scene::{Camera, Edges, Light, Object, Plane, Scene, Source, Sphere};
-use kugelblitz::shade::{ExactMean, Lamp, Lighting, PlainPoint, PlainWay};
+use kugelblitz::scene::{Camera, Light, Object, Plane, QuantizationTable, Scene, Source, Sphere};
+use kugelblitz::support::parallel;
 
 use super::calculator::Calculator as _;
 use super::derivation::Derivation;
 use super::derivation::LineDetail::{self, Numbers};
 use super::light::{
-    ChannelByte, ColorExplanation, LightExplanation, LightVerdict, MeanExplanation, Shading,
-    SkyExplanation,
+    ChannelByte, ColorExplanation, LightExplanation, LightVerdict, MeanExplanation,
+    ShadingExplanation, SkyExplanation,
 };
 use super::numbers::{COLUMNS, Columns, Exact, Short, decimal_f64, enclosed, zero};
 use super::ray::{RayNumbers, off_sphere};
@@ -37,16 +37,16 @@ pub(super) fn lighting(scene: &Scene, rays: &Rays) -> Option<Lighting> {
 }
 
 /// The point that a ray sees, exactly.
-pub(super) struct Point<'a> {
+pub(super) struct ShadedPoint<'a> {
     lit: LitPoint<'a>,
-    at: [Root; 3],
+    at: [QuadraticSurd; 3],
     /// The unit normal that faces the ray.
-    normal: [Root; 3],
+    normal: [QuadraticSurd; 3],
 }
 
 impl RayNumbers<'_> {
     /// The light on the point that is seen; `None` for a scene without light and pixels of one sample.
-    pub fn shading(&self, point: Option<&Point>) -> Option<Shading> {
+    pub fn shading(&self, point: Option<&ShadedPoint>) -> Option<ShadingExplanation> {
         let lighting = self.lighting.as_ref();
         let samples = self.scene.samples.unwrap_or_default().across();
         let pixels = self.rays.pixels().filter(|_| samples > 1);
@@ -63,7 +63,7 @@ impl RayNumbers<'_> {
             if lighting.is_some() {
                 color.why.push(self.words.no_light_on_background.into());
             }
-            return Some(Shading { lights: Vec::new(), sky: None, color, mean });
+            return Some(ShadingExplanation { lights: Vec::new(), sky: None, color, mean });
         };
         let way = |lamp| ExactWay::new(self.scene, lamp, lighting, &point.lit);
         let ways = parallel::map(0..lighting.lamps.len(), way);
@@ -84,17 +84,17 @@ impl RayNumbers<'_> {
             self.light(name, light.source, way, point)
         };
         let lights = self.scene.lights.iter().enumerate().map(light).collect();
-        Some(Shading { lights, sky: self.sky(&ways), color, mean })
+        Some(ShadingExplanation { lights, sky: self.sky(&ways), color, mean })
     }
 
     /// A number in each arithmetic; `None` where the kernel sees another object.
-    fn columns<T: Into<Option<f64>>>(&self, of: impl Fn(usize, &PlainPoint) -> T) -> Columns {
+    fn columns<T: Into<Option<f64>>>(&self, of: impl Fn(usize, &BaselinePoint) -> T) -> Columns {
         let plain = self.plain();
         [0, 1, 2].map(|kernel| Some(of(kernel, plain[kernel]?).into()))
     }
 
     /// The point that the ray sees, what the formulas say of it, and itself.
-    pub fn point(&self) -> Option<(Derivation, Point<'_>)> {
+    pub fn point(&self) -> Option<(Derivation, ShadedPoint<'_>)> {
         let hit = self.hit.as_ref()?;
         let lit = LitPoint::new(&self.exact, hit, &self.near);
         let tape = Tape::default();
@@ -122,7 +122,7 @@ impl RayNumbers<'_> {
 
         derivation.rows(["p.x", "p.y", "p.z"], p.0, |axis| {
             let origin = |kernel| if kernel == 2 { self.reference[axis] } else { 0.0 };
-            let world = |kernel, plain: &PlainPoint| origin(kernel) + plain.at[axis];
+            let world = |kernel, plain: &BaselinePoint| origin(kernel) + plain.at[axis];
             let [lecture, _, double] = self.columns(world);
             [lecture, None, double]
         });
@@ -132,7 +132,7 @@ impl RayNumbers<'_> {
             self.columns(|_, plain| plain.normal[axis])
         });
         let [at, normal] = [p, normal].map(|v| v.0.map(|x| x.value()));
-        Some((derivation, Point { lit, at, normal }))
+        Some((derivation, ShadedPoint { lit, at, normal }))
     }
 
     /// How a light falls on the point; without a way to it, it gives none.
@@ -141,7 +141,7 @@ impl RayNumbers<'_> {
         name: String,
         source: Source,
         way: Option<&ExactWay>,
-        point: &Point,
+        point: &ShadedPoint,
     ) -> LightExplanation {
         let dark = LightExplanation {
             name,
@@ -214,7 +214,7 @@ impl RayNumbers<'_> {
         let mut is_self_shadowed = false;
         for (plain, column) in self.plain().into_iter().zip(COLUMNS) {
             let Some(plain) = plain else { continue };
-            let PlainWay { in_the_way, cosine, .. } = *way.plain(plain);
+            let BaselineWay { in_the_way, cosine, .. } = *way.plain(plain);
             let column = column.to_owned();
             why.push(match in_the_way {
                 Some(_) if way.hidden_by.is_some() => continue,
@@ -252,7 +252,7 @@ impl RayNumbers<'_> {
             }
         });
         let mut derivation = Derivation::default();
-        derivation.row("suns", n_plain, Root::from(integer(counting as i64)));
+        derivation.row("suns", n_plain, QuadraticSurd::from(integer(counting as i64)));
         derivation.row("ΣI·n·ω", given, sum_of(ways, 0));
         Some(SkyExplanation {
             directions: sky.directions as usize,
@@ -279,13 +279,13 @@ impl RayNumbers<'_> {
         let channels = [0, 1, 2].map(|channel: usize| {
             let value = enclosed(|n_bits| Some(mean.enclosed(channel, n_bits)));
             let byte = ChannelByte::new(mean, channel, &value);
-            let color = |_, plain: &PlainPoint| {
+            let color = |_, plain: &BaselinePoint| {
                 self.scene.color(plain.id).0[channel] * plain.light[channel]
             };
             let columns = if is_lit { self.columns(color) } else { [None; 3] };
             for (column, value) in COLUMNS.into_iter().zip(columns) {
                 let Some(Some(value)) = value else { continue };
-                let shown = Edges::srgb8().number(value);
+                let shown = QuantizationTable::srgb8().number(value);
                 if shown != u16::from(byte.byte) {
                     let parts = [column, self.words.channels[channel], &shown.to_string()];
                     why.push(Remark::of(self.words.wrong_byte, parts));
@@ -310,10 +310,10 @@ impl RayNumbers<'_> {
 }
 
 impl ChannelByte {
-    fn new(mean: &ExactMean, channel: usize, value: &Root) -> ChannelByte {
+    fn new(mean: &ExactMean, channel: usize, value: &QuadraticSurd) -> ChannelByte {
         let byte = mean.pixel::<u8>()[channel];
-        let (low, high) = Edges::srgb8().range(byte.into());
-        let distance = |end: f64| Some(value.plus(&Root::from(-real(end)?)).magnitude());
+        let (low, high) = QuantizationTable::srgb8().range(byte.into());
+        let distance = |end: f64| Some(value.plus(&QuadraticSurd::from(-real(end)?)).magnitude());
         let from_edge = [low, high].into_iter().filter_map(distance).min();
         ChannelByte {
             name: CHANNELS[channel],
@@ -326,15 +326,15 @@ impl ChannelByte {
 
 /// The way from the point to a lamp, exactly.
 struct ExactWay<'a> {
-    lamp: &'a Lamp,
+    lamp: &'a PreparedLight,
     /// The lamp's place among all.
     index: usize,
     /// `n·ω`
-    cosine: Root,
+    cosine: QuadraticSurd,
     /// `I`
-    strength: [Root; 3],
+    strength: [QuadraticSurd; 3],
     /// The first object in the way, after its `s`; of a sun of the sky any one, and 0.
-    hidden_by: Option<(Root, u32)>,
+    hidden_by: Option<(QuadraticSurd, u32)>,
     verdict: LightVerdict,
 }
 
@@ -367,13 +367,15 @@ impl<'a> ExactWay<'a> {
             (_, Some((_, by))) => LightVerdict::Hidden { by: *by },
             _ => LightVerdict::Counts,
         };
-        let strength =
-            lamp.exact_weight.each_ref().map(|x| Root::ratio(x.clone(), lighting.n_shares));
+        let strength = lamp
+            .exact_weight
+            .each_ref()
+            .map(|x| QuadraticSurd::ratio(x.clone(), lighting.n_shares));
         Some(ExactWay { lamp, index, cosine, strength, hidden_by, verdict })
     }
 
     /// A channel of what the lamp gives.
-    fn gives(&self, channel: usize) -> Root {
+    fn gives(&self, channel: usize) -> QuadraticSurd {
         match self.verdict {
             LightVerdict::Counts => self.strength[channel].times(&self.cosine),
             _ => zero(),
@@ -381,16 +383,16 @@ impl<'a> ExactWay<'a> {
     }
 
     /// The way as a kernel has it.
-    fn plain<'p>(&self, plain: &'p PlainPoint) -> &'p PlainWay {
+    fn plain<'p>(&self, plain: &'p BaselinePoint) -> &'p BaselineWay {
         &plain.ways[self.index]
     }
 }
 
 /// What lamps give together.
-fn sum_of(ways: &[ExactWay], channel: usize) -> Root {
+fn sum_of(ways: &[ExactWay], channel: usize) -> QuadraticSurd {
     ways.iter().map(|way| way.gives(channel)).fold(zero(), |sum, given| sum.plus(&given))
 }
 
-fn counts_plainly(way: &PlainWay) -> bool {
+fn counts_plainly(way: &BaselineWay) -> bool {
     way.cosine > 0.0 && way.in_the_way.is_none()
 }

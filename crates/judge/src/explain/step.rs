@@ -4,7 +4,7 @@
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use kugelblitz::exact::{Root, exact};
+use kugelblitz::exact::{QuadraticSurd, exact};
 use kugelblitz::num::{Real, V3};
 
 use super::calculator::Calculator as _;
@@ -48,7 +48,7 @@ struct TapeEntry {
     op: Op,
     /// Indices of the operands, if the operation has any.
     operands: [usize; 2],
-    value: Root,
+    value: QuadraticSurd,
     /// Letter of the number; empty if there is none.
     name: &'static str,
     /// Whether an earlier line shows the number, which then replaces its formula.
@@ -56,18 +56,18 @@ struct TapeEntry {
 }
 
 impl TapeEntry {
-    fn new(op: Op, operands: [usize; 2], value: Root) -> TapeEntry {
+    fn new(op: Op, operands: [usize; 2], value: QuadraticSurd) -> TapeEntry {
         TapeEntry { op, operands, value, name: "", is_shown: false }
     }
 
     fn constant(x: f64) -> TapeEntry {
-        TapeEntry::new(Op::Constant, [0; 2], Root::from(exact(x)))
+        TapeEntry::new(Op::Constant, [0; 2], QuadraticSurd::from(exact(x)))
     }
 }
 
 impl Tape {
     /// Records a number with a letter.
-    pub fn number(&self, name: &'static str, value: Root) -> Step<'_> {
+    pub fn number(&self, name: &'static str, value: QuadraticSurd) -> Step<'_> {
         let step = Step::Recorded(self, self.push(TapeEntry::new(Op::Given, [0; 2], value)));
         show(&[step], name);
         step
@@ -75,7 +75,7 @@ impl Tape {
 
     /// Records a number of the scene with a letter.
     pub fn of_scene(&self, name: &'static str, x: f64) -> Step<'_> {
-        self.number(name, Root::from(exact(x)))
+        self.number(name, QuadraticSurd::from(exact(x)))
     }
 
     /// Records three numbers of the scene with a letter.
@@ -84,7 +84,7 @@ impl Tape {
     }
 
     /// Records three numbers with a letter.
-    pub fn vector(&self, name: &'static str, values: [Root; 3]) -> V3<Step<'_>> {
+    pub fn vector(&self, name: &'static str, values: [QuadraticSurd; 3]) -> V3<Step<'_>> {
         V3(values.map(|value| self.number(name, value)))
     }
 
@@ -132,7 +132,7 @@ pub fn show(steps: &[Step], name: &'static str) {
 }
 
 impl Op {
-    fn of(self, x: &Root, y: Root) -> Root {
+    fn of(self, x: &QuadraticSurd, y: QuadraticSurd) -> QuadraticSurd {
         match self {
             Op::Add => x.plus(&y),
             Op::Sub => x.plus(&y.negated()),
@@ -164,8 +164,8 @@ impl<'t> Step<'t> {
         }
     }
 
-    /// Returns the exact number; if it is no [`Root`], one with an error that no explanation shows.
-    pub fn value(self) -> Root {
+    /// Returns the exact number; if it is no [`QuadraticSurd`], one with an error that no explanation shows.
+    pub fn value(self) -> QuadraticSurd {
         self.entry(|entry| entry.value.clone())
     }
 
@@ -315,10 +315,11 @@ impl Rounding<'_> {
     }
 
     /// Returns the result of a calculator that evaluates the expression.
-    pub fn calculated(&self, step: Step) -> Root {
+    pub fn calculated(&self, step: Step) -> QuadraticSurd {
         if self.replaces(step) {
             let digits = if step.op() == Op::Constant { MANY_DIGITS } else { self.digits };
-            return Root::parse(&step.value().to_decimal(digits)).unwrap_or_else(|| step.value());
+            return QuadraticSurd::parse(&step.value().to_decimal(digits))
+                .unwrap_or_else(|| step.value());
         }
         let [x, y] = step.operands();
         step.op().of(&self.calculated(x), self.calculated(y))
@@ -329,7 +330,8 @@ impl Rounding<'_> {
 pub fn expression(value: &[Step], numbers: Option<Rounding>) -> Expression {
     let name = common(value, |entry| entry.name).unwrap_or_default();
     // A number in a formula in letters is a constant of one digit.
-    let short = |root: &Root| Short::new(root, numbers.map_or(1, |numbers| numbers.digits));
+    let short =
+        |root: &QuadraticSurd| Short::new(root, numbers.map_or(1, |numbers| numbers.digits));
     let replacement = |value: &[Step]| match (numbers, value) {
         (Some(numbers), [step]) => numbers.replaces(*step).then(|| step.value()),
         _ => None,

@@ -4,7 +4,7 @@ use super::derivation::Derivation;
 use super::line::text_of;
 use super::numbers::{COLUMNS, decimal_f32, decimal_f64};
 use super::section::TextSection;
-use super::words::{Remark, Words};
+use super::words::{ExplanationWords, Remark};
 use super::{
     Approximation, Explanation, FormulaNumber, KernelResult, LeftOut, MOST_OBJECTS, numbers,
     shortened,
@@ -49,7 +49,7 @@ pub fn verdict(explanation: &Explanation) -> String {
 }
 
 /// A section, with a note before its numbers.
-fn section(section: &TextSection, note: &str, words: &Words) -> String {
+fn section(section: &TextSection, note: &str, words: &ExplanationWords) -> String {
     let subject: Vec<String> = section.subject.iter().map(Remark::to_string).collect();
     let mut text = subject.join(", ") + "\n";
     text.extend(section.why.iter().map(|why| format!("  → {why}\n")));
@@ -70,7 +70,7 @@ fn line(symbol: &str, [lecture, stable, double]: [String; 3], exact: &str) -> St
     format!("{}\n", row.trim_end())
 }
 
-fn table(quantities: &[FormulaNumber], words: &Words) -> String {
+fn table(quantities: &[FormulaNumber], words: &ExplanationWords) -> String {
     let mut text = line("", COLUMNS.map(str::to_owned), words.exact);
     for row in quantities {
         let columns = row.columns();
@@ -92,7 +92,7 @@ fn table(quantities: &[FormulaNumber], words: &Words) -> String {
 }
 
 /// `0.31 ulp`, `sign! 3.1e6 ulp` where the sign is wrong.
-fn error(entry: &Approximation, has_exact: bool, words: &Words) -> String {
+fn error(entry: &Approximation, has_exact: bool, words: &ExplanationWords) -> String {
     match entry.error_ulp {
         None if entry.value.is_some() => words.no_root.into(),
         None if has_exact => words.root_lost.into(),
@@ -121,7 +121,7 @@ fn rough(x: f64) -> String {
 }
 
 /// What each kernel shows.
-fn seen(explanation: &Explanation, words: &Words) -> String {
+fn seen(explanation: &Explanation, words: &ExplanationWords) -> String {
     let stage = match explanation.level {
         "exact" => words.exact_arithmetic,
         other => other,
@@ -139,7 +139,7 @@ fn seen(explanation: &Explanation, words: &Words) -> String {
     text
 }
 
-fn of_seen(seen: &KernelResult, words: &Words) -> String {
+fn of_seen(seen: &KernelResult, words: &ExplanationWords) -> String {
     let label = shortened(&seen.label, 25);
     let normal = || seen.normal.map(|component| format!("{component:.4}")).join(" ");
     let shown = (seen.id != 0).then(|| (decimal_f32(seen.t.into()), normal()));

@@ -30,7 +30,7 @@ impl Lang {
         ["en", "de"][self as usize]
     }
 
-    pub(super) fn words(self) -> &'static Words {
+    pub(super) fn words(self) -> &'static ExplanationWords {
         &WORDS[self as usize]
     }
 }
@@ -92,7 +92,7 @@ impl Serialize for Remark {
     }
 }
 
-impl Words {
+impl ExplanationWords {
     /// The symbol of a row, which is a word in some.
     pub fn symbol(&self, symbol: &'static str) -> &'static str {
         match symbol {
@@ -109,20 +109,20 @@ macro_rules! words {
     (phrases { $($phrase:ident: $english:literal, $german:literal;)* }
      lists { $($list:ident[$n:literal]: $all_english:expr, $all_german:expr;)* }) => {
         /// The phrases of a language.
-        pub(super) struct Words {
+        pub(super) struct ExplanationWords {
             $(pub $phrase: &'static str,)*
             $(pub $list: [&'static str; $n],)*
         }
 
         /// The phrases of each [`Lang`].
-        static WORDS: [Words; 2] = [
-            Words { $($phrase: $english,)* $($list: $all_english,)* },
-            Words { $($phrase: $german,)* $($list: $all_german,)* },
+        static WORDS: [ExplanationWords; 2] = [
+            ExplanationWords { $($phrase: $english,)* $($list: $all_english,)* },
+            ExplanationWords { $($phrase: $german,)* $($list: $all_german,)* },
         ];
     };
 }
 
-impl Words {
+impl ExplanationWords {
     /// The word for an object's shape.
     pub(super) fn shape(&self, object: Object) -> &'static str {
         match object {

@@ -16,9 +16,9 @@ mod tachyon;
 use std::io::{self, Write};
 
 use glam::DVec3;
+use kugelblitz::lighting::{Lighting, PreparedLight};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Color, Object, Scene};
-use kugelblitz::shade::{Lamp, Lighting};
 
 /// A language that scenes can be written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -104,7 +104,7 @@ trait Syntax {
     /// All before the lamps and objects.
     fn head(&self, view: &View, size: [u32; 2], background: Color) -> String;
     /// One line. Nothing is farther than `reach` from `eye`.
-    fn lamp(&self, lamp: &Lamp, eye: DVec3, reach: f64) -> String;
+    fn lamp(&self, lamp: &PreparedLight, eye: DVec3, reach: f64) -> String;
     /// One line.
     fn object(&self, id: u32, name: Option<&str>, object: Object, color: Color) -> String;
     /// All after the objects.

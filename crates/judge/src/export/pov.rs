@@ -4,9 +4,9 @@
 //! vectors, adds the same to `location`.
 
 use glam::DVec3;
+use kugelblitz::lighting::PreparedLight;
 use kugelblitz::rays::{Lens, View};
 use kugelblitz::scene::{Color, Object, Source};
-use kugelblitz::shade::Lamp;
 
 use super::{Syntax, separated};
 
@@ -43,7 +43,7 @@ impl Syntax for Pov {
         )
     }
 
-    fn lamp(&self, lamp: &Lamp, eye: DVec3, reach: f64) -> String {
+    fn lamp(&self, lamp: &PreparedLight, eye: DVec3, reach: f64) -> String {
         let (position, kind) = match lamp.origin {
             Source::Eye => (eye, String::new()),
             Source::Point(position) => (position, String::new()),

@@ -3,9 +3,9 @@
 //! pixel beside the centre to the right and to the top, so the picture is moved back.
 
 use glam::DVec3;
+use kugelblitz::lighting::PreparedLight;
 use kugelblitz::rays::{Lens, View};
 use kugelblitz::scene::{Color, Object, Source};
-use kugelblitz::shade::Lamp;
 
 use super::{Syntax, separated};
 
@@ -59,7 +59,7 @@ impl Syntax for Tachyon {
     }
 
     /// A comment stands before one that casts shadows here, but not in the scene.
-    fn lamp(&self, lamp: &Lamp, eye: DVec3, _: f64) -> String {
+    fn lamp(&self, lamp: &PreparedLight, eye: DVec3, _: f64) -> String {
         let at = |position| format!("LIGHT CENTER {} RAD 0.0", vector(position));
         let place = match lamp.origin {
             Source::Eye => at(eye),

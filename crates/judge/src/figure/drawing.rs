@@ -7,13 +7,13 @@ use super::Figure;
 use super::labels::{Label, placed};
 use super::words::caption;
 use crate::explain::Lang;
-use crate::markup::{Shade, document, escaped, for_light_and_dark};
+use crate::markup::{ThemeColor, document, escaped, for_light_and_dark};
 
 /// Pieces of a line: hidden and visible ones meet where a piece ends.
 const PIECES: usize = 120;
 
 /// Classes with their colours on a light and on a dark page.
-const COLORS: [Shade; 5] = [
+const COLORS: [ThemeColor; 5] = [
     ("ink", "#1b2027", "#e8eaee"),
     ("soft", "#59616d", "#a5adb9"),
     ("surface", "#2a78b8", "#6db3ec"),

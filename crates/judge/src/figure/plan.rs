@@ -3,9 +3,9 @@
 //! pixel lower.
 
 use glam::DVec3;
+use kugelblitz::Control;
 use kugelblitz::Result;
-use kugelblitz::control::Control;
-use kugelblitz::exact::Root;
+use kugelblitz::exact::QuadraticSurd;
 use kugelblitz::kernel::lecture::{plane_quotient, quadratic, quadratic_roots};
 use kugelblitz::rays::{View, WorldRay};
 use kugelblitz::scene::{Framing, Object, Plane, Projection, Sphere};
@@ -146,13 +146,13 @@ fn plan(
 }
 
 /// ` = 24`, or ` ≈ 2.4` where digits are missing.
-fn told(number: &Root) -> String {
+fn told(number: &QuadraticSurd) -> String {
     let Short { text, rounded } = Short::new(number, DEFAULT_DIGITS);
     format!(" {} {}", if rounded { '≈' } else { '=' }, text.replace('-', "−"))
 }
 
 /// The number that decides whether the line of a ray meets an object, `D` or `d·n`, and where it does, exactly.
-fn meeting(ray: &WorldRay, object: Object) -> (Root, Vec<Root>) {
+fn meeting(ray: &WorldRay, object: Object) -> (QuadraticSurd, Vec<QuadraticSurd>) {
     let tape = Tape::default();
     let vector = |name, v: DVec3| tape.vector_of_scene(name, v);
     let (o, d) = (vector("o", ray.origin), vector("d", ray.direction));

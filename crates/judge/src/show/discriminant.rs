@@ -1,9 +1,9 @@
 //! The sign of the discriminant, as each kernel's arithmetic has it.
 
+use kugelblitz::bounds::{self, FilterBounds};
 use kugelblitz::exact::{ExactPixels, signum_of_discriminant};
-use kugelblitz::guard::{self, Guard};
+use kugelblitz::kernel::baseline::{BaselineRay, BaselineRays};
 use kugelblitz::kernel::lecture::quadratic;
-use kugelblitz::kernel::plain::{PlainRay, PlainRays};
 use kugelblitz::kernel::relative::approach;
 use kugelblitz::num::{Float, V3};
 use kugelblitz::prepare::{ObjectRecords, Prepared};
@@ -52,7 +52,7 @@ impl<'a> Discriminants<'a> {
         let (m, value) = nearness(i);
         let sign = match &self.prepared.objects {
             ObjectRecords::Lecture(lists) => {
-                let (sphere, PlainRay { ray, .. }) = (&lists.spheres[i], self.ray::<f32>(index));
+                let (sphere, BaselineRay { ray, .. }) = (&lists.spheres[i], self.ray::<f32>(index));
                 let center = V3(sphere.center);
                 let q = quadratic(ray.origin, ray.direction, center, sphere.radius);
                 sign(q.discriminant.into())
@@ -71,16 +71,16 @@ impl<'a> Discriminants<'a> {
     }
 
     /// A pixel's ray in the kernel's arithmetic.
-    fn ray<F: Float>(&self, index: usize) -> PlainRay<F> {
-        PlainRays::of_pixels(self.prepared.coordinates(), self.pixels).one(index)
+    fn ray<F: Float>(&self, index: usize) -> BaselineRay<F> {
+        BaselineRays::of_pixels(self.prepared.coordinates(), self.pixels).one(index)
     }
 
     /// The sign of D: in f64 where its bounds allow, else exactly.
     fn exact_sign(&self, i: usize, m: f64, x: u32, y: u32) -> i32 {
         let sphere = &self.prepared.scene.spheres[i];
         let View { position, lens, .. } = self.pixels.view;
-        let distance = guard::length_bound(sphere.center - position) + self.spread;
-        let guard = Guard::new(sphere.radius, distance, f64::UNIT, guard::input_of(lens));
+        let distance = bounds::length_bound(sphere.center - position) + self.spread;
+        let guard = FilterBounds::new(sphere.radius, distance, f64::UNIT, bounds::input_of(lens));
         if m < guard.inner2 {
             return 1;
         }

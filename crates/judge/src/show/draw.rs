@@ -2,14 +2,14 @@
 
 use std::time::{Duration, Instant};
 
-use kugelblitz::control::Control;
+use kugelblitz::Control;
+use kugelblitz::lighting::{Colors, Encoding, Framebuffer, Pixel, RenderStats, Style};
 use kugelblitz::output::OutputFile;
 use kugelblitz::picture::{Metadata, PictureWriter, Sink};
+use kugelblitz::query::{Hits, Kernel, Outputs, Rays};
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::{Plan, band_rows, bands};
 use kugelblitz::scene::Samples;
-use kugelblitz::shade::{Colors, Encoding, Framebuffer, Pixel, Rendered, Style};
-use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::{Result, Session};
 
 use super::{Entry, Rgb, Show, tints};
@@ -18,7 +18,7 @@ use super::{Entry, Rgb, Show, tints};
 #[derive(Clone, Debug)]
 pub struct ShownPicture {
     /// Rays, hits and times.
-    pub rendered: Rendered,
+    pub rendered: RenderStats,
     /// What the colours mean, and the pixels of each meaning.
     pub legend: Vec<Entry>,
     show: Show,
@@ -30,7 +30,7 @@ pub struct ShownPicture {
 impl ShownPicture {
     /// Nothing yet of a picture whose `t` have this range.
     pub fn new(show: Show, range: Option<[f32; 2]>) -> ShownPicture {
-        let (rendered, legend) = (Rendered::default(), Entry::all(show, range));
+        let (rendered, legend) = (RenderStats::default(), Entry::all(show, range));
         ShownPicture { rendered, legend, show, range, rows: Framebuffer::new(Encoding::Srgb8) }
     }
 
@@ -195,7 +195,7 @@ pub fn side_by_side(
         session.set_kernel(kernel);
         let of_half = if show == Show::Color {
             let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
-            Pixel::all(session.keep(half, style, Wants::default(), control)?.0.colors)?
+            Pixel::all(session.keep(half, style, Outputs::default(), control)?.0.colors)?
         } else {
             ShownPicture::new(show, range).paint_all(session, half, control)?
         };
@@ -211,10 +211,10 @@ pub fn side_by_side(
 #[cfg(test)]
 mod tests {
     use kugelblitz::device::Device;
-    use kugelblitz::memory::Available;
     use kugelblitz::picture::{Format, PictureOptions};
     use kugelblitz::render::plan;
     use kugelblitz::scene::parse_scene;
+    use kugelblitz::support::memory::Available;
 
     use super::*;
 

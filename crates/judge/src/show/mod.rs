@@ -15,7 +15,7 @@ pub use tint::{Rgb, Tint, palette, tints};
 
 use kugelblitz::Result;
 use kugelblitz::picture::{ChannelBits, Format, PictureOptions};
-use kugelblitz::trace::Wants;
+use kugelblitz::query::Outputs;
 
 use crate::wrong_usage;
 
@@ -85,10 +85,10 @@ impl Show {
         Show::ALL[(at + if forward { 1 } else { n - 1 }) % n]
     }
 
-    /// The part of [`Hits`](kugelblitz::trace::Hits) that it looks at.
-    pub fn wants(self) -> Wants {
+    /// The part of [`Hits`](kugelblitz::query::Hits) that it looks at.
+    pub fn wants(self) -> Outputs {
         let surface = matches!(self, Show::Depth | Show::Normal | Show::Error);
-        Wants { surface, level: self == Show::Stage }
+        Outputs { surface, level: self == Show::Stage }
     }
 
     /// Whether all pixels that see one object have one colour.

@@ -1,12 +1,12 @@
 //! Numbers as colours: the one place that gives each mode its colours.
 
+use kugelblitz::Control;
 use kugelblitz::Result;
-use kugelblitz::control::Control;
-use kugelblitz::parallel;
 use kugelblitz::prepare::Prepared;
+use kugelblitz::query::{Hits, Stage};
 use kugelblitz::rays::{Pixels, Rays};
 use kugelblitz::scene::{Color, Scene};
-use kugelblitz::trace::{Hits, Level};
+use kugelblitz::support::parallel;
 
 use super::Show;
 use super::discriminant::Discriminants;
@@ -144,7 +144,7 @@ pub fn tints(
             normals.map(|(&normal, &id)| Tint::free(normal_color(normal, id))).collect()
         }
         Show::Stage => {
-            let stage = |&level: &u8| usize::from(level).min(Level::Exact as usize);
+            let stage = |&level: &u8| usize::from(level).min(Stage::Exact as usize);
             hits.level.iter().map(|level| Tint::of(&STAGES, stage(level))).collect()
         }
         Show::Discriminant => {
@@ -215,9 +215,9 @@ mod tests {
     use std::path::Path;
     use std::sync::Arc;
 
+    use kugelblitz::query::{Kernel, Outputs};
     use kugelblitz::rays::View;
     use kugelblitz::scene::parse_scene;
-    use kugelblitz::trace::{Kernel, Wants};
     use kugelblitz::tracer::Tracer;
 
     use super::*;
@@ -238,7 +238,7 @@ mod tests {
     fn traced(scene: Arc<Scene>, kernel: Kernel, pixels: Pixels) -> (Prepared, Hits) {
         let rays = Rays::Pixels(pixels);
         let prepared = Prepared::new(scene, kernel, &rays).unwrap();
-        let wants = Wants { surface: true, level: true };
+        let wants = Outputs { surface: true, level: true };
         let mut hits = Hits::default();
         let mut tracer = Tracer::on_cpu(Arc::new(prepared.clone()), wants);
         tracer.trace(&rays, &Control::default(), &mut hits).unwrap();

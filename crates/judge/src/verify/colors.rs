@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::exact::ExactPixels;
-use kugelblitz::parallel;
+use kugelblitz::lighting::{Colors, Encoding, Lighting, Style};
+use kugelblitz::query::{Hits, Outputs};
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Color, Samples, Scene};
-use kugelblitz::shade::{Colors, Encoding, Lighting, Style};
-use kugelblitz::trace::{Hits, Wants};
+use kugelblitz::support::parallel;
 use kugelblitz::{Result, Session};
 
 use super::lit::{LitPoint, exact_mean};
@@ -26,7 +26,7 @@ pub struct RenderedColors {
 }
 
 /// The part of [`Hits`] that is compared.
-pub(super) const WANTS: Wants = Wants { surface: true, level: false };
+pub(super) const WANTS: Outputs = Outputs { surface: true, level: false };
 
 /// All that [`RenderedColors`] has.
 pub(super) const ENCODINGS: [Encoding; 3] = [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear];
@@ -191,10 +191,10 @@ mod tests {
 
     use glam::DVec3;
     use kugelblitz::device::Device;
+    use kugelblitz::query::Kernel;
     use kugelblitz::rays::View;
     use kugelblitz::render::n_steps;
     use kugelblitz::scene::{Camera, Color, Light, Plane, Sky, Source, Sphere};
-    use kugelblitz::trace::Kernel;
 
     use super::super::{Differences, broken_promises};
     use super::*;

@@ -3,10 +3,10 @@
 
 use glam::DVec3;
 use kugelblitz::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay};
+use kugelblitz::lighting::{ExactMean, Lighting, PreparedLight};
 use kugelblitz::scene::{Object, Scene, Source};
-use kugelblitz::shade::{ExactMean, Lamp, Lighting};
 
-use super::truth::{GRANTED, Line, Near};
+use super::truth::{GRANTED, Near, TruthLine};
 
 /// A point that a ray sees.
 #[derive(Debug)]
@@ -25,7 +25,7 @@ impl<'a> LitPoint<'a> {
     }
 
     /// The way to a lamp.
-    pub fn beam(&self, lamp: &Lamp) -> Option<ExactBeam<'_>> {
+    pub fn beam(&self, lamp: &PreparedLight) -> Option<ExactBeam<'_>> {
         lamp.beam(&self.exact, self.eye)
     }
 
@@ -33,7 +33,7 @@ impl<'a> LitPoint<'a> {
     pub fn in_the_way<'s>(
         &self,
         scene: &'s Scene,
-        lamp: &'s Lamp,
+        lamp: &'s PreparedLight,
         beam: &'s ExactBeam,
     ) -> impl Iterator<Item = (u32, Object<'s>)> {
         let candidates = lamp.shadows.then(|| self.line(lamp).candidates(scene));
@@ -41,7 +41,7 @@ impl<'a> LitPoint<'a> {
     }
 
     /// Returns the line to a lamp. The direction to a point light has the errors of both ends, relative to its own length.
-    fn line(&self, lamp: &Lamp) -> Line {
+    fn line(&self, lamp: &PreparedLight) -> TruthLine {
         let (way, reach) = match lamp.origin {
             Source::Eye => (-self.from_eye, 0.0),
             Source::Point(position) => {
@@ -51,7 +51,7 @@ impl<'a> LitPoint<'a> {
             Source::Sun(direction) => (-direction, 0.0),
         };
         let direction_error = GRANTED * (1.0 + reach / way.length());
-        Line::new(self.eye, self.from_eye, way, direction_error)
+        TruthLine::new(self.eye, self.from_eye, way, direction_error)
     }
 }
 
@@ -120,8 +120,13 @@ mod tests {
             let near = Near { reference: eye, ray: WorldRay { origin: DVec3::ZERO, ..ray } };
             let point = LitPoint::new(&exact, &hit, &near);
             let weight = std::array::from_fn(|_| Dyadic::one());
-            let lamp =
-                Lamp { light: None, origin, weight: [1.0; 3], exact_weight: weight, shadows: true };
+            let lamp = PreparedLight {
+                light: None,
+                origin,
+                weight: [1.0; 3],
+                exact_weight: weight,
+                shadows: true,
+            };
             let Some(beam) = point.beam(&lamp) else { continue };
             let blocking = scene.objects().filter(|(_, object)| beam.is_blocked_by(*object));
             let expected: Vec<u32> = blocking.map(|(id, _)| id).collect();

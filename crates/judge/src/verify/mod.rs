@@ -17,7 +17,7 @@ pub use truth::{TrueHit, Truth, sample};
 
 pub use crate::compare::RayError;
 use crate::compare::{RayDifferences, RayResult};
-use kugelblitz::trace::{Hits, Kernel};
+use kugelblitz::query::{Hits, Kernel};
 
 /// The exact `t`'s own rounding to f64, which adds to a kernel's error: 2⁻⁵³ of `t`, which is at most
 /// 2⁻²⁹ of a step.
@@ -134,10 +134,10 @@ pub fn broken_promises(
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
-    use kugelblitz::control::Control;
+    use kugelblitz::Control;
+    use kugelblitz::query::Hits;
     use kugelblitz::rays::{Pixels, Rays, View};
     use kugelblitz::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
-    use kugelblitz::trace::Hits;
 
     use super::*;
     use crate::compare::compare;

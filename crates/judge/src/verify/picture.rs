@@ -3,13 +3,13 @@
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 
-use kugelblitz::control::Control;
+use kugelblitz::Control;
 use kugelblitz::device::Device;
+use kugelblitz::lighting::Lighting;
+use kugelblitz::query::{Hits, Kernel};
 use kugelblitz::rays::{Pixels, Rays};
 use kugelblitz::render::{bands, n_steps, sampled_band_rows};
 use kugelblitz::scene::{Samples, Scene};
-use kugelblitz::shade::Lighting;
-use kugelblitz::trace::{Hits, Kernel};
 use kugelblitz::{Result, Session};
 use serde::Serialize;
 
@@ -278,7 +278,7 @@ impl Verification {
         band: &Pixels,
         lit: &[usize],
         control: &Control,
-    ) -> Result<Traced> {
+    ) -> Result<TracedBand> {
         if let Some(n_samples) = self.colors {
             let (hits, colors) = RenderedColors::kept(session, band, n_samples, lit, control)?;
             return Ok((hits, Some(colors)));
@@ -288,11 +288,11 @@ impl Verification {
 }
 
 /// The results of a band on a device.
-type Traced = (Hits, Option<RenderedColors>);
+type TracedBand = (Hits, Option<RenderedColors>);
 
 impl Differences {
     /// Counts those of a band's results from what is true.
-    fn see(&mut self, (hits, colors): &Traced, truth: &TruthOfBand) {
+    fn see(&mut self, (hits, colors): &TracedBand, truth: &TruthOfBand) {
         self.rays.see_exact(hits, &truth.rays, truth.first_ray);
         if let (Some(shown), Some(exact)) = (colors, &truth.colors) {
             let shown = (shown, truth.rays.index.iter().copied());

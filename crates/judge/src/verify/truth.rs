@@ -1,15 +1,15 @@
 //! The exact results of rays, and which rays to compare.
 
 use glam::DVec3;
+use kugelblitz::Control;
 use kugelblitz::Result;
-use kugelblitz::control::Control;
-use kugelblitz::exact::{self, ExactHit, ExactRay, ExactRays, Root, Side};
-use kugelblitz::num::Scaled;
-use kugelblitz::parallel;
-use kugelblitz::random::SplitMix;
+use kugelblitz::exact::{self, ExactHit, ExactRay, ExactRays, QuadraticSurd, Side};
+use kugelblitz::num::ScaledInteger;
+use kugelblitz::query::WorldRay;
 use kugelblitz::rays::{Pixels, Rays};
 use kugelblitz::scene::{Object, Scene, Sphere};
-use kugelblitz::trace::WorldRay;
+use kugelblitz::support::parallel;
+use kugelblitz::support::random::SplitMix;
 
 use crate::compare::RayResult;
 use crate::wrong_usage;
@@ -17,7 +17,7 @@ use crate::wrong_usage;
 /// The exact results for some of the rays.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
-    /// The rays, as indices into the [`Hits`](kugelblitz::trace::Hits) of all rays.
+    /// The rays, as indices into the [`Hits`](kugelblitz::query::Hits) of all rays.
     pub index: Vec<usize>,
     /// What each of them sees.
     pub hits: Vec<TrueHit>,
@@ -42,7 +42,7 @@ impl Truth {
     }
 
     /// The truth about all of these rays, of which the visible objects are known: `ids` are those of
-    /// [`Kernel::Certified`](kugelblitz::trace::Kernel::Certified). Exact arithmetic on these objects alone finds
+    /// [`Kernel::Certified`](kugelblitz::query::Kernel::Certified). Exact arithmetic on these objects alone finds
     /// the rest, so that it takes no longer with many of them; `control` counts each ray.
     ///
     /// # Errors
@@ -131,8 +131,10 @@ impl TrueHit {
         TrueHit {
             id: hit.id,
             t: hit.t_f64(),
-            normal: normal.as_ref().map_or([0.0; 3], |n| n.each_ref().map(Root::to_f64)),
-            normal_f32: normal.as_ref().map_or([0.0; 3], |n| n.each_ref().map(Root::to_f32)),
+            normal: normal.as_ref().map_or([0.0; 3], |n| n.each_ref().map(QuadraticSurd::to_f64)),
+            normal_f32: normal
+                .as_ref()
+                .map_or([0.0; 3], |n| n.each_ref().map(QuadraticSurd::to_f32)),
             is_back: hit.side == Side::Back,
         }
     }
@@ -149,25 +151,25 @@ pub(crate) fn candidates<'a>(
     scene: &'a Scene,
     near: &Near,
 ) -> impl Iterator<Item = (u32, Object<'a>)> {
-    Line::from(near).candidates(scene)
+    TruthLine::from(near).candidates(scene)
 }
 
 /// Whether the line of a ray surely misses an object. `near` is the ray in f64.
 pub(crate) fn is_clearly_missed(near: &Near, object: &Object) -> bool {
-    matches!(object, Object::Sphere(sphere) if Line::from(near).misses(sphere))
+    matches!(object, Object::Sphere(sphere) if TruthLine::from(near).misses(sphere))
 }
 
-/// Relative error granted to the numbers of a [`Line`]; the actual one is about `2⁻⁵⁰`.
+/// Relative error granted to the numbers of a [`TruthLine`]; the actual one is about `2⁻⁵⁰`.
 ///
 /// Halving it is not covered by a test: it is a thousand times the actual error.
 pub(super) const GRANTED: f64 = 1.0 / (1u64 << 40) as f64;
 
-/// Lower bound of the distance from a centre at which a [`Line`] may be ruled out, world units.
+/// Lower bound of the distance from a centre at which a [`TruthLine`] may be ruled out, world units.
 ///
 /// Halving it is not covered by a test: squares underflow only below `1e-154`.
 const MIN_REACH: f64 = 1e-140;
 
-/// Number of spheres that are compared with a [`Line`] before the candidates among them are listed.
+/// Number of spheres that are compared with a [`TruthLine`] before the candidates among them are listed.
 const BLOCK: usize = 64;
 
 /// A line in f64, to rule out spheres that it surely misses.
@@ -196,7 +198,7 @@ const BLOCK: usize = 64;
 ///
 /// Omitting this exclusion is not covered by a test: if `reach²` is finite, an infinite `|l × w|²` is truly the larger one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
+pub(super) struct TruthLine {
     reference: DVec3,
     origin: DVec3,
     direction: DVec3,
@@ -208,18 +210,23 @@ pub(super) struct Line {
     min_reach: f64,
 }
 
-impl From<&Near> for Line {
-    fn from(Near { reference, ray }: &Near) -> Line {
-        Line::new(*reference, ray.origin, ray.direction, 0.0)
+impl From<&Near> for TruthLine {
+    fn from(Near { reference, ray }: &Near) -> TruthLine {
+        TruthLine::new(*reference, ray.origin, ray.direction, 0.0)
     }
 }
 
-impl Line {
+impl TruthLine {
     /// Creates the line through `origin`, relative to `reference`, along a direction of any finite length.
     /// `direction_error` is `e`.
-    pub fn new(reference: DVec3, origin: DVec3, direction: DVec3, direction_error: f64) -> Line {
-        let direction = Scaled::new(direction).rounded();
-        Line {
+    pub fn new(
+        reference: DVec3,
+        origin: DVec3,
+        direction: DVec3,
+        direction_error: f64,
+    ) -> TruthLine {
+        let direction = ScaledInteger::new(direction).rounded();
+        TruthLine {
             reference,
             origin,
             direction,
@@ -295,14 +302,14 @@ mod tests {
         if largest == 0.0 { 0.0 } else { (v / largest).length() * largest }
     }
 
-    /// Right side of step 3 of [`Line`].
+    /// Right side of step 3 of [`TruthLine`].
     fn reach(center: DVec3, radius: f64, origin: DVec3, direction_error: f64) -> f64 {
         radius * (1.0 + GRANTED)
             + (length(center) + length(origin)) * GRANTED
             + length(center - origin) * direction_error
     }
 
-    /// Step 3 of [`Line`] in lengths, at any magnitude, and exact arithmetic are the references. Most spheres are within the
+    /// Step 3 of [`TruthLine`] in lengths, at any magnitude, and exact arithmetic are the references. Most spheres are within the
     /// margins of the bound.
     #[test]
     fn candidates_lack_no_sphere_that_lengths_leave() {
@@ -339,7 +346,7 @@ mod tests {
                 Plane { name: None, point: reference, normal: DVec3::Y, color: Default::default() };
             let scene = Scene { spheres: spheres.into(), planes: vec![plane], ..Scene::default() };
 
-            let line = Line::new(reference, origin, direction, direction_error);
+            let line = TruthLine::new(reference, origin, direction, direction_error);
             let found: Vec<u32> = line.candidates(&scene).map(|(id, _)| id).collect();
             assert!(found.is_sorted_by(|a, b| a < b));
             assert_eq!(found.last(), Some(&(scene.n_objects() as u32)), "planes are candidates");

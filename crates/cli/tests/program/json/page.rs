@@ -11,19 +11,19 @@ const MARK: &str = "<!-- Everything below is generated. -->\n";
 /// Headings, with the type of each and its file. The heading of a summary names its commands.
 const SECTIONS: [(&str, &str, &str); 14] = [
     ("Every object", "Summary", "cli/src/head.rs"),
-    ("compare", "Summary", "cli/src/compare.rs"),
-    ("digest", "Summary", "cli/src/digest.rs"),
-    ("explain", "Summary", "cli/src/explain.rs"),
-    ("export", "Summary", "cli/src/export.rs"),
-    ("figure", "Summary", "cli/src/figure.rs"),
-    ("generate", "Summary", "cli/src/generate.rs"),
-    ("info", "Summary", "cli/src/info.rs"),
-    ("new", "Summary", "cli/src/new.rs"),
-    ("probe", "Summary", "cli/src/probe.rs"),
+    ("compare", "CompareSummary", "cli/src/compare.rs"),
+    ("digest", "DigestSummary", "cli/src/digest.rs"),
+    ("explain", "ExplainSummary", "cli/src/explain.rs"),
+    ("export", "ExportSummary", "cli/src/export.rs"),
+    ("figure", "FigureSummary", "cli/src/figure.rs"),
+    ("generate", "GenerateSummary", "cli/src/generate.rs"),
+    ("info", "InfoSummary", "cli/src/info.rs"),
+    ("new", "NewSummary", "cli/src/new.rs"),
+    ("probe", "ProbeSummary", "cli/src/probe.rs"),
     ("render, trace", "Traced", "cli/src/head.rs"),
-    ("film", "Summary", "cli/src/film.rs"),
+    ("film", "FilmSummary", "cli/src/film.rs"),
     ("report", "Report", "report/src/lib.rs"),
-    ("verify", "Summary", "cli/src/verify.rs"),
+    ("verify", "VerifySummary", "cli/src/verify.rs"),
 ];
 
 /// Returns the objects of the summary of a command, or of a section with another heading.
