@@ -127,16 +127,21 @@ const NO_OBJECT: u32 = u32::MAX;
 const MIN_NORMAL: f64 = 0.5;
 
 impl Claims {
-    /// Reads these quantities of a picture or of a list of results.
+    /// Reads these quantities of a picture or of a list of results, at these indices of its pixels or results.
     ///
     /// # Errors
     /// Returns [`Error::Usage`] if the picture lacks a quantity.
-    pub fn new(image: &Image, quantities: &[Quantity], channel: Option<&str>) -> Result<Claims> {
+    pub fn new(
+        image: &Image,
+        quantities: &[Quantity],
+        channel: Option<&str>,
+        indices: &[usize],
+    ) -> Result<Claims> {
         let mut claims =
             Claims { ids: None, depths: None, normals: None, normal_side: NormalSide::default() };
         for &quantity in quantities.iter().filter(|quantity| quantity.is_of_hits()) {
             let channels = find(quantity, image, channel)?;
-            let all = 0..image.len();
+            let all = indices.iter().copied();
             match quantity {
                 Quantity::Id => claims.ids = Some(all.map(|i| id_of(channels[0], i)).collect()),
                 Quantity::Normal => {

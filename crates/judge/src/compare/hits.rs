@@ -19,9 +19,7 @@ use serde::Serialize;
 use super::claims::Claims;
 use super::objects::{ObjectErrors, errors_by_object};
 use super::search::{TransformMatch, explain};
-use super::transform::{
-    Expected, Transform, TransformPart, truth_of_far_normals, truth_of_far_roots,
-};
+use super::transform::{Expected, Transform, truth_of_far_normals, truth_of_far_roots};
 use super::words::{Finding, length_range};
 use super::{
     Allowed, AllowedKey, ErrorStats, LimitUnit, Quantity, RayError, RayResult, TError, Tolerance,
@@ -80,8 +78,9 @@ impl HitComparison {
                 "{transform} needs pixels of a camera, not a list of rays"
             ));
         }
-        let claims = self.claims(&[])?;
-        let expected = self.expected(&self.transforms, (0..n).collect(), session, control)?;
+        let all: Vec<usize> = (0..n).collect();
+        let claims = self.claims(&[], &all)?;
+        let expected = self.expected(&self.transforms, all, session, control)?;
         let claims = transformed(claims, &self.transforms, &expected)?;
         let errors = self.errors(&claims, &expected);
         let mut difference = HitDifference {
@@ -100,17 +99,21 @@ impl HitComparison {
         Ok(difference)
     }
 
-    /// Reads the foreign results, with the order of pixels that the comparison's transforms and these ones give.
-    pub(super) fn claims(&self, more: &[Transform]) -> Result<Claims> {
-        let of_file = |it: &&Transform| it.part() == TransformPart::File;
-        let mut transforms = self.transforms.iter().chain(more).filter(of_file).peekable();
-        let (quantities, channel) = (&self.quantities, self.channel.as_deref());
-        if transforms.peek().is_none() {
-            return Claims::new(&self.image, quantities, channel);
-        }
-        let mut image = self.image.clone();
-        transforms.for_each(|transform| transform.apply_to_image(&mut image));
-        Claims::new(&image, quantities, channel)
+    /// Reads the foreign results of the rays with these indices, in the order of pixels that the comparison's transforms and these
+    /// ones give.
+    pub(super) fn claims(&self, more: &[Transform], rays: &[usize]) -> Result<Claims> {
+        let is_flipped = |flip: Transform| {
+            let flips = self.transforms.iter().chain(more).filter(|it| **it == flip);
+            flips.count() % 2 == 1
+        };
+        let [rows, columns] = [Transform::FlipRows, Transform::FlipColumns].map(is_flipped);
+        let (width, height) = (self.image.width, self.image.height);
+        let flipped = |at: usize, n: usize, is_flipped| if is_flipped { n - 1 - at } else { at };
+        let index = |&ray: &usize| {
+            flipped(ray / width, height, rows) * width + flipped(ray % width, width, columns)
+        };
+        let indices: Vec<usize> = rays.iter().map(index).collect();
+        Claims::new(&self.image, &self.quantities, self.channel.as_deref(), &indices)
     }
 
     /// Finds what is expected of the rays with these indices under these transforms.
@@ -148,9 +151,9 @@ impl HitComparison {
         Ok(Expected { rays: self.rays.clone(), truth, lengths, is_unsigned })
     }
 
-    /// Returns the error of each of the expected results.
+    /// Returns the error of each of the expected results. `claims` are those of the same rays.
     pub(super) fn ray_errors(&self, claims: &Claims, expected: &Expected) -> Vec<RayError> {
-        let error = |((&ray, exact), length): ((&usize, &TrueHit), &f64)| {
+        let error = |(ray, (exact, length)): (usize, (&TrueHit, &f64))| {
             let mut right = RayResult::from(exact);
             right.t = right.t.map(|t| t * claims.t_factor(*length));
             let is_plane = matches!(self.scene.object(exact.id), Some(Object::Plane(_)));
@@ -161,14 +164,7 @@ impl HitComparison {
             }
             RayError::of(Some(result), &right, |normal| normal == exact.normal_f32)
         };
-        expected
-            .truth
-            .index
-            .iter()
-            .zip(&expected.truth.hits)
-            .zip(&expected.lengths)
-            .map(error)
-            .collect()
+        expected.truth.hits.iter().zip(&expected.lengths).enumerate().map(error).collect()
     }
 
     fn errors(&self, claims: &Claims, expected: &Expected) -> HitErrors {

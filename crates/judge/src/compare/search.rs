@@ -9,7 +9,7 @@ use kugelblitz::Control;
 use kugelblitz::{Result, Session};
 use serde::Serialize;
 
-use super::claims::DepthKind;
+use super::claims::{Claims, DepthKind};
 use super::hits::{HitDifference, transformed};
 use super::transform::{Expected, Transform, TransformPart};
 use super::{LimitUnit, RayError};
@@ -118,6 +118,8 @@ struct TransformSearch<'a> {
     difference: &'a HitDifference,
     /// The sampled rays.
     index: Vec<usize>,
+    /// The foreign results of the sampled rays, with the comparison's own transforms.
+    claims: Claims,
     /// Transforms of what is expected, with their exact results; the first is none.
     expected: Vec<(Option<Transform>, Expected)>,
     /// Errors at which rays agree.
@@ -142,7 +144,9 @@ impl<'a> TransformSearch<'a> {
             expected.push((transform, found));
         }
         let agreement = Allowed::for_search(&comparison.allowed, T_ERROR, NORMAL_ERROR);
-        Ok(TransformSearch { difference, index, expected, agreement })
+        let claims = comparison.claims(&[], &index)?;
+        let claims = transformed(claims, &comparison.transforms, &expected[0].1)?;
+        Ok(TransformSearch { difference, index, claims, expected, agreement })
     }
 
     /// Returns the transforms of what is expected that may explain the errors.
@@ -161,7 +165,7 @@ impl<'a> TransformSearch<'a> {
 
     /// Returns the transforms to try, the simplest first.
     fn candidates(&self) -> Vec<Transform> {
-        let HitDifference { comparison, claims, .. } = self.difference;
+        let (comparison, claims) = (&self.difference.comparison, &self.claims);
         let mut all = vec![Transform::FlipRows, Transform::FlipColumns];
         if claims.has_ids() {
             all.extend([1, -1].map(Transform::AddToIds));
@@ -203,7 +207,7 @@ impl<'a> TransformSearch<'a> {
         let at = self.expected.iter().position(is_used).unwrap_or(0);
         let expected = &self.expected[at].1;
         let comparison = &self.difference.comparison;
-        let mut claims = comparison.claims(transforms)?;
+        let mut claims = comparison.claims(transforms, &self.index)?;
         claims = transformed(claims, &comparison.transforms, expected)?;
         let mut fitted = Vec::new();
         for transform in transforms {
@@ -226,8 +230,7 @@ impl<'a> TransformSearch<'a> {
 
     /// Returns the `t` that most of the false hits have.
     fn common_background(&self) -> Option<f64> {
-        let HitDifference { claims, .. } = self.difference;
-        let backgrounds = self.rays_of_background().filter_map(|ray| claims.depth(ray));
+        let backgrounds = self.rays_of_background().filter_map(|ray| self.claims.depth(ray));
         let mut depths: Vec<f64> = backgrounds.filter(|t| t.is_finite()).collect();
         depths.sort_unstable_by(f64::total_cmp);
         most_common(&depths)
@@ -235,22 +238,16 @@ impl<'a> TransformSearch<'a> {
 
     /// Returns the id that most rays to the background have.
     fn common_background_id(&self) -> Option<i64> {
-        let HitDifference { claims, .. } = self.difference;
         let mut ids: Vec<i64> =
-            self.rays_of_background().filter_map(|ray| claims.id(ray)?).collect();
+            self.rays_of_background().filter_map(|ray| self.claims.id(ray)?).collect();
         ids.sort_unstable();
         most_common(&ids).filter(|id| *id != 0)
     }
 
-    /// Returns the sampled rays that see the background.
+    /// Returns the places in the sample of rays that see the background.
     fn rays_of_background(&self) -> impl Iterator<Item = usize> {
-        let expected = &self.expected[0].1.truth;
-        expected
-            .index
-            .iter()
-            .zip(&expected.hits)
-            .filter(|(_, hit)| hit.id == 0)
-            .map(|(&ray, _)| ray)
+        let hits = self.expected[0].1.truth.hits.iter().enumerate();
+        hits.filter(|(_, hit)| hit.id == 0).map(|(at, _)| at)
     }
 }
 

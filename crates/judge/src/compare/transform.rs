@@ -329,7 +329,7 @@ impl Transform {
 pub(super) struct Expected {
     /// All rays of the comparison.
     pub rays: Rays,
-    /// The exact results of those with the indices `truth.index`.
+    /// The exact results of those with the indices `truth.index`. [`Claims`] compared with them are of the same rays, in this order.
     pub truth: Truth,
     /// Lengths of the directions of these rays.
     pub lengths: Vec<f64>,
@@ -353,8 +353,8 @@ const MIN_RAYS: usize = 8;
 
 /// Returns the `t` of rays that hit something by both results: the foreign number and the exact one.
 fn pairs<'a>(claims: &'a Claims, expected: &'a Expected) -> impl Iterator<Item = (f64, f64)> + 'a {
-    let rays = expected.truth.index.iter().zip(&expected.truth.hits).zip(&expected.lengths);
-    rays.filter(|((_, hit), _)| hit.id != 0).filter_map(|((&ray, hit), length)| {
+    let rays = expected.truth.hits.iter().zip(&expected.lengths).enumerate();
+    rays.filter(|(_, (hit, _))| hit.id != 0).filter_map(|(ray, (hit, length))| {
         let t = claims.depth(ray)?;
         Some((t, hit.t * claims.t_factor(*length))).filter(|_| t.is_finite())
     })
@@ -409,7 +409,7 @@ fn short_number(x: f64, error: f64) -> f64 {
 /// Gives each foreign id that of the object that most of its rays see. No two foreign ids get the same object, so that a wrong
 /// visibility stays wrong.
 fn permute_ids(claims: &mut Claims, expected: &Expected) {
-    let seen = expected.truth.index.iter().zip(&expected.truth.hits).filter_map(|(&ray, hit)| {
+    let seen = expected.truth.hits.iter().enumerate().filter_map(|(ray, hit)| {
         let id = claims.id(ray)??;
         (hit.id != 0).then_some((id, hit.id))
     });
