@@ -11,7 +11,8 @@ use kugelblitz::scene::{Object, Scene, parse_scene};
 
 use super::*;
 
-const SIZE: [u32; 2] = [64, 36];
+/// Larger than the sample of the search, 4096.
+const SIZE: [u32; 2] = [96, 54];
 
 /// Allowed of results in f64 that are stored as such.
 const ALLOWED: &str = "ids=0,silhouettes=0.5%,t=1e-9,normal=1e-6";
